@@ -82,7 +82,7 @@ fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Re
 /// The contents of a bag.
 pub(super) fn list(path: &Path) -> Result<Contents, Error> {
     let bag = open(path)?;
-    let definitions = Definitions { topics: &bag.survey().topics, folders: &[], read: &from_disk };
+    let definitions = Definitions { survey: bag.survey(), folders: &[], read: &from_disk };
     Ok(Contents::of(&bag, &definitions))
 }
 

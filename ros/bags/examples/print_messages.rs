@@ -15,7 +15,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bag = Bag::open(&arguments.next().ok_or("which bag?")?)?;
     let folders: Vec<PathBuf> = arguments.collect();
     let topics = &bag.survey().topics;
-    let definitions = Definitions { topics, folders: &folders, read: &|path: &Path| diagnostics::from_disk(path) };
+    let definitions =
+        Definitions { survey: bag.survey(), folders: &folders, read: &|path: &Path| diagnostics::from_disk(path) };
     let mut layouts = BTreeMap::new();
     for (index, topic) in topics.iter().enumerate() {
         match definitions.layout(topic) {

@@ -7,7 +7,7 @@ use ros_messages::{Constant, Value};
 
 use crate::definitions::Definitions;
 use crate::path::{End, ValueField, leaves};
-use crate::storage::Bag;
+use crate::storage::{Bag, Topic};
 
 /// What a bag contains.
 #[derive(Clone, Debug)]
@@ -53,21 +53,19 @@ impl Contents {
             .iter()
             .zip(&survey.counts)
             .map(|(topic, messages)| {
-                let layout = definitions.layout(topic);
-                let found = layout.as_deref().map(leaves).unwrap_or_default();
+                let defined = definitions.defined(topic);
+                let found = defined.as_ref().map(|defined| leaves(&defined.layout)).unwrap_or_default();
+                let on_board = defined.as_ref().ok().and_then(|defined| defined.on_board.as_deref());
                 let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
                 // In a bag, one name may have several types, but an entry of a mapping names all of them.
-                let entry = if names.insert(topic.name.clone()) {
-                    entry(&topic.name, &topic.kind, &found)
-                } else {
-                    String::new()
-                };
+                let entry =
+                    if names.insert(topic.name.clone()) { entry(topic, on_board, &found) } else { String::new() };
                 Listed {
                     name: topic.name.clone(),
                     kind: topic.kind.clone(),
                     messages: *messages,
                     rate_hz: (*messages > 1 && duration_s > 0.0).then(|| (*messages - 1) as f64 / duration_s),
-                    fields: layout.map(|_| fields).map_err(|undefined| undefined.to_string()),
+                    fields: defined.as_ref().map(|_| fields).map_err(|undefined| undefined.to_string()),
                     entry,
                 }
             })
@@ -96,16 +94,18 @@ fn what(end: End) -> &'static str {
     }
 }
 
-/// The entry of a topic in a mapping; empty if no field can be mapped.
-fn entry(topic: &str, kind: &str, leaves: &[ValueField<'_>]) -> String {
+/// The entry of a topic in a mapping; empty if no field can be mapped. If its type is defined on board, it says so.
+fn entry(topic: &Topic, on_board: Option<&str>, leaves: &[ValueField<'_>]) -> String {
     let leaves: Vec<&ValueField<'_>> =
         leaves.iter().filter(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time).collect();
     if leaves.is_empty() {
         return String::new();
     }
+    let Topic { name, kind, .. } = topic;
+    let on_board = on_board.map_or_else(String::new, |how| format!(", defined on board, {how}"));
     let mut text = format!(
-        "\n[[messages]] # {kind}\ntopic = {topic:?}\nfrom = \"{}\"\nto = \"monitor\"\n[messages.fields]\n",
-        process(topic)
+        "\n[[messages]] # {kind}{on_board}\ntopic = {name:?}\nfrom = \"{}\"\nto = \"monitor\"\n[messages.fields]\n",
+        process(name)
     );
     let mut names = BTreeSet::new();
     for leaf in leaves.iter().take(MOST_FIELDS) {

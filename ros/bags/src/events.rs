@@ -132,6 +132,7 @@ impl Events {
     }
 
     /// What is missing from the events so far, in words: damage, and which messages did not become events and why.
+    /// Also which definitions come from neither the bag nor a folder.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
@@ -146,7 +147,8 @@ impl Events {
                 self.late.1 as f64 * 1e-9
             )
         });
-        self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
+        let lost = self.messages.lost().iter().chain(&self.compiled.on_board).cloned();
+        lost.chain(left_out).chain(late).collect()
     }
 
     /// Reads the next message of the bag, and puts what it becomes in order.

@@ -6,7 +6,7 @@
 //!
 //! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields
 //! become the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are
-//! decoded with the [definitions](Definitions) in the bag itself or in folders. [`Events`] then yields the ticks and
+//! decoded with the [definitions](Definitions) in the bag itself, in folders, or on board. [`Events`] then yields the ticks and
 //! messages one after the other, as an event log does, so the same monitors can judge them. Only mapped topics are
 //! decoded, and memory does not grow with the bag.
 //!
@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 use chrono::{DateTime, Utc};
 
 pub use contents::{Contents, Listed};
-pub use definitions::Definitions;
+pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found, Gap};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};

@@ -29,7 +29,7 @@ impl Bag {
     /// If it is not a bag or cannot be read at all. Damage is not an error: everything before it is read.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut survey = Survey::default();
-        let files = files::of(path, &mut survey.lost)?;
+        let files = files::of(path, &mut survey)?;
         for (path, format) in &files {
             let file = diagnostics::open_regular(path);
             let file = file.map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bags::{Bag, Contents, Definition, Definitions, Topic, moment, seconds};
+use bags::{Bag, Contents, Definition, Definitions, Survey, Topic, moment, seconds};
 use proptest::prelude::*;
 use ros_messages::{Decoder, Want};
 
@@ -12,7 +12,7 @@ use crate::reading::nothing;
 use crate::writer::{Written, bag_of, written};
 
 fn contents(bag: &Bag) -> Contents {
-    Contents::of(bag, &Definitions { topics: &bag.survey().topics, folders: &[], read: &nothing })
+    Contents::of(bag, &Definitions { survey: bag.survey(), folders: &[], read: &nothing })
 }
 
 #[test]
@@ -56,9 +56,10 @@ fn a_type_that_cannot_be_decoded_says_why() {
         kind: kind.to_owned(),
         encoding: encoding.to_owned(),
         definition: definition.map(|(language, text)| Definition { language: language.into(), text: text.into() }),
+        hash: None,
     };
     let refused = |topic: Topic| {
-        let definitions = Definitions { topics: &[], folders: &[], read: &nothing };
+        let definitions = Definitions { survey: &Survey::default(), folders: &[], read: &nothing };
         definitions.layout(&topic).expect_err("it cannot be decoded").to_string()
     };
     let all = [
@@ -80,6 +81,7 @@ fn a_type_is_defined_in_the_bag_by_another_topic_or_in_a_folder() {
         kind: ODD.0.to_owned(),
         encoding: "cdr".to_owned(),
         definition: Some(Definition { language: "ros2msg".to_owned(), text: ODD.1.to_owned() }),
+        hash: None,
     };
     let item = Topic { kind: "odd_msgs/msg/Item".to_owned(), definition: None, ..known.clone() };
     let layout = |topics: &[Topic], folders: &[PathBuf]| {
@@ -87,7 +89,8 @@ fn a_type_is_defined_in_the_bag_by_another_topic_or_in_a_folder() {
             true => Ok(b"string name\nfloat32 weight\n".to_vec()),
             false => nothing(path),
         };
-        Definitions { topics, folders, read: &read }.layout(&item).map(|layout| layout.fields.len())
+        let survey = Survey { topics: topics.to_vec(), ..Survey::default() };
+        Definitions { survey: &survey, folders, read: &read }.layout(&item).map(|layout| layout.fields.len())
     };
     assert!(layout(&[], &[]).is_err());
     assert_eq!(layout(&[known], &[]).ok(), Some(2));
@@ -103,8 +106,9 @@ fn a_type_may_be_defined_in_idl() {
         kind: "p/msg/P".to_owned(),
         encoding: "cdr".to_owned(),
         definition: Some(Definition { language: "ros2idl".to_owned(), text: text.to_owned() }),
+        hash: None,
     };
-    let definitions = Definitions { topics: &[], folders: &[], read: &nothing };
+    let definitions = Definitions { survey: &Survey::default(), folders: &[], read: &nothing };
     let layout = definitions.layout(&topic).unwrap();
     assert_eq!(layout.fields.iter().map(|field| &*field.name).collect::<Vec<_>>(), ["x"]);
 }
@@ -165,7 +169,7 @@ fn of_a_type_with_endlessly_many_fields_the_first_are_listed() {
     let pair = |depth: usize| format!("T{depth} a\nT{depth} b\n===\nMSG: p/T{depth}\n");
     let definition = (1..=40).map(pair).collect::<String>() + "uint8 x\n";
     let bag = bag_of(folder.path(), &[("/deep", ("p/msg/T0", definition.as_str()), 1, Vec::new())]);
-    let contents = Contents::of(&bag, &Definitions { topics: &[], folders: &[], read: &nothing });
+    let contents = Contents::of(&bag, &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
     let fields = contents.topics[0].fields.as_ref().expect("its definition is known");
     assert!((1_000..10_000).contains(&fields.len()), "{}", fields.len());
 }
@@ -178,8 +182,9 @@ proptest! {
             kind: kind.to_owned(),
             encoding: "cdr".to_owned(),
             definition: Some(Definition { language: "ros2msg".to_owned(), text: text.to_owned() }),
+            hash: None,
         };
-        let definitions = Definitions { topics: &[], folders: &[], read: &nothing };
+        let definitions = Definitions { survey: &Survey::default(), folders: &[], read: &nothing };
         for kind in [TWIST, ODD] {
             let layout = definitions.layout(&topic(kind)).expect("a definition");
             let bytes = [&[0, u8::from(!is_big), 0, 0], bytes.as_slice()].concat();

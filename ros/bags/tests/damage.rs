@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use bags::{Bag, Contents, Definitions, Error, is_bag};
+use bags::{Bag, Contents, Definitions, Error, Survey, is_bag};
 
 use crate::messages::{ODD, TWIST, twist};
 use crate::reading::{nothing, times};
@@ -75,7 +75,7 @@ fn a_folder_is_read_in_the_order_of_its_files() {
     part("bag_9.mcap", 9);
     let found = || {
         let bag = Bag::open(folder.path()).expect("a bag");
-        let contents = Contents::of(&bag, &Definitions { topics: &[], folders: &[], read: &nothing });
+        let contents = Contents::of(&bag, &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
         (times(&bag).0, contents.lost)
     };
     assert_eq!(found(), (vec![9, 10], vec![]));

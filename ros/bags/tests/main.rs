@@ -5,6 +5,7 @@ mod damage;
 mod events;
 mod mappings;
 mod messages;
+mod on_board;
 mod packing;
 mod reading;
 #[cfg(feature = "sqlite")]

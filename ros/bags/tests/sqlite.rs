@@ -7,7 +7,7 @@ use bags::{Bag, Definitions};
 use rusqlite::{Connection, params};
 
 use crate::events::MAPPING;
-use crate::messages::{ODD, TWIST, odd, twist};
+use crate::messages::{Encoder, ODD, TWIST, odd, twist};
 use crate::reading::{nothing, read_with, times};
 use crate::writer::{Written, bag_of};
 
@@ -97,9 +97,59 @@ fn a_file_without_definitions_needs_them_from_elsewhere() {
     let bag = Bag::open(&path).expect("a bag");
     let topics = &bag.survey().topics;
     assert!(topics.len() == 2 && topics.iter().all(|topic| topic.definition.is_none()), "{topics:?}");
-    let undefined = Definitions { topics, folders: &[], read: &nothing }.layout(&topics[1]).expect_err("none is known");
+    let undefined = Definitions { survey: bag.survey(), folders: &[], read: &nothing }
+        .layout(&topics[1])
+        .expect_err("none is known");
     assert!(undefined.to_string().starts_with("there is no definition of odd_msgs/Odd"), "{undefined}");
     assert_eq!(times(&bag).0.len(), 5);
+}
+
+/// A message of `sensor_msgs/msg/BatteryState`.
+fn battery(percentage: f32) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.put(&5_i32.to_le_bytes()).put(&0_u32.to_le_bytes()).text("base");
+    for number in [12.5, 20.0, -1.5, f32::NAN, f32::NAN, f32::NAN, percentage] {
+        encoder.put(&number.to_le_bytes());
+    }
+    encoder.put(&[2]).put(&[1]).put(&[3]).put(&[1]);
+    // Cells without voltages and temperatures.
+    encoder.put(&0_u32.to_le_bytes()).put(&0_u32.to_le_bytes()).text("left").text("B-17");
+    encoder.message()
+}
+
+#[test]
+fn a_file_of_humble_is_read_with_the_definitions_on_board() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.db3");
+    let kind = ("sensor_msgs/msg/BatteryState", "");
+    write(&path, &[("/battery", kind, 5000, battery(0.75)), ("/battery", kind, 5500, battery(0.5))], false);
+    let mapping = "[[messages]]\ntopic = \"/battery\"\nfrom = \"battery\"\nto = \"monitor\"\n[messages.fields]\n\
+                   level = \"percentage\"\nstatus = { path = \"power_supply_status\", symbols = { 2 = \"DISCHARGING\" } }\n\
+                   serial = \"serial_number\"\n";
+    let (events, notes) = read_with(&Bag::open(&path).expect("a bag"), mapping);
+    let expected = [
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: battery → monitor [0.75, <DISCHARGING>, \"B-17\"]",
+        "500 ms: 2, tick 0: battery → monitor [0.5, <DISCHARGING>, \"B-17\"]",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(notes, ["/battery is decoded with the sensor_msgs/msg/BatteryState on board, as in dashing to lyrical"]);
+}
+
+#[test]
+fn the_distribution_and_the_hashes_of_a_file_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.db3");
+    write(&path, &messages(), false);
+    let named = "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
+        INSERT INTO schema VALUES (4, 'iron');
+        ALTER TABLE topics ADD COLUMN type_description_hash TEXT NOT NULL DEFAULT '';
+        UPDATE topics SET type_description_hash = 'RIHS01_12' WHERE name = '/odd';";
+    Connection::open(&path).and_then(|file| file.execute_batch(named)).expect("room for tables");
+    let survey = Bag::open(&path).expect("a bag").survey().clone();
+    assert_eq!(survey.distributions.iter().collect::<Vec<_>>(), ["iron"]);
+    let hashes = survey.topics.iter().map(|topic| topic.hash.as_deref());
+    assert_eq!(hashes.collect::<Vec<_>>(), [None, Some("RIHS01_12")]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Compares a mapping with a bag: which bytes become which events.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topology, Value};
@@ -19,6 +19,8 @@ pub struct Compiled {
     pub topology: Arc<Topology>,
     /// The entries for each topic of the bag, by its index.
     pub(crate) entries: Vec<Vec<(ChannelId, CompiledEntry)>>,
+    /// Which types are defined on board, in words.
+    pub(crate) on_board: BTreeSet<String>,
 }
 
 /// How a message becomes an event.
@@ -118,12 +120,12 @@ impl Mapping {
         topology: Option<&Arc<Topology>>,
         read: ReadFile<'_>,
     ) -> Result<Compiled, FileProblems> {
-        let definitions = Definitions { topics: &survey.topics, folders: &self.folders, read };
+        let definitions = Definitions { survey, folders: &self.folders, read };
         let mut problems = Vec::new();
         let mut shapes: Shapes = BTreeMap::new();
-        let mut found = Vec::new();
+        let (mut found, mut on_board) = (Vec::new(), BTreeSet::new());
         for mapped in &self.messages {
-            match self.entries_of(mapped, survey, &definitions, &mut problems) {
+            match self.entries_of(mapped, &definitions, &mut on_board, &mut problems) {
                 Some((entries, shape)) => {
                     let channel = (mapped.from.value.clone(), mapped.to.value.clone());
                     shapes.entry(channel).or_default().push(shape.clone());
@@ -148,23 +150,28 @@ impl Mapping {
             }
         }
         FileProblems::none_of(problems)?;
-        Ok(Compiled { topology, entries })
+        Ok(Compiled { topology, entries, on_board })
     }
 
     /// An entry and the shape of its messages, for each topic of that name: in a bag, one name may have several types.
     fn entries_of(
         &self,
         mapped: &Mapped,
-        survey: &Survey,
         definitions: &Definitions<'_>,
+        on_board: &mut BTreeSet<String>,
         problems: &mut Vec<Problem>,
     ) -> Option<(Vec<(usize, CompiledEntry)>, Shape)> {
-        let topics = survey.topics.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
+        let all = &definitions.survey.topics;
+        let topics = all.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
         // The last type decides the shape; messages of another one that do not fit are left out when they are read.
         let (mut entries, mut shape) = (Vec::new(), None);
         for (index, topic) in topics {
-            let layout = match definitions.layout(topic) {
-                Ok(layout) => layout,
+            let layout = match definitions.defined(topic) {
+                Ok(defined) => {
+                    let note = |how| format!("{} is decoded with the {} on board, {how}", topic.name, topic.kind);
+                    on_board.extend(defined.on_board.map(note));
+                    defined.layout
+                }
                 Err(undefined) => {
                     let problem = mapped.topic.span.problem(undefined.why).with_label("this topic");
                     problems.push(problem.with_help(undefined.help));
@@ -181,7 +188,7 @@ impl Mapping {
             shape = Some(of_entry);
         }
         if shape.is_none() {
-            let mut names: Vec<&str> = survey.topics.iter().map(|topic| topic.name.as_str()).collect();
+            let mut names: Vec<&str> = all.iter().map(|topic| topic.name.as_str()).collect();
             names.sort_unstable();
             let problem = mapped.topic.span.problem(format!("the bag contains no topic `{}`", mapped.topic.value));
             problems.push(problem.with_label("this topic").with_help(nearest_or_all(

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::survey::Survey;
 use crate::Error;
 
 /// The format of a file.
@@ -41,8 +42,8 @@ pub fn is_bag(path: &Path) -> bool {
 /// The name of the metadata file that rosbag2 writes beside the files with messages.
 const METADATA: &str = "metadata.yaml";
 
-/// The files of a bag, in the order in which they were recorded.
-pub(super) fn of(path: &Path, lost: &mut Vec<String>) -> Result<Vec<(PathBuf, Format)>, Error> {
+/// The files of a bag, in the order in which they were recorded. Notes what the metadata says.
+pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Vec<(PathBuf, Format)>, Error> {
     let unreadable = |source| Error::Read(diagnostics::Error::Read { path: path.to_owned(), source });
     if !fs::metadata(path).map_err(unreadable)?.is_dir() {
         let format = Format::of(path).ok_or_else(|| Error::NoBag(path.to_owned()))?;
@@ -57,9 +58,11 @@ pub(super) fn of(path: &Path, lost: &mut Vec<String>) -> Result<Vec<(PathBuf, Fo
     }
     names.sort_by_key(|name| in_order(name));
     // The files that rosbag2 lists come first, in its order.
-    let listed = listed(&fs::read_to_string(path.join(METADATA)).unwrap_or_default());
+    let metadata = fs::read_to_string(path.join(METADATA)).unwrap_or_default();
+    survey.distributions.extend(distribution(&metadata));
+    let listed = listed(&metadata);
     let (found, missing): (Vec<String>, Vec<String>) = listed.into_iter().partition(|name| names.contains(name));
-    lost.extend(missing.into_iter().map(|name| format!("{name} is missing, although {METADATA} lists it")));
+    survey.lost.extend(missing.into_iter().map(|name| format!("{name} is missing, although {METADATA} lists it")));
     names.retain(|name| !found.contains(name));
     let files = found.into_iter().chain(names).map(|name| path.join(name));
     let files: Vec<_> =
@@ -80,4 +83,11 @@ fn listed(metadata: &str) -> Vec<String> {
     let lines = metadata.lines().skip_while(|line| line.trim() != "relative_file_paths:").skip(1);
     let names = lines.map_while(|line| line.trim().strip_prefix("- "));
     names.map(|name| name.trim().trim_matches(['"', '\'']).to_owned()).collect()
+}
+
+/// The distribution of ROS 2 that rosbag2's metadata names. Jazzy was the first to write it.
+fn distribution(metadata: &str) -> Option<String> {
+    let name = metadata.lines().find_map(|line| line.trim().strip_prefix("ros_distro:"))?;
+    let name = name.trim().trim_matches(['"', '\'']);
+    (!name.is_empty()).then(|| name.to_owned())
 }

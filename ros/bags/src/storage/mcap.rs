@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use mcap::parse_record;
 use mcap::records::{ChunkIndex, MessageHeader, Record, op};
 
-use super::survey::{Definition, Head, Survey, Topic};
+use super::survey::{Definition, Head, Survey, Topic, hash};
 use crate::Error;
 
 /// Larger records are read only if they are messages: no definition is longer.
@@ -21,13 +21,18 @@ const LONGEST: u64 = 1 << 26;
 /// Chunks of up to this size are read into memory as a whole; larger ones are read twice if they have a checksum.
 const LARGEST_WHOLE: u64 = 1 << 24;
 
+/// The name of rosbag2's own metadata.
+const METADATA: &str = "rosbag2";
+
 /// The number of bytes in a message's record before its data.
 const MESSAGE_HEAD: u64 = 22;
 
 /// Adds the contents of a file.
 pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     let mut walk = Walk::open(path)?;
-    if let Some(summary) = walk.summary() {
+    let summary = walk.summary();
+    survey.distributions.append(&mut walk.known.distributions);
+    if let Some(summary) = summary {
         let topics: BTreeMap<u16, usize> =
             walk.known.channels.iter().map(|(id, topic)| (*id, survey.topic(topic.clone()))).collect();
         for (channel, count) in &summary.counts {
@@ -48,6 +53,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
         let (first, last) = seen.unwrap_or((head.log_time, head.log_time));
         seen = Some((first.min(head.log_time), last.max(head.log_time)));
     }
+    survey.distributions.append(&mut walk.known.distributions);
     // What is lost will be reported when the messages are read.
     for (channel, topic) in &walk.known.channels {
         let topic = survey.topic(topic.clone());
@@ -157,11 +163,13 @@ enum Chunk {
     Stream(BufReader<Box<dyn Read>>),
 }
 
-/// The schemas and channels to which messages refer.
+/// The schemas and channels to which messages refer, and what is known of the recording.
 #[derive(Default)]
 struct Known {
     schemas: BTreeMap<u16, (String, Definition)>,
     channels: BTreeMap<u16, Topic>,
+    /// The distributions of ROS 2 in which it was recorded.
+    distributions: BTreeSet<String>,
 }
 
 impl Walk {
@@ -216,7 +224,7 @@ impl Walk {
             return None;
         }
         let mut at = self.file.seek(SeekFrom::Start(footer.summary_start)).ok()?;
-        let (mut statistics, mut chunks, mut body) = (None, Vec::new(), Vec::new());
+        let (mut statistics, mut chunks, mut body, mut metadata) = (None, Vec::new(), Vec::new(), Vec::new());
         while at < end {
             let (kind, length) = record_head(&mut self.file).ok()??;
             at = at.checked_add(9)?.checked_add(length).filter(|at| *at <= end)?;
@@ -224,8 +232,13 @@ impl Walk {
             match parse_record(kind, &body).ok()? {
                 Record::Statistics(found) => statistics = Some(found),
                 Record::ChunkIndex(index) => chunks.push(index),
+                Record::MetadataIndex(index) if index.name == METADATA => metadata.push(index.offset),
                 record => self.known.note(record),
             }
+        }
+        for at in metadata {
+            self.file.seek(SeekFrom::Start(at)).ok()?;
+            self.known.step(&mut self.file, &mut |_, _: &_| ReadDepth::Nothing, &mut body).ok()?;
         }
         // Some writers leave channels out of the summary. Their messages would not be found; the whole file is read
         // then.
@@ -395,7 +408,7 @@ fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
 }
 
 impl Known {
-    /// Adds a schema or a channel.
+    /// Adds a schema, a channel or metadata.
     fn note(&mut self, record: Record<'_>) {
         match record {
             Record::Schema { header, data } => {
@@ -409,8 +422,14 @@ impl Known {
                     kind: kind.unwrap_or_default(),
                     encoding: channel.message_encoding,
                     definition: definition.filter(|definition| !definition.language.is_empty()),
+                    hash: channel.metadata.get("topic_type_hash").and_then(|text| hash(text)),
                 };
                 self.channels.insert(channel.id, topic);
+            }
+            // In Humble and Iron. Later versions write the distribution into the metadata file.
+            Record::Metadata(metadata) if metadata.name == METADATA => {
+                let distribution = metadata.metadata.get("ROS_DISTRO").filter(|name| !name.is_empty());
+                self.distributions.extend(distribution.cloned());
             }
             _ => {}
         }
@@ -437,13 +456,17 @@ impl Known {
                 }
                 Ok(if reading == ReadDepth::Nothing { WalkStep::Other } else { WalkStep::Message(head) })
             }
-            op::SCHEMA | op::CHANNEL if length <= LONGEST => {
+            op::SCHEMA | op::CHANNEL | op::METADATA if length <= LONGEST => {
                 let mut body = Vec::new();
                 read_body(input, length, &mut body)?;
-                self.note(parse_record(kind, &body).map_err(io::Error::other)?);
+                match parse_record(kind, &body) {
+                    // Messages can be read without it.
+                    Err(_) if kind == op::METADATA => {}
+                    record => self.note(record.map_err(io::Error::other)?),
+                }
                 Ok(WalkStep::Other)
             }
-            // Indexes, attachments, metadata; also what is too short for a message or too long for a definition.
+            // Indexes and attachments; also what is too short for a message or too long for a definition.
             _ => input.pass(length).map(|()| WalkStep::Other),
         }
     }

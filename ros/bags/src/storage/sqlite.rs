@@ -7,13 +7,16 @@ use std::path::{Path, PathBuf};
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
 use tempfile::{NamedTempFile, TempPath};
 
-use super::survey::{Definition, Head, Survey, Topic};
+use super::survey::{Definition, Head, Survey, Topic, hash};
 use crate::Error;
 
 /// Adds the contents of a file.
 pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     let Opened { file, _copy, .. } = open(path)?;
     let refused = |error: rusqlite::Error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() };
+    // Since Humble, rosbag2 writes the distribution, or nothing if its environment does not name it.
+    let distribution = file.query_row("SELECT ros_distro FROM schema", [], |row| row.get::<_, String>(0));
+    survey.distributions.extend(distribution.ok().filter(|name| !name.is_empty()));
     for (id, topic) in topics(&file).map_err(refused)? {
         let index = survey.topic(topic);
         let counted =
@@ -69,7 +72,7 @@ fn whole_pages(path: &Path, length: u64) -> io::Result<TempPath> {
     Ok(copy.into_temp_path())
 }
 
-/// The topics of a file by their ids. Up to Humble, rosbag2 wrote no definitions.
+/// The topics of a file by their ids. Up to Humble, rosbag2 wrote neither definitions nor hashes.
 fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
     let has_definitions =
         file.prepare("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
@@ -82,11 +85,13 @@ fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
             }
         }
     }
-    let mut rows = file.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
+    let columns =
+        |hash| file.prepare(&format!("SELECT id, name, type, serialization_format, {hash} FROM topics ORDER BY id"));
+    let mut rows = columns("type_description_hash").or_else(|_| columns("''"))?;
     let topics = rows.query_map([], |row| {
         let kind: String = row.get(2)?;
-        let definition = definitions.get(&kind).cloned();
-        Ok((row.get(0)?, Topic { name: row.get(1)?, kind, encoding: row.get(3)?, definition }))
+        let (definition, hash) = (definitions.get(&kind).cloned(), hash(&row.get::<_, String>(4)?));
+        Ok((row.get(0)?, Topic { name: row.get(1)?, kind, encoding: row.get(3)?, definition, hash }))
     })?;
     topics.collect()
 }

@@ -1,5 +1,7 @@
 //! The contents of a bag, and the heads of its messages.
 
+use std::collections::BTreeSet;
+
 /// A topic as described in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
@@ -11,6 +13,13 @@ pub struct Topic {
     pub encoding: String,
     /// The definition of the type, if the bag has it.
     pub definition: Option<Definition>,
+    /// The [hash](ros_messages::Layout::type_hash) of the type, if the bag has it.
+    pub hash: Option<String>,
+}
+
+/// A hash as rosbag2 writes it: empty if it knows none.
+pub(super) fn hash(text: &str) -> Option<String> {
+    (!text.is_empty()).then(|| text.to_owned())
 }
 
 /// The definition of a type, with those of all types that it uses.
@@ -31,6 +40,8 @@ pub struct Survey {
     pub counts: Vec<u64>,
     /// When the first and the last message were recorded, in nanoseconds since 1970, if there are any.
     pub span_ns: Option<(i64, i64)>,
+    /// The distributions of ROS 2 in which it was recorded, such as `humble`, if it names any.
+    pub distributions: BTreeSet<String>,
     /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
 }

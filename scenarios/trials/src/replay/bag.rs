@@ -90,9 +90,9 @@ type Decoders = BTreeMap<usize, (TopicRole, Decoder, Arc<Layout>)>;
 /// The topics to read, by their index, each with its role and decoder.
 fn decoders(bag: &Bag, topics: &Topics) -> Result<Decoders, NoRobot> {
     let all = &bag.survey().topics;
-    // Only the bag's own definitions, and the built-in ones: all these types are common.
+    // Only the bag's own definitions, and those on board: all these types are common.
     let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
-    let definitions = Definitions { topics: all, folders: &[], read: &nothing };
+    let definitions = Definitions { survey: bag.survey(), folders: &[], read: &nothing };
     let mut decoders = BTreeMap::new();
     for (role, topic) in roles(all, topics)? {
         let layout = definitions.layout(&all[topic]);
