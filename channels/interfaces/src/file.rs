@@ -26,7 +26,8 @@ impl Interface {
     /// - `fields = ["pose.position", "ranges[0]"]` selects fields, and `fields = { nearest = "ranges[0]" }` also
     ///   renames them. The keys `request`, `reply`, `goal`, `feedback` and `result` do the same.
     /// - A type `geometry_msgs/Pose` is looked up as `geometry_msgs/msg/Pose.msg`: beside the package that uses it, in
-    ///   each parent folder up to that of the file, and in `packages`.
+    ///   each parent folder up to that of the file, and in `packages`. Otherwise it is the one
+    ///   [on board](ros_messages::on_board), if all distributions of ROS 2 have it alike.
     /// - No message has more than [`MAX_FIELDS`] fields.
     ///
     /// # Errors

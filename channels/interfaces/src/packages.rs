@@ -2,13 +2,14 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use diagnostics::document::Table;
 use diagnostics::{ReadFile, Spanned, read_text};
-use ros_messages::{Action, Message, Service, TypeName};
+use ros_messages::{Action, Message, Service, TypeName, on_board};
 
 /// The packages with the most common types, each with its repository.
 const HOMES: [(&str, &[&str]); 4] = [
@@ -127,8 +128,8 @@ impl<'r> Packages<'r> {
             );
             return None;
         }
-        let bases = std::iter::once(&self.folder).chain(&self.others);
-        for base in bases {
+        let bases = || std::iter::once(&self.folder).chain(&self.others);
+        for base in bases() {
             match self.read(&base.join(path), kind, named, table) {
                 Ok(definition) => {
                     let above = path.ancestors().skip(1).map(|above| base.join(above));
@@ -138,6 +139,12 @@ impl<'r> Packages<'r> {
                 Err(Missing::Refused) => return None,
                 Err(Missing::Nowhere) => {}
             }
+        }
+        let name = path.to_str().and_then(|path| path.strip_suffix(kind.ending())?.strip_suffix('.'));
+        let text = name.and_then(TypeName::parse).and_then(|name| on_board(&name, None));
+        if let Some(parts) = text.and_then(|text| kind.parse(&named.value, &text).ok()) {
+            let definition = Definition { parts, path: self.folder.join(path) };
+            return Some((Arc::new(definition), bases().cloned().collect()));
         }
         let problem = named.span.problem("there is no such definition").with_label("this file");
         let place = self.folder.join(path);
@@ -168,7 +175,16 @@ impl<'r> Packages<'r> {
                 found_or_refused => return found_or_refused,
             }
         }
-        builtin(name).ok_or(Missing::Nowhere)
+        let package = package_of(&user.path).and_then(Path::file_name).and_then(OsStr::to_str);
+        self.builtin(&name.within(package.unwrap_or_default())).ok_or(Missing::Nowhere)
+    }
+
+    /// A type on board that all distributions of ROS 2 have alike.
+    fn builtin(&self, name: &TypeName) -> Option<Arc<Definition>> {
+        let message = Message::known(name, None)?;
+        let folder = self.folder.join(name.package.as_deref().unwrap_or_default());
+        let path = folder.join("msg").join(format!("{}.msg", name.name));
+        Some(Arc::new(Definition { parts: vec![message], path }))
     }
 
     fn read(
@@ -217,14 +233,6 @@ fn package_of(path: &Path) -> Option<&Path> {
     let folder = path.parent()?;
     let kind = folder.file_name()?.to_str()?;
     ["msg", "srv", "action"].contains(&kind).then(|| folder.parent())?
-}
-
-/// The types that every definition can use.
-fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
-    let message = Message::known(name, None)?;
-    let package = name.package.as_deref().unwrap_or_default();
-    let path = Path::new(package).join("msg").join(format!("{}.msg", name.name));
-    Some(Arc::new(Definition { parts: vec![message], path }))
 }
 
 /// How to add the definition of a type that is missing.

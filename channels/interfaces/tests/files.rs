@@ -183,6 +183,23 @@ fn definitions_of_ros_become_flat_fields() {
 }
 
 #[test]
+fn common_types_need_no_files_unless_distributions_differ() {
+    let text = "[topics.where]\nros = 'geometry_msgs/msg/PoseStamped.msg'\nfields = ['pose.position', 'header.stamp']\n\
+                [services.stop]\nros = 'std_srvs/srv/SetBool.srv'\n[topics.own]\nros = 'x/msg/Own.msg'\n";
+    let own = ("robot/x/msg/Own.msg", "geometry_msgs/Twist twist\n");
+    let interface = load([("robot/arm.toml", text), own]).unwrap();
+    assert_eq!(fields(&interface.services[0].request), ["data: bool"]);
+    let stamped = ["pose_position_x: real", "pose_position_y: real", "pose_position_z: real"];
+    assert_eq!(fields(&interface.topics[0].fields)[..3], stamped);
+    assert_eq!(interface.topics[1].fields.len(), 6);
+    // A file has precedence, also over a type in a type on board.
+    let overridden = load([("robot/arm.toml", text), own, ("robot/geometry_msgs/msg/Point.msg", "int8 x\n")]).unwrap();
+    assert_eq!(fields(&overridden.topics[0].fields)[..2], ["pose_position_x: int", "header_stamp_sec: int"]);
+    let text = "[topics.ahead]\nros = 'sensor_msgs/msg/Range.msg'\n";
+    assert!(problems([("robot/arm.toml", text)]).contains("there is no such definition"));
+}
+
+#[test]
 fn a_file_selects_and_renames_fields_of_a_definition() {
     let text = r#"
         [topics.scan]
