@@ -217,7 +217,9 @@ impl PointCloud {
 
 #[cfg(test)]
 mod tests {
-    use ros_messages::{CdrWriter, RosMessage, RosType};
+    use std::collections::BTreeMap;
+
+    use ros_messages::{Bundle, CdrWriter, Layout, Message, RosMessage, RosType, Undefined};
 
     use super::*;
 
@@ -233,6 +235,34 @@ mod tests {
         );
         assert_eq!(PoseStamped::definition().to_string(), expected);
         assert!(Marker::definition().to_string().contains("int32 type\n"));
+    }
+
+    /// A recording says that it comes from Humble.
+    #[test]
+    fn the_types_are_those_of_humble() {
+        fn compare<T: RosMessage>() {
+            let Bundle { message, types } = T::definition();
+            let types: BTreeMap<_, _> = types.into_iter().chain([(T::name(), message)]).collect();
+            let of_humble = |name: &_| Message::known(name, Some("humble"));
+            let undefined = || Undefined::new("it is not on board".to_owned(), "");
+            let theirs = Layout::resolve(&T::name(), &mut |name| of_humble(name).ok_or_else(undefined));
+            let ours = Layout::resolve(&T::name(), &mut |name| Ok(types[name].clone()));
+            let [ours, theirs] = [ours, theirs].map(|layout| layout.unwrap().type_hash());
+            assert_eq!(ours, theirs, "{}", T::name());
+        }
+        compare::<Text>();
+        compare::<PoseStamped>();
+        compare::<Transforms>();
+        compare::<LaserScan>();
+        compare::<PointCloud>();
+        compare::<Image>();
+        compare::<CompressedImage>();
+        compare::<BatteryState>();
+        compare::<OccupancyGrid>();
+        compare::<Path>();
+        compare::<Markers>();
+        compare::<Statuses>();
+        compare::<Log>();
     }
 
     #[test]
