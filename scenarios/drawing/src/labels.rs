@@ -62,17 +62,27 @@ impl LabelPlacer {
     /// The box for a text of this width and height at `site`. `cost` is the cost of covering the contents of a box (0
     /// to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
-        let best = self.best(site, size, cost);
+        let best = self.best(site, site.candidates(size), &cost);
         self.take(best);
         best
     }
 
-    /// The same, but none if it would have to cover a symbol or another label.
-    pub fn place_free(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Option<Area> {
-        let best = self.best(site, size, cost);
-        let letters = best.inset(0.5);
-        let is_free = self.taken.iter().all(|taken| !taken.overlaps(&letters));
-        is_free.then(|| {
+    /// The same, but none if it would have to cover a symbol or another label, or contents that cost more than `most`.
+    /// Where there is no such box near the site, it may be farther away.
+    pub fn place_free(
+        &mut self,
+        site: &Site,
+        size: (f64, f64),
+        cost: impl Fn(&Area) -> f64,
+        most: f64,
+    ) -> Option<Area> {
+        let is_free = |area: &Area| {
+            let letters = area.inset(0.5);
+            self.taken.iter().all(|taken| !taken.overlaps(&letters)) && cost(area) <= most
+        };
+        let near = self.best(site, site.candidates(size), &cost);
+        let best = if is_free(&near) { near } else { self.best(site, site.far_candidates(size), &cost) };
+        is_free(&best).then(|| {
             self.take(best);
             best
         })
@@ -84,13 +94,14 @@ impl LabelPlacer {
         self.taken.push(Area { x: label.x - GAP, width: label.width + 2.0 * GAP, ..label });
     }
 
-    fn best(&self, site: &Site, (width, height): (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
-        let candidates = site.candidates(width, height).into_iter().map(|area| self.moved_inside(area)).enumerate();
+    fn best(&self, site: &Site, candidates: Vec<Area>, cost: impl Fn(&Area) -> f64) -> Area {
+        let ranks = candidates.len().max(100) as f64;
+        let candidates = candidates.into_iter().map(|area| self.moved_inside(area)).enumerate();
         let priced = candidates.map(|(rank, area)| {
             // Inside a site or beside it: on its edge, a label would seem to belong to neither side.
             let is_astride = site.roomy && area.overlaps(&site.symbol) && !site.symbol.encloses(&area);
             let edge = if is_astride { 8.0 } else { 0.0 };
-            (self.price(&area) + edge + 4.0 * cost(&area) + 0.04 * rank as f64, area)
+            (self.price(&area) + edge + 4.0 * cost(&area) + 4.0 * rank as f64 / ranks, area)
         });
         priced.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(site.symbol, |(_, area)| area)
     }
@@ -124,7 +135,7 @@ pub struct Site {
 
 impl Site {
     /// Boxes for a label to try, the most natural ones first.
-    fn candidates(&self, width: f64, height: f64) -> Vec<Area> {
+    fn candidates(&self, (width, height): (f64, f64)) -> Vec<Area> {
         let (x, y) = self.symbol.center();
         let (half_width, half_height) = (self.symbol.width / 2.0, self.symbol.height / 2.0);
         let mut centers = Vec::new();
@@ -155,6 +166,18 @@ impl Site {
             centers.extend(corners.map(|(dx, dy)| (x + dx, y + dy)));
         }
         centers.into_iter().map(|center| Area::around(center, width, height)).collect()
+    }
+
+    /// Boxes for a label where there is no room near its owner, from near to far.
+    fn far_candidates(&self, (width, height): (f64, f64)) -> Vec<Area> {
+        const STEP: f64 = 12.0;
+        const STEPS: i32 = 26;
+        let offsets = (-STEPS..=STEPS).flat_map(|column| (-STEPS..=STEPS).map(move |row| (column, row)));
+        let mut offsets: Vec<(i32, i32)> = offsets.collect();
+        offsets.sort_by_key(|(column, row)| column * column + row * row);
+        let (x, y) = self.symbol.center();
+        let at = |(column, row)| (x + f64::from(column) * STEP, y + f64::from(row) * STEP);
+        offsets.into_iter().map(|offset| Area::around(at(offset), width, height)).collect()
     }
 }
 

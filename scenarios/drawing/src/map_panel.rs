@@ -55,7 +55,7 @@ pub fn bounds(scene: &Scene) -> Bounds {
 /// A label whose position is not yet known.
 struct Label {
     site: Site,
-    lines: Vec<String>,
+    text: String,
     color: Color,
     /// Whether its owner stays where it is for the whole run.
     stands_still: bool,
@@ -299,7 +299,7 @@ impl MapDrawing<'_> {
                 let lines = self.font.wrap(speech, room, rows);
                 let width = lines.iter().map(|line| self.font.width(line)).fold(0.0, f64::max) + 18.0;
                 let size = (width, lines.len() as f64 * self.font.line_height() + 12.0);
-                Some((self.placer.place_free(&site, size, |_| 0.0)?, lines))
+                Some((self.placer.place_free(&site, size, |_| 0.0, 0.0)?, lines))
             });
             let Some((bubble, lines)) = placed else { continue };
             self.placer.block(bubble);
@@ -332,8 +332,7 @@ impl MapDrawing<'_> {
         } else if !stands_still {
             self.moving.push(site.symbol);
         }
-        let lines = self.font.wrap(text, self.view.area.width * 0.36, 3);
-        self.labels.push(Label { site, lines, color, stands_still });
+        self.labels.push(Label { site, text: text.to_owned(), color, stands_still });
     }
 
     /// Writes the labels of everything drawn, without overlaps. In a series of pictures, the labels of immovable things
@@ -343,42 +342,42 @@ impl MapDrawing<'_> {
         let is_still = |label: &Label| label.stands_still && one_of_many;
         let (still, moving): (Vec<Label>, Vec<Label>) =
             std::mem::take(&mut self.labels).into_iter().partition(is_still);
-        still.iter().for_each(|label| self.write(label));
+        still.iter().for_each(|label| _ = self.write(label));
         std::mem::take(&mut self.moving).into_iter().for_each(|area| self.placer.block(area));
         std::mem::take(&mut self.moving_lines).into_iter().for_each(|line| self.placer.avoid_line(line));
-        moving.iter().for_each(|label| self.write(label));
+        moving.iter().for_each(|label| _ = self.write(label));
     }
 
-    /// Writes a label in its lines, in one line if there is no room for them, or not at all.
-    fn write(&mut self, label: &Label) {
+    /// Writes a label, if possible beside walls: in its lines, or else in narrower ones, or in one; otherwise where it
+    /// covers the least of a wall, or not at all. Returns where.
+    fn write(&mut self, label: &Label) -> Option<Area> {
         let (font, view, map) = (self.font, self.view, &self.scene.map);
         // A place beside a wall is better than one on it, even if it is farther away; but an area keeps its label.
         let walls = |area: &Area| {
             let covered = map.covered(&area.inset(-2.0), &view);
             let inside = label.site.roomy && label.site.symbol.encloses(area);
-            if covered > 0.0 && !inside { 0.3 + covered } else { covered }
+            if covered > 0.0 && !inside { 1.2 + covered } else { 0.0 }
         };
-        let shortened = label.lines.first().map(|first| match label.lines.len() {
-            1 => first.clone(),
-            _ => font.fit(&format!("{first} …"), view.area.width * 0.36),
-        });
-        for lines in [label.lines.clone(), shortened.into_iter().collect()] {
+        let wrapped = |share: f64| font.wrap(&label.text, view.area.width * share, 3);
+        let first =
+            wrapped(0.36).into_iter().take(1).map(|first| font.fit(&format!("{first} …"), view.area.width * 0.36));
+        let shapes = [wrapped(0.36), wrapped(0.16), first.collect()];
+        let attempts = [0.0, f64::INFINITY].into_iter().flat_map(|most| shapes.iter().map(move |lines| (lines, most)));
+        let (lines, area) = attempts.into_iter().find_map(|(lines, most)| {
             let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
-            if width <= 0.0 {
-                return;
-            }
+            // Narrower lines must not cut a word.
+            let is_whole = most > 0.0 || lines.iter().all(|line| !line.ends_with('…'));
             let size = (width, font.line_height() * lines.len() as f64);
-            let Some(area) = self.placer.place_free(&label.site, size, walls) else {
-                continue;
-            };
-            self.lead(&label.site, area, label.color);
-            let style = TextStyle::new(font, label.color).anchored(Anchor::Middle).with_halo();
-            for (line, text) in lines.iter().enumerate() {
-                let y = area.y + (line as f64 + 0.5) * font.line_height();
-                self.canvas.centered_text((area.center().0, y), text, style);
-            }
-            return;
+            let area = (width > 0.0 && is_whole).then(|| self.placer.place_free(&label.site, size, walls, most));
+            Some((lines, area.flatten()?))
+        })?;
+        self.lead(&label.site, area, label.color);
+        let style = TextStyle::new(font, label.color).anchored(Anchor::Middle).with_halo();
+        for (line, text) in lines.iter().enumerate() {
+            let y = area.y + (line as f64 + 0.5) * font.line_height();
+            self.canvas.centered_text((area.center().0, y), text, style);
         }
+        Some(area)
     }
 
     /// Draws a line from a sign to a label that is not beside it.
@@ -520,5 +519,92 @@ fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[LegendEntry]) {
         sign(canvas, (x + SIGN / 2.0 - 3.0, y));
         canvas.centered_text((x + SIGN, y), words, TextStyle::new(font, theme::MUTED));
         x += width + gap;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+    use std::sync::Arc;
+
+    use maps::{Cell, CellIndex, OccupancyGrid, load_map, pose};
+
+    use super::*;
+    use crate::frame::{Body, Mark, Place, Station};
+    use crate::map_picture::MapPicture;
+    use crate::sample::Chance;
+
+    /// Draws random things on a map, and returns how many labels there are, how many are missing, and how many meet a
+    /// wall.
+    fn labeled(grid: &OccupancyGrid, (size, font_px): ((f64, f64), f64), chance: &mut Chance) -> [usize; 3] {
+        let index = |offset: usize| CellIndex { column: offset % grid.width(), row: offset / grid.width() };
+        let is_free = |&offset: &usize| grid.cells()[offset] == Cell::Free;
+        let free: Vec<Point> =
+            (0..grid.cells().len()).filter(is_free).map(|offset| grid.center(index(offset))).collect();
+        let mut somewhere = || free[chance.below(free.len())];
+        let at = |point: Point| pose(point.x, point.y, 0.0);
+        let mut scene = Scene::new(Arc::new(MapPicture::new(grid)), at(somewhere()), 0.2);
+        let point = |label: &str, at| Place { label: label.to_owned(), corners: vec![at], keep_out: false };
+        let names = ["Kitchen", "Bath", "LivingRoom", "Sculptures", "Desk", "Entrance"];
+        scene.places = names.into_iter().map(|name| point(name, somewhere())).collect();
+        scene.start = Some(at(somewhere()));
+        scene.station = Some(Station { pose: at(somewhere()), label: "charging station".to_owned() });
+        scene.faults = vec![Mark { position: somewhere(), label: "level set to 10 %".to_owned() }];
+        scene.violations = vec![Mark { position: somewhere(), label: "keeps_reserve violated".to_owned() }];
+        let shape = maps::Shape::Disc { radius_m: 0.25 };
+        scene.bodies = vec![Body { shape, pose: at(somewhere()), label: "person".to_owned() }];
+        let view = View::fitting(bounds(&scene), Area::new(0.0, 0.0, size.0, size.1));
+        let mut canvas = Canvas::new();
+        let mut drawing = MapDrawing::new(&mut canvas, view, &scene, Font::regular(font_px));
+        drawing.areas();
+        drawing.bodies();
+        drawing.places();
+        drawing.faults();
+        drawing.violations();
+        std::mem::take(&mut drawing.moving).into_iter().for_each(|area| drawing.placer.block(area));
+        let labels = std::mem::take(&mut drawing.labels);
+        let written: Vec<Option<Area>> = labels.iter().map(|label| drawing.write(label)).collect();
+        let meets_wall = |area: &&Area| scene.map.covered(area, &view) > 0.0;
+        let areas: Vec<Area> = written.iter().flatten().copied().collect();
+        for (index, area) in areas.iter().enumerate() {
+            assert!(areas[..index].iter().all(|other| !other.overlaps(area)), "{areas:?}");
+        }
+        [labels.len(), labels.len() - areas.len(), areas.iter().filter(meets_wall).count()]
+    }
+
+    fn all_labels(grid: &OccupancyGrid, name: &str) -> [usize; 3] {
+        let mut chance = Chance::new(1);
+        let mut sum = [0; 3];
+        // In a picture, on a page, and on a page on a phone.
+        for size in [((960.0, 740.0), 15.0), ((660.0, 500.0), 13.5), ((360.0, 360.0), 10.5)] {
+            for _ in 0..20 {
+                let found = labeled(grid, size, &mut chance);
+                sum = std::array::from_fn(|index| sum[index] + found[index]);
+            }
+        }
+        println!("{name}: {} labels, {} without room, {} on walls", sum[0], sum[1], sum[2]);
+        sum
+    }
+
+    #[test]
+    fn labels_find_room_beside_walls() {
+        for (grid, name) in [(maps::house::draw(), "house"), (maps::museum::draw(), "museum")] {
+            let [_, missing, on_walls] = all_labels(&grid, name);
+            assert_eq!([missing, on_walls], [0, 0], "{name}");
+        }
+    }
+
+    #[test]
+    #[ignore = "needs maps: STEWARD_MAPS names their folder"]
+    fn labels_on_maps_of_a_folder() {
+        let folder = PathBuf::from(std::env::var_os("STEWARD_MAPS").expect("STEWARD_MAPS names a folder"));
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let is_map = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "yaml");
+        for path in files.filter(is_map) {
+            let map = load_map(&path, &diagnostics::from_disk).unwrap_or_else(|error| panic!("{error}"));
+            let [labels, missing, on_walls] = all_labels(&map, &path.file_stem().unwrap().display().to_string());
+            // On a phone, the aisles of a warehouse are narrower than a name.
+            assert!(missing == 0 && on_walls * 50 <= labels);
+        }
     }
 }

@@ -84,23 +84,21 @@ impl MapPicture {
         canvas.placed_path(&self.insides, matrix, theme::SOLID);
     }
 
-    /// The fraction of a box on the page that walls cover (0 to 1), sampled every few pixels.
+    /// The fraction of a box on the page that walls cover (0 to 1): of the blocks in it and, on a map that is turned, of
+    /// those around it.
     pub fn covered(&self, area: &Area, view: &View) -> f64 {
-        /// The thinnest wall, in pixels.
-        const STEP: f64 = 3.0;
         let to_blocks = nalgebra::Matrix2::from_columns(&[self.column_step, self.row_step]).try_inverse();
         let Some(to_blocks) = to_blocks else { return 0.0 };
-        let [columns, rows] = [area.width, area.height].map(|length| (length / STEP).ceil().clamp(1.0, 400.0) as usize);
-        let samples = (0..columns * rows).map(|i| {
-            let part = |step: usize, steps: usize| (step as f64 + 0.5) / steps as f64;
-            let (x, y) = (part(i % columns, columns), part(i / columns, rows));
-            view.point_at((area.x + area.width * x, area.y + area.height * y))
-        });
-        let walls = samples.filter(|point| {
-            let block = to_blocks * (point - self.corner);
-            block.x >= 0.0 && block.y >= 0.0 && self.occupied.get(block.x as usize, block.y as usize)
-        });
-        walls.count() as f64 / (columns * rows) as f64
+        let spots = [(area.x, area.y), (area.right(), area.y), (area.x, area.bottom()), (area.right(), area.bottom())];
+        let corners = spots.map(|spot| to_blocks * (view.point_at(spot) - self.corner));
+        let range = |along: fn(&nalgebra::Vector2<f64>) -> f64| {
+            let [low, high] = [f64::min, f64::max].map(|extreme| corners.iter().map(along).reduce(extreme));
+            low.unwrap_or(0.0).max(0.0) as usize..high.unwrap_or(0.0).max(0.0).ceil() as usize
+        };
+        let (columns, rows) = (range(|corner| corner.x), range(|corner| corner.y));
+        let all = columns.len() * rows.len();
+        let walls = rows.flat_map(|row| columns.clone().map(move |column| (column, row)));
+        walls.filter(|&(column, row)| self.occupied.get(column, row)).count() as f64 / all.max(1) as f64
     }
 }
 

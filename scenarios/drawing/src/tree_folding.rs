@@ -138,6 +138,11 @@ impl<'t> Tree<'t> {
                 break;
             }
         }
+        // One that is left out alone takes no less room than it would itself.
+        let is_known = |at: Option<usize>| at.and_then(|at| children.get(at)).is_none_or(|child| shown.contains(child));
+        let alone = |&at: &usize| !is_known(Some(at)) && is_known(at.checked_sub(1)) && is_known(Some(at + 1));
+        let alone: Vec<usize> = (0..children.len()).filter(alone).map(|at| children[at]).collect();
+        shown.extend(alone);
         shown
     }
 
