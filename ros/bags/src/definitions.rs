@@ -63,7 +63,7 @@ impl Definitions<'_> {
             None => BTreeMap::new(),
         };
         let mut types = recorded.into_iter().map(|(name, message)| (name, Some(message))).collect::<Found>();
-        let (mut forms, mut refused): (Vec<Form>, _) = (Vec::new(), None);
+        let (mut variants, mut refused): (Vec<Variant>, _) = (Vec::new(), None);
         for edition in self.editions(topic) {
             let mut is_on_board = false;
             let resolved = Layout::resolve(&name, &mut |name| {
@@ -76,14 +76,14 @@ impl Definitions<'_> {
             });
             match resolved {
                 Ok(layout) if !is_on_board => return Ok(Defined { layout, on_board: None }),
-                Ok(layout) => Form::add(&mut forms, layout, edition),
+                Ok(layout) => Variant::add(&mut variants, layout, edition),
                 Err(undefined) => refused = Some(undefined),
             }
         }
-        if let Some(undefined) = refused.filter(|_| forms.is_empty()) {
+        if let Some(undefined) = refused.filter(|_| variants.is_empty()) {
             return Err(undefined);
         }
-        let (layout, how) = self.choose(topic, &name, forms)?;
+        let (layout, how) = self.choose(topic, &name, variants)?;
         let is_on_board = !matches!(types.get(&name), Some(Some(_)));
         Ok(Defined { layout, on_board: is_on_board.then_some(how) })
     }
@@ -104,25 +104,30 @@ impl Definitions<'_> {
 
     /// The editions of ROS 2 in which the bag may have been recorded, oldest first.
     fn editions(&self, topic: &Topic) -> Vec<&'static str> {
-        // A hash is more precise. A distribution that is not on board, such as Rolling, may have any of the forms.
+        // A hash is more precise. A distribution that is not on board, such as Rolling, may have any of the variants.
         let named = &self.survey.distributions;
         let is_any = topic.hash.is_some() || !named.iter().all(|name| EDITIONS.contains(&name.as_str()));
         let of_named = |edition: &&str| edition.split('-').next().is_some_and(|name| named.contains(name));
         EDITIONS.into_iter().filter(|edition| is_any || named.is_empty() || of_named(edition)).collect()
     }
 
-    /// The form that the bag was recorded with, and how it is known, in words.
-    fn choose(&self, topic: &Topic, name: &TypeName, forms: Vec<Form>) -> Result<(Arc<Layout>, String), Undefined> {
+    /// The variant that the bag was recorded with, and how it is known, in words.
+    fn choose(
+        &self,
+        topic: &Topic,
+        name: &TypeName,
+        variants: Vec<Variant>,
+    ) -> Result<(Arc<Layout>, String), Undefined> {
         if let Some(hash) = &topic.hash {
-            let form = forms.into_iter().find(|form| form.hash == *hash).ok_or_else(|| {
+            let variant = variants.into_iter().find(|variant| variant.hash == *hash).ok_or_else(|| {
                 Undefined::new(format!("the bag's {name} is none of those on board: its hash is {hash}"), FOLDER)
             })?;
-            return Ok((form.layout, "by its hash".to_owned()));
+            return Ok((variant.layout, "by its hash".to_owned()));
         }
-        match <[Form; 1]>::try_from(forms) {
-            Ok([form]) => Ok((form.layout, format!("as in {}", span(&form.editions)))),
-            Err(forms) => {
-                let spans: Vec<String> = forms.iter().map(|form| span(&form.editions)).collect();
+        match <[Variant; 1]>::try_from(variants) {
+            Ok([variant]) => Ok((variant.layout, format!("as in {}", span(&variant.editions)))),
+            Err(variants) => {
+                let spans: Vec<String> = variants.iter().map(|variant| span(&variant.editions)).collect();
                 let why = format!(
                     "{name} differs between distributions ({}), and the bag does not tell which of them it is from",
                     spans.join("; ")
@@ -146,24 +151,25 @@ impl Definitions<'_> {
     }
 }
 
-/// A form of a type on board.
-struct Form {
+/// A variant of a type on board.
+struct Variant {
     layout: Arc<Layout>,
     hash: String,
     /// The editions of ROS 2 that have it.
     editions: Vec<&'static str>,
 }
 
-impl Form {
-    /// Adds the form that an edition has. Constants do not distinguish forms; those of the newest edition are kept.
-    fn add(forms: &mut Vec<Self>, layout: Arc<Layout>, edition: &'static str) {
+impl Variant {
+    /// Adds the variant that an edition has. Constants do not distinguish variants; those of the newest edition are
+    /// kept.
+    fn add(variants: &mut Vec<Self>, layout: Arc<Layout>, edition: &'static str) {
         let hash = layout.type_hash();
-        match forms.iter_mut().find(|form| form.hash == hash) {
-            Some(form) => {
-                form.layout = layout;
-                form.editions.push(edition);
+        match variants.iter_mut().find(|variant| variant.hash == hash) {
+            Some(variant) => {
+                variant.layout = layout;
+                variant.editions.push(edition);
             }
-            None => forms.push(Self { layout, hash, editions: vec![edition] }),
+            None => variants.push(Self { layout, hash, editions: vec![edition] }),
         }
     }
 }

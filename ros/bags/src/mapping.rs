@@ -56,6 +56,12 @@ impl Mapping {
         Ok(document.read(|root| read_file(root, folder))?)
     }
 
+    /// Whether messages have the times at which they were recorded, unless an entry says otherwise, and not stamps.
+    #[must_use]
+    pub fn is_by_log(&self) -> bool {
+        matches!(self.time.value.as_str(), "log" | "publish")
+    }
+
     /// All keys of a mapping file.
     #[must_use]
     pub fn keys() -> Vec<Key> {

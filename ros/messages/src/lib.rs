@@ -23,8 +23,8 @@
 //! [`Service::messages`] and [`Action::messages`] are the messages that ROS sends for services and actions.
 //!
 //! **Types.** A [`Layout`] is a message type with all types in it resolved, from the definitions in [`Folders`] or
-//! wherever [`Layout::resolve`] finds them. Those of common types are [`on_board`]. [`Layout::type_hash`] is the hash that
-//! ROS programs exchange.
+//! wherever [`Layout::resolve`] finds them. Those of common types are [`on_board`]. [`Layout::type_hash`] is the hash
+//! that ROS programs exchange.
 //!
 //! ```
 //! use std::path::{Path, PathBuf};

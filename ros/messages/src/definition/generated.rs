@@ -5,8 +5,8 @@ use diagnostics::FileProblems;
 use super::{Action, Message, Service};
 
 impl Message {
-    /// The messages that a file defines, by name: of a `.msg` file one, of others all that ROS makes for them. `name` is
-    /// that of the file, without its ending `kind`.
+    /// The messages that a file defines, by name: of a `.msg` file one, of others all that ROS makes for them. `name`
+    /// is that of the file, without its ending `kind`.
     pub(crate) fn of_file(
         kind: &str,
         name: &str,
