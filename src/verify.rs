@@ -28,7 +28,7 @@ use serde_json::json;
 use crate::counted::counted;
 use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, print_wrapped};
-use judge::{Verified, judge, load, recorded, unheard};
+use judge::{Around, Verified, judge, load, recorded, unheard};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
@@ -164,7 +164,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         &system,
         &mut properties,
         doubts,
-        (events.chain(rest), &Cell::new(None)),
+        (events.chain(rest), &Around::default()),
     )?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));

@@ -257,6 +257,24 @@ fn a_robot_is_localized_in_a_bag_as_in_a_log() {
     assert!(said.contains("the messages of `/odom` are not sensor_msgs/msg/LaserScan"), "{said}");
 }
 
+#[test]
+fn the_page_of_a_bag_shows_its_map_and_where_a_property_was_violated() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("drive.mcap"), bag(&log(), &maps::house::draw(), true)).unwrap();
+    let mapping =
+        "[[messages]]\ntopic = \"/scan\"\nfrom = \"Laser\"\nto = \"Robot\"\nfields = { range_m = \"range_max\" }\n";
+    std::fs::write(folder.path("mapping.toml"), mapping).unwrap();
+    std::fs::write(folder.path("far.scope"), "property far := always not (Laser, Robot, range_m > 20)\n").unwrap();
+    let path = |name: &str| folder.path(name).display().to_string();
+    let [bag, mapping, property] = ["drive.mcap", "mapping.toml", "far.scope"].map(path);
+    let command = ["verify", &bag, "--map-channels", &mapping, "--property", &property, "--out", &path("out")];
+    assert_eq!(steward(&command).status.code(), Some(1));
+    let page = std::fs::read_to_string(folder.path("out/report.html")).unwrap();
+    for words in ["Where the robot went", "by odometry alone", "<dt>where</dt>"] {
+        assert!(page.contains(words), "{words}");
+    }
+}
+
 const BAD_ODOMETRY: [&str; 4] = ["--odometry-drift", "5%", "--odometry-noise", "0.05"];
 
 #[test]

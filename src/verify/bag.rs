@@ -1,6 +1,5 @@
 //! Bags of ROS 2: their contents, and the verdicts of properties on them.
 
-use std::cell::Cell;
 use std::fmt::Write as _;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -12,9 +11,10 @@ use diagnostics::from_disk;
 use monitors::{Property, Violation};
 use recording::Doubts;
 use serde_json::json;
+use trials::replay::way::way;
 
 use super::args::VerifyArgs;
-use super::judge::{Verified, judge, load};
+use super::judge::{Around, Verified, judge, load};
 use crate::monitor::System;
 
 /// The file with the violations, beside the report.
@@ -41,14 +41,14 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let about = format!("A ROS 2 bag{start}");
     // What the mapping leaves out is often what its channels cannot carry.
     let doubts = Doubts::about_any_messages(&properties, &system.topology);
-    let start_ns = Cell::new(None);
+    let way = folder.and_then(|_| way(&bag));
+    let around = Around { way, is_by_log: mapping.is_by_log(), ..Around::default() };
     let found = std::iter::from_fn(|| {
         let found = events.next();
-        start_ns.set(events.start_ns());
+        around.start_ns.set(events.start_ns());
         found.map(Ok)
     });
-    let (end, unsure) =
-        judge(args, (path, folder), [about, text], &system, &mut properties, doubts, (found, &start_ns))?;
+    let (end, unsure) = judge(args, (path, folder), [about, text], &system, &mut properties, doubts, (found, &around))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
     if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
         write_violations(&properties, start_ns, folder)?;

@@ -2,15 +2,17 @@
 
 use std::cell::Cell;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bags::{Found, Gap};
 use campaigns::{Error, refuse_campaign};
 use channels::Topology;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
+use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Premises, Recording, RobotBody, RunView};
 use reports::{Outputs, Presentation};
 use runs::FITS;
+use trials::replay::way::{Way, WayPlace};
 
 use super::args::VerifyArgs;
 use crate::monitor::System;
@@ -123,7 +125,6 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
 
 /// Makes the monitors judge the events; also writes the report to the folder, if there is one. It shows the texts
 /// `about` and `mapping`. `doubts` says what may be missing.
-/// With the events comes when they begin, once the first has been read.
 pub(super) fn judge(
     args: &VerifyArgs,
     (path, folder): (&Path, Option<&Path>),
@@ -131,21 +132,29 @@ pub(super) fn judge(
     system: &System,
     properties: &mut [Property],
     doubts: Doubts,
-    (mut events, start_ns): (impl Iterator<Item = Result<Found, Error>>, &Cell<Option<i64>>),
+    (mut events, around): (impl Iterator<Item = Result<Found, Error>>, &Around),
 ) -> Result<Judged, Error> {
     let Some(folder) = folder else { return judge_in_words(&mut events, properties, doubts) };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
     refuse_campaign(&outputs)?;
     let origin = Origin { text: mapping, recorded: Some(args.command(path)), ..Origin::default() };
-    let (mut judge, header, start) =
+    let (mut judge, mut header, start) =
         Judge::begin([name, about], origin, &system.topology, system.tick, properties, doubts);
+    around.describe(&mut header);
+    let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
     let mut view = RunView::new(header, start).expect(FITS);
     let mut presentation = Presentation::begin(&view, &outputs)?;
     let mut events = events.peekable();
     while let Some(event) = events.next() {
         match event? {
-            Found::Event(event) => view.apply(judge.step(event, properties)).expect(FITS),
+            Found::Event(event) => {
+                while let Some(place) = places.next_if(|place| around.time(place) <= event.time) {
+                    view.apply(judge.place(around.time(place).max(view.time()), place.pose)).expect(FITS);
+                    presentation.follow(&view)?;
+                }
+                view.apply(judge.step(event, properties)).expect(FITS);
+            }
             Found::LeftOut(Gap { why, channel }) => judge.miss(&why, channel, properties),
         }
         // The last step is recorded with the end.
@@ -157,9 +166,43 @@ pub(super) fn judge(
     if view.end().is_none() {
         view.finish(judge.finish(properties)).expect(FITS);
     }
-    view.set_began(start_ns.get().and_then(bags::date));
+    view.set_began(around.start_ns.get().and_then(bags::date));
     presentation.finish(&view)?;
     Ok((judge.end(), judge.unsure().to_vec()))
+}
+
+/// What is known of a log beyond its events.
+#[derive(Default)]
+pub(super) struct Around {
+    /// When the events begin, once the first has been read: in nanoseconds since 1970 if their times are.
+    pub(super) start_ns: Cell<Option<i64>>,
+    /// Where the robot was, if there is a map.
+    pub(super) way: Option<Way>,
+    /// Whether the events have the times of the log, and not stamps.
+    pub(super) is_by_log: bool,
+}
+
+impl Around {
+    /// The time of a place, in that of the events.
+    fn time(&self, place: &WayPlace) -> Duration {
+        let ns = place.stamp_ns.filter(|_| !self.is_by_log).unwrap_or(place.log_ns);
+        let since = ns.saturating_sub(self.start_ns.get().unwrap_or(ns));
+        Duration::from_nanos(since.max(0).unsigned_abs())
+    }
+
+    fn describe(&self, header: &mut Header) {
+        let Some(Way { map, places }) = &self.way else { return };
+        let start = places[0].pose;
+        header.premises =
+            Some(Premises { map: Arc::new(map.clone()), places: Vec::new(), start, station: None, destination: None });
+        // Its size is unknown: it is drawn as a sign.
+        header.robot = Some(RobotBody { radius_m: 0.0, lasers: Vec::new() });
+        let first = places.iter().find_map(|place| Some((place.pose, place.odometry?)));
+        let Some((pose, odometry)) = first else { return };
+        let onto_map = pose * odometry.inverse();
+        let path = places.iter().filter_map(|place| Some((onto_map * place.odometry?).translation.vector.into()));
+        header.origin.odometry = path.collect();
+    }
 }
 
 /// The same without a report, which is faster.

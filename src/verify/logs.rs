@@ -99,8 +99,9 @@ impl Checked {
         }
     }
 
+    /// When it begins; empty if its clock does not say.
     fn begins(&self) -> String {
-        self.start_ns.map_or_else(String::new, bags::moment)
+        self.start_ns.filter(|&ns| bags::date(ns).is_some()).map_or_else(String::new, bags::moment)
     }
 }
 
@@ -197,7 +198,8 @@ pub(super) fn in_words(lines: &[Line]) -> String {
                 let satisfied = checked.verdicts.len() - bad.len();
                 let rest = (satisfied > 0).then(|| format!("{satisfied} satisfied"));
                 let words: Vec<String> = bad.into_iter().chain(rest).collect();
-                let begins = if checked.start_ns.is_some() { format!("{}, ", checked.begins()) } else { String::new() };
+                let begins = checked.begins();
+                let begins = if begins.is_empty() { begins } else { begins + ", " };
                 format!("{begins}{} s: {}", seconds(checked.end), words.join(", "))
             }
             Err(reason) => format!("not checked: {reason}"),

@@ -104,7 +104,7 @@ pub struct RobotBody {
 }
 
 /// Where a scenario comes from, so that it can be run again.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// Its name on the command line.
     pub argument: String,
@@ -118,6 +118,9 @@ pub struct Origin {
     /// When it began, if that is known and it is such a recording.
     #[serde(skip)]
     pub began: Option<DateTime<Utc>>,
+    /// Likewise, the robot's path by odometry alone, from where it was first localized on the map.
+    #[serde(skip)]
+    pub odometry: Vec<Point>,
 }
 
 /// The settings in one table of a scenario's file, given or not.

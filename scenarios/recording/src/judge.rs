@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Topology, Verdict};
+use maps::Pose;
 use monitors::{EventTime, LogEnd, Property};
 
 use crate::{
@@ -56,6 +57,13 @@ impl Judge {
         };
         let start = judge.record(Duration::ZERO, Vec::new(), start);
         (judge, header, start)
+    }
+
+    /// The record of where the robot was at a time, between events.
+    #[must_use]
+    pub fn place(&self, time: Duration, estimate: Pose) -> Step {
+        let robot = RobotState { estimate: Some(estimate), ..RobotState::default() };
+        Step { robot, ..self.record(time, Vec::new(), Details::default()) }
     }
 
     /// Lets the monitors judge an event, and returns its record.

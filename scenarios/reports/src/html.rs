@@ -53,13 +53,13 @@ pub use settings::quoted;
 pub use logs::{Day, LogRow, logs};
 
 pub use figure::{Drawing, Layout, NARROW, figure};
-pub use markup::{row, section, table, text};
+pub use markup::{command, row, section, table, text};
 
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
 
 /// A page should open quickly on a phone: pictures beyond this total size are linked, not shown.
-const MOST_BYTES: usize = 780_000;
+const MOST_BYTES: usize = 1_500_000;
 
 const STYLE: &str = include_str!("html/style.css");
 
@@ -106,7 +106,7 @@ pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Pi
     let stories = violations::stories(view, timeline);
     let between = html! {
         (verdicts::section(view, timeline, report))
-        @if !recorded { (way(view, timeline, report)) }
+        @if !recorded { (way(view, timeline, report)) } @else { (recorded_way(view, timeline)) }
         (course(view, timeline))
     };
     let after = html! {
@@ -192,7 +192,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
     // The page has no section for what did not happen, and a link must lead somewhere.
     let is_there = |id| {
         (id != "violations" || violated)
-            && (id != "way" || !recorded)
+            && (id != "way" || !recorded || has_map)
             && (id != "pictures" || report.snapshots.iter().any(|snapshot| snapshot.violated.is_none()))
     };
     html! {
@@ -217,7 +217,7 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
         div.panel.way {
             @if let Some(scene) = &scene { (map_figure(scene, &activities, view, timeline)) }
             div {
-                (facts::numbers(report))
+                (facts::numbers(view, report))
                 (facts::faults(report))
                 (facts::tree_errors(report))
                 (facts::skill_errors(report, "skill"))
@@ -229,17 +229,35 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     section("way", if scene.is_some() { "Where the robot went" } else { "What the tree did" }, content)
 }
 
+/// The section with the map of a recording, if it has one.
+fn recorded_way(view: &RunView, timeline: &Timeline) -> Markup {
+    let Some(scene) = map::scene(view, timeline) else { return html! {} };
+    let odometry = &view.header().origin.odometry;
+    let label = "Map with the robot's path";
+    let content = html! {
+        figure.panel {
+            (figure(label, |layout| map::draw(&scene, &activities::activities(timeline), odometry, layout)))
+            figcaption {
+                "The robot’s path, by localization; its size is not known."
+                @if !odometry.is_empty() { " Dashed: by odometry alone, from the first pose of localization on." }
+                @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
+            }
+        }
+    };
+    section("way", "Where the robot went", content)
+}
+
 /// The map, with what its colors and signs mean.
 fn map_figure(scene: &Scene, activities: &[Activity], view: &RunView, timeline: &Timeline) -> Markup {
     let label = "Map with the robot's path, colored by the leaf of the behavior tree that was running";
     html! {
         figure {
-            (figure(label, |layout| map::draw(scene, activities, layout)))
+            (figure(label, |layout| map::draw(scene, activities, &[], layout)))
             figcaption {
                 "The robot’s path, colored by the leaf of the behavior tree that was running; the numbers are \
                  those in the table and the timeline."
                 @if map::is_crowded(activities) { " Stages in which it did not move are not drawn." }
-                @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took effect." }
+                @if !view.faults().is_empty() { " Red with !: where a fault put something, or else where the robot was when it took effect." }
                 @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
                 @if !view.scene().bodies.is_empty() { " Violet: things that are not on the map, where they were \
                                                        at the end." }
@@ -254,7 +272,8 @@ fn course(view: &RunView, timeline: &Timeline) -> Markup {
         Some(_) => "Timeline of battery, behavior tree, skills, components, monitors and faults on one time axis",
         None => "Timeline of behavior tree, skills, components, monitors and faults on one time axis",
     };
-    let keys = "Drag, or turn the wheel once you have clicked; keys + - ← → 0, and , . from event to event";
+    let keys = "Drag it, or click and turn the wheel; the keys + − ← → and 0 do the same, comma and period go from \
+                event to event";
     // Inside a script, only `</script` would end it.
     let data = chart::data(view, timeline).to_string().replace('<', "\\u003c");
     let content = html! {
@@ -265,7 +284,7 @@ fn course(view: &RunView, timeline: &Timeline) -> Markup {
                     button type="button" value="+" { "zoom in" }
                     button type="button" value="-" { "zoom out" }
                     button type="button" value="0" { "whole run" }
-                    output { (keys) "." }
+                    output { span.fine { (keys) "." } span.coarse { "Drag it; two fingers zoom." } }
                 }
                 canvas tabindex="0" role="application" aria-label={ (label) ". " (keys) } {}
             }

@@ -12,6 +12,7 @@ pub mod fit;
 pub mod mapping;
 mod score;
 pub mod starts;
+pub mod way;
 
 use std::sync::Arc;
 use std::time::Duration;

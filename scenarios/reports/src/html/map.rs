@@ -40,13 +40,21 @@ pub(super) fn scene(run: &RunView, timeline: &Timeline) -> Option<Scene> {
     Some(scene)
 }
 
-/// Draws the map.
-pub(super) fn draw(scene: &Scene, activities: &[Activity], layout: Layout) -> Drawing {
+/// Draws the map, with a path by odometry alone if there is one.
+pub(super) fn draw(scene: &Scene, activities: &[Activity], odometry: &[Point], layout: Layout) -> Drawing {
+    // A phone has no room for words that the page has elsewhere.
+    let mut scene = scene.clone();
+    if layout.pick(false, true) {
+        scene.faults.iter_mut().chain(&mut scene.violations).for_each(|mark| mark.label.clear());
+    }
+    let scene = &scene;
     on_map(scene, layout.pick(660.0, NARROW), layout.pick("map-wide", "map-narrow"), |canvas, view| {
         // Labels keep clear of everything drawn before them, so they come last.
         let font = Font::regular(layout.pick(13.5, 10.5));
         let mut drawing = MapDrawing::new(canvas, view, scene, font);
         drawing.areas();
+        let spots = map_panel::thinned(view.spots(odometry), 1.0);
+        drawing.canvas.path(&Path::through(spots), Paint::stroke(theme::MUTED, 2.0).dashed("5 4"));
         way(&mut drawing, &view, activities);
         drawing.bodies();
         drawing.places();

@@ -49,7 +49,7 @@ fn look_at_all(what: &str, view: &RunView, timeline: &Timeline) {
     let scene = map::scene(view, timeline).unwrap();
     for layout in [Layout::Wide, Layout::Narrow] {
         look_at(&format!("{what}, timeline, {layout:?}"), chart::draw(view, timeline, layout));
-        look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, layout));
+        look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, &[], layout));
         for episode in timeline.episodes() {
             let evidence = Evidence::of(episode, view);
             let sequence = Sequence::of(&evidence, view.topology(), view.faults(), view.moves());
@@ -81,7 +81,7 @@ fn many_faults_do_not_crowd_each_other_out() {
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
     let scene = map::scene(&view, &timeline).unwrap();
-    look_at("map", map::draw(&scene, &activities::activities(&timeline), Layout::Narrow));
+    look_at("map", map::draw(&scene, &activities::activities(&timeline), &[], Layout::Narrow));
 }
 
 #[test]

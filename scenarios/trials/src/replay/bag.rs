@@ -42,14 +42,17 @@ pub struct RecordedBag {
 }
 
 const SCAN: &str = "sensor_msgs/msg/LaserScan";
-const ODOMETRY: &str = "nav_msgs/msg/Odometry";
-const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
-const MAP: &str = "nav_msgs/msg/OccupancyGrid";
+pub(super) const ODOMETRY: &str = "nav_msgs/msg/Odometry";
+pub(super) const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
+pub(super) const MAP: &str = "nav_msgs/msg/OccupancyGrid";
 const POSES: [&str; 3] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/msg/PoseStamped", ODOMETRY];
+
+/// The frames of a robot's body.
+const BASES: [&str; 2] = ["base_footprint", "base_link"];
 
 /// The role of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum TopicRole {
+pub(super) enum TopicRole {
     Scan,
     Odometry,
     Pose,
@@ -62,7 +65,7 @@ enum TopicRole {
 /// # Errors
 /// [`NoRobot`] if it has no scans with odometry, or does not say which of several topics is meant.
 pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
-    let decoders = decoders(bag, topics)?;
+    let decoders = decoders(bag, roles(&bag.survey().topics, topics)?)?;
     let wanted: Vec<usize> = decoders.keys().copied().collect();
     let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), BagReader::default());
     while let Some(head) = messages.next_into(&mut body) {
@@ -88,13 +91,13 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
 type Decoders = BTreeMap<usize, (TopicRole, Decoder, Arc<Layout>)>;
 
 /// The topics to read, by their index, each with its role and decoder.
-fn decoders(bag: &Bag, topics: &Topics) -> Result<Decoders, NoRobot> {
+pub(super) fn decoders(bag: &Bag, roles: Vec<(TopicRole, usize)>) -> Result<Decoders, NoRobot> {
     let all = &bag.survey().topics;
     // Only the bag's own definitions, and those on board: all these types are common.
     let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
     let definitions = Definitions { survey: bag.survey(), folders: &[], read: &nothing };
     let mut decoders = BTreeMap::new();
-    for (role, topic) in roles(all, topics)? {
+    for (role, topic) in roles {
         let layout = definitions.layout(&all[topic]);
         let layout = layout.map_err(|undefined| NoRobot(undefined.to_string()))?;
         decoders.insert(topic, (role, Decoder::new(&layout, &Want::All), layout));
@@ -131,7 +134,7 @@ fn roles(all: &[Topic], topics: &Topics) -> Result<Vec<(TopicRole, usize)>, NoRo
     Ok(roles)
 }
 
-fn of_kind(all: &[Topic], kinds: &[&str]) -> Vec<usize> {
+pub(super) fn of_kind(all: &[Topic], kinds: &[&str]) -> Vec<usize> {
     (0..all.len()).filter(|topic| kinds.contains(&all[*topic].kind.as_str())).collect()
 }
 
@@ -155,7 +158,7 @@ fn at_most_one(all: &[Topic], found: Vec<usize>) -> Result<Vec<usize>, NoRobot> 
 
 /// The data read so far.
 #[derive(Default)]
-struct BagReader {
+pub(super) struct BagReader {
     /// Each frame's parent frame, and its pose in the parent.
     frames: BTreeMap<String, (String, Pose)>,
     /// The frames of odometry and of the robot.
@@ -164,7 +167,7 @@ struct BagReader {
     /// The odometry's frame in the map, from published poses.
     correction: Option<Pose>,
     laser: Option<LaserSpec>,
-    map: Option<OccupancyGrid>,
+    pub(super) map: Option<OccupancyGrid>,
     start_ns: Option<i64>,
     last: Duration,
     records: Vec<Record>,
@@ -173,7 +176,7 @@ struct BagReader {
 
 impl BagReader {
     /// Takes a message; none if it cannot be used.
-    fn take(&mut self, role: TopicRole, log_ns: i64, message: Structure<'_>) -> Option<()> {
+    pub(super) fn take(&mut self, role: TopicRole, log_ns: i64, message: Structure<'_>) -> Option<()> {
         match role {
             TopicRole::Transforms => {
                 for transform in message.parts("transforms") {
@@ -216,12 +219,29 @@ impl BagReader {
         let time = Duration::from_nanos(since.unsigned_abs()).max(self.last);
         self.last = time;
         let (odometry, velocity) = self.odometry()?;
-        let correction = self.correction.or_else(|| self.pose_of(&self.names.as_ref()?.0, "map"));
         let scan = ranges_m.map(|ranges_m| Arc::new(LaserScan { time, laser: 0, ranges_m }));
-        let corrected = correction.filter(|_| scan.is_some()).map(|correction| correction * odometry);
+        let corrected = self.corrected().filter(|_| scan.is_some());
         let line = self.records.len() + 1;
         self.records.push(Record { line, time, odometry, velocity, scan, corrected });
         Some(())
+    }
+
+    /// The newest odometry in the `map` frame, by the newest correction.
+    fn corrected(&mut self) -> Option<Pose> {
+        let (odometry, _) = self.odometry()?;
+        let correction = self.correction.or_else(|| self.pose_of(&self.names.as_ref()?.0, "map"))?;
+        Some(correction * odometry)
+    }
+
+    /// The newest pose of the robot in the `map` frame, by the transforms or by odometry with the newest correction.
+    pub(super) fn pose(&mut self) -> Option<Pose> {
+        let by_transforms = BASES.iter().find_map(|base| self.pose_of(base, "map"));
+        by_transforms.or_else(|| self.corrected())
+    }
+
+    /// The newest odometry in its own frame.
+    pub(super) fn odometry_pose(&mut self) -> Option<Pose> {
+        self.odometry().map(|(pose, _)| pose)
     }
 
     /// The newest odometry, from its topic or from the transforms.
@@ -229,7 +249,7 @@ impl BagReader {
         if self.odometry.is_some() {
             return self.odometry;
         }
-        let base = ["base_footprint", "base_link"].into_iter().find(|base| self.pose_of(base, "odom").is_some())?;
+        let base = BASES.into_iter().find(|base| self.pose_of(base, "odom").is_some())?;
         self.names = Some(("odom".to_owned(), base.to_owned()));
         Some((self.pose_of(base, "odom")?, VelocityCommand { linear_mps: 0.0, angular_radps: 0.0 }))
     }
@@ -288,7 +308,7 @@ fn frame(name: &str) -> String {
     name.trim_start_matches('/').to_owned()
 }
 
-fn pose_in(message: Structure<'_>) -> Option<Pose> {
+pub(super) fn pose_in(message: Structure<'_>) -> Option<Pose> {
     plane(message.part("position")?, message.part("orientation")?)
 }
 

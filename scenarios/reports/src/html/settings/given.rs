@@ -75,7 +75,7 @@ mod tests {
             argument: "test".into(),
             text: "about = \"a\"\n[battery]\ninitial_pct = 80\n[[faults]]\nkind = \"x\"\nat_s = 20.5\n".into(),
             overrides: overrides.iter().map(|text| (*text).to_owned()).collect(),
-            recorded: None,
+            ..Origin::default()
         }
     }
 
