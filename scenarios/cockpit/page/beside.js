@@ -10,9 +10,11 @@ export function beside(count) {
     page.onload = () => join(page);
     return page;
   });
+  // The page scrolls over the inner pages.
+  document.body.classList.remove('docked');
   const main = document.querySelector('main');
   main.hidden = true;
-  main.after(element('main', { className: 'beside' }, ...pages));
+  main.after(element('div', { className: 'beside' }, ...pages));
 }
 
 // An inner page is as high as its content, and passes its keys to the outer page.

@@ -18,7 +18,7 @@ export class Joypad {
 
   listen() {
     const arrows = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
-    const typing = target => target.closest('input, select, textarea');
+    const typing = target => target.closest('input, select, textarea, [tabindex]');
     addEventListener('keydown', event => {
       if (event.defaultPrevented || !(event.key in arrows) || typing(event.target)) return;
       event.preventDefault();

@@ -47,7 +47,7 @@ dock();
 function take(frame) {
   if (frame.greeting) return greet(frame.greeting);
   if ('pilot' in frame) {
-    transport.steers = frame.pilot;
+    transport.allow(frame.pilot);
     document.body.classList.toggle('viewer', !frame.pilot);
     return arrange();
   }
@@ -93,7 +93,7 @@ function greet(greeting) {
 function state(frame) {
   latest = { ...latest, ...frame };
   past = frame.past && !recorded;
-  $('hand').inert = past;
+  for (const place of ['hand', 'tools']) $(place).inert = past || Boolean(frame.end);
   $('clock').textContent = `${frame.time.toFixed(2)} s · tick ${Math.max(0, frame.ticks - 1)}`;
   const { battery, end } = frame;
   $('battery').textContent = battery ? `battery ${battery.pct.toFixed(1)} %${battery.charging ? ', charging' : ''}` : '';
@@ -127,6 +127,8 @@ function parts(frame) {
   for (const line of $('verdicts').children) line.open = opened.includes(line.dataset.name);
 }
 
+// A run beside others leaves the choice of the moment to the outer page.
+addEventListener('go', ({ detail }) => transport.go(detail));
 $('end').onclick = () => link.ask('end');
 $('restart').onclick = () => link.ask('restart');
 $('save').onclick = () => download('save', 'scenario', 'application/toml', 'session.toml');

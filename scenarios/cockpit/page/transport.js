@@ -25,15 +25,23 @@ export class Transport {
     slider.max = Math.ceil(to * 50) / 50;
     if (!this.sought) slider.value = past ? at : slider.max;
     slider.ariaValueText = `${Number(slider.value).toFixed(2)} of ${to.toFixed(2)} seconds`;
-    slider.disabled = !this.steers;
     $('until').textContent = `${to.toFixed(1)} s`;
     $('now').hidden = !grows;
-    $('now').disabled = !past || !this.steers;
     document.body.classList.toggle('past', past);
+    this.past = past;
+    this.allow(this.steers);
+  }
+
+  // Whether the user may choose the moment.
+  allow(steers) {
+    this.steers = steers;
+    $('when').disabled = !steers;
+    $('now').disabled = !this.past || !steers;
   }
 
   // Shows another moment, unless only another person may.
   go(time) {
+    if (!this.steers && parent !== window) parent.dispatchEvent(new CustomEvent('go', { detail: time }));
     if (!this.steers) return;
     $('when').value = time;
     this.seek();

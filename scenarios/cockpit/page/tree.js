@@ -40,9 +40,11 @@ export class Tree {
     picture.id = 'whole-tree';
     picture.style.setProperty('--width', `${picture.getAttribute('width')}px`);
     this.parts.mark();
-    if (this.sought != null) this.parts.choose(this.sought);
-    else this.follow();
-    this.sought = null;
+    if (this.sought == null) this.follow();
+    else if (this.place.querySelector(`[data-node="${this.sought}"]`)) {
+      this.parts.choose(this.sought);
+      this.sought = null;
+    }
     this.look();
   }
 
@@ -61,6 +63,7 @@ export class Tree {
     if (node == null || !this.nodes.some(({ parent }) => parent === node)) return;
     const open = !this.opened.delete(node);
     if (open) this.opened.add(node);
+    this.sought = node;
     this.unfold(node, open);
   }
 
@@ -68,9 +71,9 @@ export class Tree {
   seek() {
     const text = this.find.value.toLowerCase();
     const matches = [...this.nodes.keys()].filter(node => this.nodes[node].name.toLowerCase().includes(text));
-    const next = matches.find(node => node > (this.parts.chosen() ?? -1)) ?? matches[0];
+    const next = text && matches.find(node => node > (this.parts.chosen() ?? -1)) ?? matches[0];
     this.find.setAttribute('aria-invalid', next === undefined);
-    if (next === undefined) return;
+    if (!text || next === undefined) return;
     if (this.last != null && !this.opened.has(this.last)) this.unfold(this.last, false);
     [this.last, this.sought] = [next, next];
     this.unfold(next, true);
@@ -99,7 +102,7 @@ export class Tree {
       ['skill is in', this.locations[name]],
       ['parent', parent == null ? 'none: this is the root' : this.nodes[parent].name],
       ['children', children.join(', ')],
-      ['kept open', this.opened.has(number) && 'a click, or Enter, lets it be folded again'],
+      ['kept open', this.opened.has(number) ? 'a click, or Enter, lets it be folded again' : null],
     ]];
   }
 }

@@ -48,12 +48,11 @@ const explore = (() => {
     };
     const folded = new Set();
     let data, share, seconds, groups, events, plots;
-    let view = { from: 0, to: 1 }, pointer = null, rows = [], size = { width: 0, height: 0 }, left = 0, waiting = false;
+    // `kept` is what somebody chose to see, in seconds; none for the whole run.
+    let view = { from: 0, to: 1 }, kept = null, pointer = null, rows = [], size = { width: 0, height: 0 }, left = 0, waiting = false;
 
-    /** Takes other data; what is in view stays there, unless it is the whole run. */
+    /** Takes other data; what somebody chose to see stays in view. */
     function take(fresh) {
-      const isWhole = !data || (view.from <= 0 && view.to >= 1);
-      const seen = isWhole ? null : [seconds(view.from), seconds(view.to)];
       data = fresh;
       ({ share, seconds } = scale(data.axis));
       groups = data.groups.map((group) => ({ ...group, lanes: group.lanes.map(lane) }));
@@ -62,7 +61,7 @@ const explore = (() => {
         const points = plot.points.map(([at, value]) => [share(at), value]);
         return { ...plot, points, shares: points.map(([share]) => share) };
       });
-      if (seen) show(...seen.map(share));
+      if (kept) look(...kept.map(share));
       else redraw();
     }
 
@@ -86,7 +85,10 @@ const explore = (() => {
       if (width(text) <= room) return text;
       let end = Math.floor((text.length * room) / width(text));
       while (end > 0 && pen.measureText(`${text.slice(0, end)}…`).width > room) end--;
-      return end > 4 ? `${text.slice(0, end)}…` : "";
+      if (end > 4) return `${text.slice(0, end)}…`;
+      // A sign or a number.
+      const first = text.split(" ", 1)[0];
+      return first.length < 3 && width(first) <= room ? first : "";
     }
 
     function write(text, x, y, ink, align = "left", room = Infinity) {
@@ -117,24 +119,24 @@ const explore = (() => {
       size.height = y + 6;
     }
 
-    /** Places the events in view and their words, in as few rows as they need, and returns how many these are. */
+    /** Places the events in view and their words, in as few rows as they need, and returns how many these are. What is
+        marked across all lanes comes first. */
     function placed() {
-      const free = [];
-      for (const event of events) {
+      const rows = Array.from({ length: 6 }, () => []), rest = [];
+      const find = (from, to) => rows.find((row) => row.every(([a, b]) => to < a || from > b));
+      for (const event of events.filter(({ across }) => across).concat(events.filter(({ across }) => !across))) {
         const at = x(event.share);
         event.spot = null;
         if (at < left - SIGN || at > size.width) continue;
-        const words = fit(event.words, 260), isAtEnd = at + SIGN + 3 + width(words) > size.width;
+        const words = fit(event.words, Math.min(260, Math.max(at, size.width - at) - 2 * SIGN)), isAtEnd = at + SIGN + 3 + width(words) > size.width;
         const [from, to] = isAtEnd ? [at - SIGN - 3 - width(words), at + SIGN] : [at - SIGN, at + SIGN + 8 + width(words)];
-        let level = free.findIndex((end) => end < from);
-        if (level < 0) level = free.length < 3 ? free.length : free.findIndex((end) => end < at - SIGN);
-        const fits = level >= 0 && !(free[level] >= from);
-        if (level < 0) level = 0;
-        free[level] = Math.max(free[level] ?? 0, fits ? to : at + SIGN);
-        event.spot = [at, LINE + 6 + (level + 0.5) * LINE];
-        event.label = fits ? [words, isAtEnd ? at - SIGN - 3 : at + SIGN + 3, isAtEnd ? "right" : "left"] : null;
+        // A last row has what has no room.
+        const room = find(from, to), row = room ?? find(at - SIGN, at + SIGN) ?? rest;
+        row.push(room ? [from, to] : [at - SIGN, at + SIGN]);
+        event.spot = [at, LINE + 6 + (row === rest ? rows.length : rows.indexOf(row)) * LINE + LINE / 2];
+        event.label = room ? [words, isAtEnd ? at - SIGN - 3 : at + SIGN + 3, isAtEnd ? "right" : "left"] : null;
       }
-      return free.length;
+      return rest.length ? rows.length + 1 : rows.findLastIndex((row) => row.length) + 1;
     }
 
     function wrapped(text) {
@@ -203,6 +205,7 @@ const explore = (() => {
         pen.fillStyle = color("--rule");
         pen.fillRect(left, y(value), right - left, 1);
         if (left > 40) write(String(+value.toFixed(3)), left - 6, y(value), "--muted", "right");
+        else write(String(+value.toFixed(3)), left + 2, y(value) + (value === plot.ticks.at(-1) ? 8 : -7), "--muted");
       }
       pen.save();
       pen.beginPath();
@@ -240,7 +243,7 @@ const explore = (() => {
       let crowd = null;
       const crowded = () => {
         if (crowd) {
-          pen.fillStyle = color("--solid");
+          pen.fillStyle = color(data.looks[crowd[2]]?.[2] ?? "--line");
           pen.fillRect(crowd[0], top, Math.max(crowd[1] - crowd[0], 1), LANE - 1);
         }
         crowd = null;
@@ -250,10 +253,12 @@ const explore = (() => {
         if (lane.looks[bar] < 0) continue;
         const [a, b] = [clamp(x(lane.edges[bar]), low, high), clamp(x(lane.edges[bar + 1]), low, high)];
         if (b - a < 3) {
-          if (crowd && a - crowd[1] < 1) crowd[1] = b;
+          // Changes that follow each other too quickly have a color if all of them look alike.
+          const look = lane.looks[bar];
+          if (crowd && a - crowd[1] < 1) crowd = [crowd[0], b, crowd[2] === look ? look : -1];
           else {
             crowded();
-            crowd = [a, b];
+            crowd = [a, b, look];
           }
           continue;
         }
@@ -307,7 +312,7 @@ const explore = (() => {
       }
       if (pointer) {
         pen.fillStyle = color("--muted");
-        pen.fillRect(clamp(pointer.x, left, wide - MARGIN), LINE, 1, size.height);
+        pen.fillRect(clamp(x(share(pointer.at)), left, wide - MARGIN), LINE, 1, size.height);
       }
     }
 
@@ -316,8 +321,14 @@ const explore = (() => {
       waiting = true;
     }
 
-    /** Shows this part of the axis, or as much of it as there is. */
+    /** Shows this part of the axis from now on. */
     function show(from, to) {
+      look(from, to);
+      kept = view.from <= 0 && view.to >= 1 ? null : [seconds(view.from), seconds(view.to)];
+    }
+
+    /** Shows this part of the axis, or as much of it as there is. */
+    function look(from, to) {
       const closest = Math.min(CLOSEST_S / (data.end || 1), 1), length = clamp(to - from, closest, 1);
       const middle = (from + to) / 2, begin = clamp(middle - length / 2, 0, 1 - length);
       view = { from: begin, to: begin + length };
@@ -335,7 +346,7 @@ const explore = (() => {
     function visit(moment) {
       const half = Math.min(0.05, 10 / (data.end || 1)), place = share(moment);
       show(place - half, place + half);
-      pointer = { x: x(place), y: 0 };
+      pointer = { at: moment };
       say(moment, rows.find((row) => row.kind === "events"));
     }
 
@@ -374,20 +385,20 @@ const explore = (() => {
       dragged = 0;
     });
     canvas.addEventListener("pointermove", (event) => {
-      pointer = place(event);
-      const before = fingers.get(event.pointerId);
+      const spot = place(event), before = fingers.get(event.pointerId);
       if (before) {
         const other = [...fingers].find(([finger]) => finger !== event.pointerId)?.[1];
         if (other) {
-          const [was, is] = [before, pointer].map((one) => Math.max(Math.abs(one.x - other.x), 10));
+          const [was, is] = [before, spot].map((one) => Math.max(Math.abs(one.x - other.x), 10));
           zoom(was / is, at(other.x));
-        } else pan((before.x - pointer.x) / (size.width - left - MARGIN));
-        dragged += Math.abs(before.x - pointer.x);
-        fingers.set(event.pointerId, pointer);
+        } else pan((before.x - spot.x) / (size.width - left - MARGIN));
+        dragged += Math.abs(before.x - spot.x);
+        fingers.set(event.pointerId, spot);
       }
-      const row = rowAt(pointer.y);
-      canvas.style.cursor = row?.kind === "head" || eventAt(pointer)?.anchor ? "pointer" : fingers.size ? "grabbing" : "grab";
-      if (pointer.x >= left) say(seconds(clamp(at(pointer.x), 0, 1)), row);
+      const row = rowAt(spot.y);
+      canvas.style.cursor = row?.kind === "head" || eventAt(spot)?.anchor ? "pointer" : fingers.size ? "grabbing" : "grab";
+      pointer = spot.x < left ? null : { at: seconds(clamp(at(spot.x), 0, 1)) };
+      if (pointer) say(pointer.at, row);
       redraw();
     });
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
