@@ -282,8 +282,10 @@ fn the_page_is_one_file_and_the_same_every_time() {
     for elsewhere in ["src=\"http", "href=\"http", "url(http", "@import", "<script src"] {
         assert!(!pages[0].contains(elsewhere), "the page has {elsewhere}");
     }
-    let command = "steward run battery_fault --seed 7 --set battery.initial_pct=70</code>";
-    assert!(pages[0].contains(command), "the page says how to run it again");
+    let options =
+        ["--seed 7", "--set battery.initial_pct=70"].map(|option| format!("<span class=\"option\">{option}</span>"));
+    let command = format!("steward run battery_fault {}</code>", options.join(" "));
+    assert!(pages[0].contains(&command), "the page says how to run it again");
     let sections = ["violations", "verdicts", "way", "timeline", "pictures", "parameters", "reproduce"];
     let places = sections.map(|id| pages[0].find(&format!("<section id=\"{id}\">")));
     assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
@@ -318,7 +320,10 @@ fn a_robot_that_crosses_a_zone_is_in_it_and_not_violating_for_good() {
     let (_, wrong) = page.split_once("<section id=\"violations\">").unwrap();
     let (wrong, _) = wrong.split_once("</section>").unwrap();
     assert!(wrong.contains(" m), at WetFloor</dd>"), "{wrong}");
-    assert!(wrong.contains("This is what respects_WetFloor forbids.") && !wrong.contains("for good"), "{wrong}");
+    assert!(
+        wrong.contains("This is what <code>respects_WetFloor</code> forbids.") && !wrong.contains("for good"),
+        "{wrong}"
+    );
 }
 
 #[test]

@@ -175,7 +175,7 @@ impl Page<'_> {
         };
         let content = html! {
             div.panel {
-                (table("rates", ["", "runs", "rate", "95\u{a0}% interval", ""], &rows))
+                (table("rates", ["property", "runs", "rate", "95\u{a0}% interval", "from 0 to 100\u{a0}%"], &rows))
                 p.quiet {
                     "The intervals are those of Clopper and Pearson: they contain the true rate in 95\u{a0}% of all \
                      campaigns like this one. With other parameters or other ranges, the rates would be different."

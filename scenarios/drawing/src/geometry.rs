@@ -60,6 +60,12 @@ impl Area {
         Self { x: self.x + dx, y: self.y + dy, ..*self }
     }
 
+    /// The spot in it that is nearest to another one.
+    #[must_use]
+    pub fn nearest(&self, (x, y): Spot) -> Spot {
+        (x.clamp(self.x, self.right()), y.clamp(self.y, self.bottom()))
+    }
+
     /// Whether the two boxes share more than an edge.
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {

@@ -81,7 +81,11 @@ impl LabelPlacer {
             self.taken.iter().all(|taken| !taken.overlaps(&letters)) && cost(area) <= most
         };
         let near = self.best(site, site.candidates(size), &cost);
-        let best = if is_free(&near) { near } else { self.best(site, site.far_candidates(size), &cost) };
+        let best = if is_free(&near) {
+            near
+        } else {
+            self.best(site, site.far_candidates(size, 0.5 * self.within.width), &cost)
+        };
         is_free(&best).then(|| {
             self.take(best);
             best
@@ -169,10 +173,10 @@ impl Site {
     }
 
     /// Boxes for a label where there is no room near its owner, from near to far.
-    fn far_candidates(&self, (width, height): (f64, f64)) -> Vec<Area> {
+    fn far_candidates(&self, (width, height): (f64, f64), farthest: f64) -> Vec<Area> {
         const STEP: f64 = 12.0;
-        const STEPS: i32 = 26;
-        let offsets = (-STEPS..=STEPS).flat_map(|column| (-STEPS..=STEPS).map(move |row| (column, row)));
+        let steps = (farthest / STEP) as i32;
+        let offsets = (-steps..=steps).flat_map(|column| (-steps..=steps).map(move |row| (column, row)));
         let mut offsets: Vec<(i32, i32)> = offsets.collect();
         offsets.sort_by_key(|(column, row)| column * column + row * row);
         let (x, y) = self.symbol.center();

@@ -84,8 +84,8 @@ impl MapPicture {
         canvas.placed_path(&self.insides, matrix, theme::SOLID);
     }
 
-    /// The fraction of a box on the page that walls cover (0 to 1): of the blocks in it and, on a map that is turned, of
-    /// those around it.
+    /// The fraction of a box on the page that walls cover (0 to 1): of the blocks in it and, on a map that is turned,
+    /// of those around it.
     pub fn covered(&self, area: &Area, view: &View) -> f64 {
         let to_blocks = nalgebra::Matrix2::from_columns(&[self.column_step, self.row_step]).try_inverse();
         let Some(to_blocks) = to_blocks else { return 0.0 };

@@ -110,8 +110,10 @@ impl Font {
             let last: String = last[last.len() - kept / 2..].iter().collect();
             format!("{}…{}", first.trim_end(), last.trim_start())
         };
-        let fitting = (0..letters.len()).rev().map(shortened).find(|shortened| self.width(shortened) <= room);
-        fitting.unwrap_or_default()
+        // One letter more is never narrower.
+        let lengths: Vec<usize> = (0..letters.len()).collect();
+        let fitting = lengths.partition_point(|&kept| self.width(&shortened(kept)) <= room);
+        fitting.checked_sub(1).map_or(String::new(), shortened)
     }
 
     /// The text in at most `lines` lines of at most `room` pixels, broken between words; what does not fit ends in an

@@ -10,10 +10,16 @@ const ROW: f64 = 36.0;
 const READABLE_ROW: f64 = 21.0;
 /// Height of a node, as a fraction of a row.
 const NODE_HEIGHT: f64 = 0.82;
+/// The longest label that is shown in full at all, in pixels.
+const LONGEST_EVER: f64 = 700.0;
 /// The longest label that is shown in full if not all have room, in pixels.
 const LONGEST: f64 = 230.0;
-/// The longest label of an inner node if room is scarce, in pixels.
-const LONGEST_INNER: f64 = 110.0;
+/// The longest labels of inner nodes if room is scarce, in pixels; finally, only their signs are shown.
+const LONGEST_INNER: [f64; 3] = [110.0, 70.0, 0.0];
+/// So many letters of a name, with the ellipsis, say less than none.
+const MOST_STUMP: usize = 5;
+/// With a gap narrower than this, in rows, links bend too sharply to be distinguished.
+const LEAST_GAP: f64 = 0.55;
 
 /// The positions of everything in a tree, in pixels from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
@@ -155,30 +161,36 @@ struct Columns {
 }
 
 impl Columns {
-    /// The widest columns and gaps that fit: first long labels shrink, then those of inner nodes, then the gaps, then the
-    /// leaves' labels, then everything.
+    /// The widest columns and gaps that fit: first long labels shrink, then those of inner nodes, then the gaps, then
+    /// inner nodes show only their signs, then the leaves' labels shrink, then everything.
     fn fitting(tree: &[TreeNode], shape: &Shape, font: Font, row: f64, width: f64) -> Self {
         let depth = |i: usize| shape.depths[i];
         let count = (0..tree.len()).filter(|&i| !shape.leaf[i]).map(|i| depth(i) + 1).max().unwrap_or(0);
         let mut widths = vec![0.0_f64; count];
+        let mut signs = vec![0.0_f64; count];
         let mut leaves = 0.0_f64;
         for (i, node) in tree.iter().enumerate() {
             match shape.leaf[i] {
-                true => leaves = leaves.max(leaf_width(&node.label, font, row)),
-                false => widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row)),
+                true => leaves = leaves.max(leaf_width(&node.label, font, row).min(LONGEST_EVER)),
+                false => {
+                    widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row).min(LONGEST_EVER));
+                    signs[depth(i)] =
+                        signs[depth(i)].max(inner_width(sign(&node.label), font, row).min(LONGEST_INNER[1]));
+                }
             }
         }
-        for (longest_inner, longest) in [(LONGEST, LONGEST), (LONGEST_INNER, LONGEST)] {
-            if widths.iter().sum::<f64>() + leaves + 2.0 * row * count as f64 > width {
-                widths.iter_mut().for_each(|width| *width = width.min(longest_inner));
-                leaves = leaves.min(longest);
+        let limits = std::iter::once(LONGEST).chain(LONGEST_INNER).zip([2.0, 2.0, LEAST_GAP, LEAST_GAP]);
+        for (longest, gap) in limits {
+            if widths.iter().sum::<f64>() + leaves + gap * row * count as f64 > width {
+                widths.iter_mut().zip(&signs).for_each(|(width, sign)| *width = width.min(longest.max(*sign)));
+                leaves = leaves.min(LONGEST);
             }
         }
         let inner: f64 = widths.iter().sum();
-        // With a gap narrower than half a row, links bend too sharply to be distinguished; with one wider than two
-        // rows, a tree falls apart. A picture that may be as wide as it needs to be has no room to fill.
+        // With a gap wider than two rows, a tree falls apart. A picture that may be as wide as it needs to be has no
+        // room to fill.
         let widest = if width.is_finite() { (row * 2.0).max(38.0) } else { row };
-        let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, widest);
+        let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * LEAST_GAP, widest);
         let leaves = leaves.min((width - inner - gap * count as f64).max(width * 0.25));
         let squeeze = (width / (inner + leaves + gap * count as f64).max(1.0)).min(1.0);
         let mut x = 0.0;
@@ -200,7 +212,11 @@ impl Columns {
         let width = if leaf { leaf_width(label, font, row) } else { inner_width(label, font, row) }.min(room);
         let height = row * NODE_HEIGHT;
         let padding = if leaf { leaf_padding(row) } else { inner_padding(row) };
-        let label = if leaf { font } else { symbol_font(font) }.fit(label, width - padding + 0.01);
+        let (font, room) = (if leaf { font } else { symbol_font(font) }, width - padding + 0.01);
+        let fitted = font.fit_ends(label, room);
+        // A sign says more than a sign with two letters of a name.
+        let is_stump = !leaf && fitted != *label && fitted.chars().count() < MOST_STUMP + sign(label).chars().count();
+        let label = if is_stump { font.fit_ends(sign(label), room) } else { fitted };
         PlacedNode { area: Area::new(x, shape.middles[i] * row - height / 2.0, width, height), label, leaf }
     }
 
@@ -211,6 +227,11 @@ impl Columns {
         let next = self.inner.get(shape.depths[parent] + 1).map_or(self.leaves.0, |column| column.0);
         Some(Link { child, from, bend: (next.min(to.0), to.1), to })
     }
+}
+
+/// The sign at the beginning of the label of an inner node.
+fn sign(label: &str) -> &str {
+    label.split(' ').next().unwrap_or_default()
 }
 
 /// Room in a leaf for its round ends and its sign.
@@ -269,6 +290,24 @@ mod tests {
         let layout = TreeLayout::new(&paper_tree(), 570.0, 252.0);
         assert!(layout.nodes.iter().zip(paper_tree()).all(|(placed, node)| placed.label == node.label));
         assert_eq!(layout.links.len(), 12);
+    }
+
+    #[test]
+    fn where_names_have_no_room_signs_remain() {
+        let chain = |i: usize| TreeNode {
+            parent: i.checked_sub(1),
+            label: if i < 12 { format!("▸ Subtree{i}OfManyTrees") } else { "GoToTheChargingStation".to_owned() },
+            status: Default::default(),
+        };
+        let tree: Vec<TreeNode> = (0..13).map(chain).collect();
+        let labels = |width| {
+            let layout = TreeLayout::new(&tree, width, 300.0);
+            layout.nodes.into_iter().map(|node| node.label).collect::<Vec<_>>()
+        };
+        assert_eq!(labels(f64::INFINITY), tree.iter().map(|node| node.label.clone()).collect::<Vec<_>>());
+        let narrow = labels(830.0);
+        assert!(narrow[..12].iter().all(|label| label == "▸"), "{narrow:?}");
+        assert_eq!(narrow[12], "GoToTheCh…ngStation");
     }
 
     #[test]

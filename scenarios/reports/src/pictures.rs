@@ -8,7 +8,7 @@ use channels::Verdict;
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use recording::{
-    FaultCourse, Follower, Graph, Happening, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
+    Argument, FaultCourse, Follower, Graph, Happening, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
 };
 
 use crate::bounds;
@@ -168,12 +168,16 @@ fn other_places(premises: &Premises) -> Vec<drawing::Place> {
     premises.places.iter().filter(|known| !is_marked(known)).map(place).collect()
 }
 
-/// A mark for each time a fault took effect; the first says what it did.
+/// A mark for each time a fault took effect, where it put something or where the robot was; the first says what it did.
 fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::Mark> {
-    let label = |index| if index == 0 { course.fault.words.clone() } else { String::new() };
+    let label = |index| if index == 0 { course.fault.words.replace('`', "") } else { String::new() };
+    let put = course.fault.arguments.iter().find_map(|(name, argument)| match (name.as_str(), argument) {
+        ("at", Argument::Place(at)) => Some(Point::new(*at.first()?, *at.get(1)?)),
+        _ => None,
+    });
     let records = course.records.iter().enumerate();
     let mark = |(index, record): (usize, &&recording::FaultRecord)| {
-        Some(drawing::Mark { position: record.position?, label: label(index) })
+        Some(drawing::Mark { position: put.or(record.position)?, label: label(index) })
     };
     records.filter_map(mark).collect()
 }

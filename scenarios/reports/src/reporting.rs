@@ -153,10 +153,11 @@ fn min_battery(view: &RunView) -> Option<ExpectationReport> {
     let (limit, battery) = view.header().expected.min_battery_pct.zip(view.tally().battery())?;
     let minimum = battery.minimum_pct;
     let difference = format!("the battery was expected never to fall below {limit} % and fell to {minimum:.2} %");
-    let met = format!("the battery never fell below {limit} %");
+    // No battery falls below 0 %.
+    let met = (limit > 0.0).then(|| format!("the battery never fell below {limit} %"));
     Some(expectation(
         format!("the battery never to fall below {limit} %"),
-        Some(met),
+        met,
         (minimum < limit).then_some(difference),
     ))
 }

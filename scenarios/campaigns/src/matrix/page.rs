@@ -45,7 +45,7 @@ fn rows(matrix: &Matrix) -> Markup {
     let columns = ["fault", "from"].into_iter().chain(matrix.properties.iter().map(String::as_str)).chain(["robot"]);
     let lines = html! { @for row in &matrix.rows { (line(matrix, row)) } };
     html! {
-        div.panel {
+        div.panel tabindex="0" {
             (table("matrix", columns, &lines))
             p.quiet {
                 "+n: the property was violated n ticks after the fault took effect; –: it was satisfied"

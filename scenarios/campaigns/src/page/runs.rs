@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use monitors::Outcome;
-use reports::html::{row, section, table, text};
+use reports::html::{command, row, section, table, text};
 
 use super::super::{MonitorFacts, Named, RunOutcome, RunRecord};
 use super::instructive::pattern_words;
@@ -30,7 +30,7 @@ impl Page<'_> {
             @if patterns.len() >= 2 {
                 div.panel {
                     h3 { "What happens together" }
-                    (table("rates", ["", "runs", "rate", "first run"], &lines))
+                    (table("rates", ["together", "runs", "rate", "first run"], &lines))
                     @if patterns.len() > LISTED { p.quiet { "and " (patterns.len() - LISTED) " rarer combinations" } }
                 }
             }
@@ -51,12 +51,12 @@ impl Page<'_> {
     fn card(&self, run: &Instructive) -> Markup {
         let well = run.record.outcome == RunOutcome::AsExpected;
         html! {
-            article.card.(if well { "satisfied" } else { "violated" }) {
+            article.card.(if !self.summary.expects { "" } else if well { "satisfied" } else { "violated" }) {
                 header { h3 { "Run " (run.record.k) } }
                 @for why in &run.why { p { (text(why)) } }
                 p.note { (self.values(&run.record)) }
                 p.note { (text(&self.verdicts(&run.record))) }
-                pre { (self.summary.command(run.record.k)) }
+                pre { (command(&self.summary.command(run.record.k))) }
             }
         }
     }
@@ -82,8 +82,15 @@ impl Page<'_> {
             .iter()
             .filter_map(|target: &Target| Some(format!("{} at {:.2} s", target.event(), target.time_s(record)?)));
         let mut words: Vec<String> = violated.collect();
-        words.push(record.outcome.name().replace('_', " "));
+        if self.says_outcome(record) {
+            words.push(record.outcome.name().replace('_', " "));
+        }
         words.join(" · ")
+    }
+
+    /// Where nothing is expected, every run that does not fail is as expected.
+    fn says_outcome(&self, record: &RunRecord) -> bool {
+        self.summary.expects || record.outcome != RunOutcome::AsExpected
     }
 
     /// The first runs that failed, and the first that were not as expected.
@@ -96,7 +103,7 @@ impl Page<'_> {
                         ul {
                             @for run in runs {
                                 li {
-                                    "run " (run.k) ": " code { (run.command) }
+                                    "run " (run.k) ": " (command(&run.command))
                                     @if let Some(why) = &run.why { br; (text(why)) }
                                 }
                             }
@@ -116,8 +123,10 @@ impl Page<'_> {
     pub(super) fn all_runs(&self) -> Markup {
         let parameters = self.layout.parameters.iter().map(name);
         let properties = self.layout.properties.iter().map(String::as_str);
-        let columns = ["run"].into_iter().chain(parameters).chain(properties).chain(["outcome"]);
-        let lines = html! { @for record in &self.survey.records { (self.line(record)) } };
+        let says_outcomes = self.survey.records.iter().any(|record| self.says_outcome(record));
+        let columns = ["run"].into_iter().chain(parameters).chain(properties);
+        let columns = columns.chain(says_outcomes.then_some("outcome"));
+        let lines = html! { @for record in &self.survey.records { (self.line(record, says_outcomes)) } };
         let content = html! {
             @if self.survey.runs <= FEW_RUNS {
                 div.panel {
@@ -129,7 +138,7 @@ impl Page<'_> {
         section("runs", "All runs", content)
     }
 
-    fn line(&self, record: &RunRecord) -> Markup {
+    fn line(&self, record: &RunRecord, says_outcome: bool) -> Markup {
         let words = |monitor: &MonitorFacts| match (monitor.verdict, monitor.time_s) {
             (Outcome::Violated, Some(time_s)) => format!("{time_s:.2} s"),
             (Outcome::Violated, None) => "violated".to_owned(),
@@ -150,8 +159,10 @@ impl Page<'_> {
                         None => td { "failed" }
                     }
                 }
-                td.(if well { "satisfied" } else { "violated" }) data-of="outcome" {
-                    (record.outcome.name().replace('_', " "))
+                @if says_outcome {
+                    td.(if well { "satisfied" } else { "violated" }) data-of="outcome" {
+                        (record.outcome.name().replace('_', " "))
+                    }
                 }
             }
         }

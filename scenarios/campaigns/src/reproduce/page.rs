@@ -243,7 +243,7 @@ fn panel(number: usize, still: &Still, settings: &[String]) -> Markup {
             figcaption {
                 strong { (letter) } (shot.caption)
                 span.note { (below(still)) }
-                span.note { code { (command(still, settings)) } }
+                span.note { (reports::html::command(&command(still, settings))) }
             }
         }
     }
@@ -261,7 +261,7 @@ fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (
     let whole = width(Layout::Wide) > picture::HALF;
     let swiped = width(Layout::Narrow) > NARROW;
     let drawing = figure(label, |layout| -> Drawing { picture::machine(&diagram, layout) });
-    (html! { div.swipe { (drawing) } @if swiped { p.quiet.narrow { "Swipe to see the rest." } } }, whole)
+    (html! { div.swipe tabindex="0" { (drawing) } @if swiped { p.quiet.narrow { "Swipe to see the rest." } } }, whole)
 }
 
 /// The command that makes a picture of the moment, with the map, the tree, the battery and all monitors.
@@ -323,7 +323,7 @@ fn ours(reproduction: &Reproduction) -> Markup {
 
 fn deviations() -> Markup {
     let rows = html! { @for Deviation { of, published, here } in &DEVIATIONS { (row(of, [published, here])) } };
-    let table = table("deviations", ["", "In the paper and its published code", "Here"], &rows);
+    let table = table("deviations", ["Of", "In the paper and its published code", "Here"], &rows);
     section("deviations", "Where this system differs from the published one", html! { div.panel { (table) } })
 }
 
@@ -332,7 +332,7 @@ fn again(reproduction: &Reproduction) -> Markup {
     let settings: String = reproduction.settings.iter().map(|setting| format!(" --set '{setting}'")).collect();
     let hashes = |ExperimentResult { scenario, runs, .. }: &ExperimentResult| {
         html! {
-            details {
+            details.again {
                 summary { (scenario) ": trace hashes of " (super::runs(runs.len() as u64)) }
                 p.note { code { "steward run " (scenario) " --no-snapshots --json" (settings) " --seed SEED" } }
                 table {

@@ -29,7 +29,7 @@ pub(super) use data::data;
 pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawing {
     let sizes = Sizes::of(layout);
     let happenings = happenings::of(view, timeline);
-    let groups = lanes::groups(timeline);
+    let groups = lanes::groups(view, timeline);
     let mut chart = Chart::new(timeline, &happenings, sizes);
     chart.draw(timeline, &happenings, &groups, &plots::plots(view, timeline));
     let height = chart.y;
@@ -42,13 +42,13 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
 /// The meaning of the colors and signs on the timeline.
 pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     let happenings = happenings::of(view, timeline);
-    let groups = lanes::groups(timeline);
+    let groups = lanes::groups(view, timeline);
     // One caption serves the wide chart and the narrow one: it explains what at least one of them shows.
     let charts = [Layout::Wide, Layout::Narrow].map(|layout| Chart::new(timeline, &happenings, Sizes::of(layout)));
     html! {
         (lanes::colors(&groups, &charts))
         @if charts.iter().any(|chart| chart.is_crowded(&groups)) {
-            " Dark gray: changes that follow each other too quickly to be drawn individually."
+            " Gray marks: changes that follow each other too quickly to be drawn individually."
         }
         @if happenings.iter().any(Happening::has_held) { " Light red columns: a fault in effect." }
         @if plots::plots(view, timeline).iter().any(|plot| !plot.bounds.is_empty()) {

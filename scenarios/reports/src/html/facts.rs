@@ -2,12 +2,14 @@
 
 use std::time::Duration;
 
+use bt::{Outcome, Status};
 use maud::{Markup, html};
+use recording::RunView;
 
 use super::activities::Activity;
 use super::markup::{breakable, row, table, text};
 use super::words;
-use crate::report::Report;
+use crate::report::{Report, TreeFailureReport};
 
 /// If there are more stages than this, the table has only this many of the first and the last ones.
 const MOST_STAGES: usize = 40;
@@ -16,7 +18,7 @@ const FIRST_STAGES: usize = 32;
 const FEW_STAGES: usize = 10;
 
 /// The most telling numbers of a run.
-pub(super) fn numbers(report: &Report) -> Markup {
+pub(super) fn numbers(view: &RunView, report: &Report) -> Markup {
     let percent = |level: f64| format!("{} %", words::decimals(level, 1));
     let time = |time_s: f64| words::time(Duration::from_secs_f64(time_s));
     let mut facts = vec![
@@ -38,7 +40,7 @@ pub(super) fn numbers(report: &Report) -> Markup {
         facts.push(("localization error", words));
     }
     facts.push(("ended because", report.ended_because.clone()));
-    facts.extend(report.tree_failure.as_ref().map(|failure| ("the tree", failure.words())));
+    facts.extend(tree(view, report).map(|words| ("the tree", words)));
     let arrivals = report.arrivals();
     if !arrivals.is_empty() {
         let words = arrivals.iter().map(|(at_s, place)| format!("{place} ({})", time(*at_s)));
@@ -50,6 +52,17 @@ pub(super) fn numbers(report: &Report) -> Markup {
     html! {
         dl.facts { @for (name, value) in facts { div { dt { (name) } dd { (text(&value)) } } } }
     }
+}
+
+/// Whether the tree as a whole failed, and why; none without a tree, or if its answers are not known.
+fn tree(view: &RunView, report: &Report) -> Option<String> {
+    let last = match view.outcomes().first()?.as_ref()? {
+        Outcome::Answered(Status::Running) => "was running",
+        Outcome::Answered(Status::Success) => "had succeeded",
+        Outcome::Answered(Status::Failure | Status::Skipped) | Outcome::Halted => "was not running",
+    };
+    let failure = report.tree_failure.as_ref().map(TreeFailureReport::words);
+    Some(failure.unwrap_or_else(|| format!("never failed; it {last} at the end")))
 }
 
 fn overruns(report: &Report) -> String {

@@ -64,6 +64,13 @@ pub(super) fn pill(outcome: Outcome) -> Markup {
     html! { span.pill.(outcome) { (icon) (outcome) } }
 }
 
+/// A command line, in which lines break between options.
+pub fn command(line: &str) -> Markup {
+    let mut parts = line.split(" --");
+    let first = parts.next().unwrap_or_default();
+    html! { code { (first) @for option in parts { " " span.option { "--" (option) } } } }
+}
+
 /// A section; empty without content.
 pub fn section(id: &str, title: &str, content: Markup) -> Markup {
     html! { @if !content.0.is_empty() { section id=(id) { h2 { (title) } (content) } } }

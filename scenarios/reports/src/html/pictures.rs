@@ -58,7 +58,9 @@ impl<'p> Album<'p> {
         let (shown, hidden): (Vec<_>, Vec<_>) = others().partition(|(place, _)| self.fitting.contains(place));
         let content = html! {
             @if others().next().is_some() {
-                p.quiet { "Each picture links to its file beside this page, in full size." }
+                @if !shown.is_empty() {
+                    p.quiet { "Each picture links to its file beside this page, in full size." }
+                }
                 div.pictures { @for (_, picture) in shown { (figure(picture)) } }
                 @if !hidden.is_empty() {
                     p { "Not shown here, to keep this page small:" }

@@ -51,7 +51,7 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
     let is_recorded = view.header().origin.recorded.is_some();
     let content = html! {
         div.panel {
-            pre.command { code { (command(view, report)) } }
+            pre.command { (markup::command(&command(view, report))) }
             @if is_recorded { p { "The hash of the events is " code { (report.trace_hash) } "." } }
             @else { p {
                 "With version " (report.version) " of the program, this gives the same run to the last bit on any \

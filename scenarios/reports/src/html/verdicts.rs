@@ -3,7 +3,7 @@
 use drawing::Verdict;
 use maud::{Markup, html};
 use monitors::Outcome;
-use recording::{MonitorEnd, RunView};
+use recording::{MonitorView, RunView};
 
 use super::evidence::Evidence;
 use super::markup::{self, pill, text, verdict_sign};
@@ -96,6 +96,7 @@ fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 h3 { (monitor.name()) }
                 span.required { (text(&words::sentence(&monitor.about.summary))) }
                 @if let Some(words) = how_often { span.note { (words) } }
+                @if !result.vacuous.is_empty() { span.note { "its condition never occurred" } }
                 @if result.unsure.is_some() { span.note.bad { "unsure" } }
                 @if result.unheard.is_some() { span.note.bad { "not told" } }
                 @match result.expected {
@@ -112,7 +113,7 @@ fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                     }
                     // What messages never reported cannot violate a property, however bad the truth was.
                     None => {
-                        (not_violated(&monitor.ending(), view, result.verdict))
+                        (not_violated(&monitor, view, result.verdict))
                         @if let Some(unheard) = &result.unheard { " But " (text(unheard)) "." }
                     }
                 }
@@ -142,12 +143,19 @@ fn every_violation(all: &ViolationsReport) -> Markup {
 }
 
 /// The result of a property that was not violated.
-fn not_violated(end: &MonitorEnd, view: &RunView, verdict: Outcome) -> Markup {
+fn not_violated(monitor: &MonitorView<'_>, view: &RunView, verdict: Outcome) -> Markup {
+    let end = monitor.ending();
+    let settled = monitor.decision.filter(|decision| decision.verdict == channels::Verdict::True);
     html! {
         @match verdict {
             _ if end.unsure.is_some() => "It is unsure: something is missing that could change the verdict.",
             Outcome::Inconclusive => "The run ended while something was still pending.",
             _ if view.ticks() + view.communications() == 0 => "There were no events, so nothing could violate it.",
+            _ if settled.is_some_and(|settled| settled.event.step > 0) => {
+                @if let Some(event) = settled.map(|settled| &settled.event) {
+                    "It was satisfied for good at tick " (event.tick) " (" (words::time(event.time)) ")."
+                }
+            }
             _ => { "It held throughout the run, over " (words::count(view.ticks(), "tick")) "." }
         }
         @if let Some(missing) = &end.unsure { " " (text(&format!("{missing}."))) }

@@ -6,7 +6,7 @@ use channels::{Event, EventKind, Topology};
 use drawing::canvas::Canvas;
 use maps::Point;
 use maud::{Markup, html};
-use monitors::WORLD;
+use monitors::{Violations, WORLD};
 use recording::{FaultCourse, FaultRecord, Place, RunView};
 
 use super::evidence::{Evidence, Missing, Seen};
@@ -22,7 +22,7 @@ pub(super) fn section(stories: &[Story], picture: impl Fn(&Story) -> Markup) -> 
     let content = html! {
         @for story in stories {
             article.panel id=(story.id) {
-                h3 { (story.name) " is violated" }
+                h3 { code { (story.name) } " is violated" }
                 (story.facts)
                 div.beside { div { (story.words) } (picture(story)) }
                 // The first thing to read about several violations is which ones.
@@ -152,7 +152,13 @@ pub(super) fn anchor(property: &str) -> String {
 fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Vec<String> {
     let topology = view.topology();
     let decided = &evidence.episode.decided;
+    let violations = view.monitor(evidence.episode.property).ending().violations;
     let mut sentences = cause_sentences(evidence, view.faults());
+    if evidence.missing.is_empty() {
+        let goes_on = violations.as_ref().is_some_and(|violations| violations.goes_on);
+        let for_good = if goes_on { "" } else { ": it is now violated for good" };
+        sentences.push(format!("This is what `{}` forbids{for_good}.", evidence.name));
+    }
     sentences.extend(owed_sentence(evidence));
     sentences.extend(channel_sentences(evidence, topology));
     sentences.extend(going_on_sentence(evidence, topology));
@@ -166,20 +172,27 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
         let from = earlier.map(|seen| seen.at.time).fold(from, Duration::min);
         sentences.extend(sent_once::sentence(&evidence.episode.events, (from, to), topology));
     }
-    let violations = view.monitor(evidence.episode.property).ending().violations;
-    let goes_on = violations.is_some_and(|violations| violations.goes_on);
-    sentences.push(match evidence.missing.is_empty() {
-        true if goes_on => format!("This is what {} forbids.", evidence.name),
-        true => format!("This is what {} forbids: it is now violated for good.", evidence.name),
-        false => format!(
-            "At tick {} ({}) it was too late: {} is violated.",
-            decided.tick,
-            words::time(decided.time),
-            evidence.name
-        ),
-    });
+    if !evidence.missing.is_empty() {
+        let at = words::time(decided.time);
+        sentences.push(format!("At tick {} ({at}) it was too late: `{}` is violated.", decided.tick, evidence.name));
+    }
     sentences.extend(afterwards_sentence(evidence, timeline));
+    let given_up = view.given_up().iter().find(|given_up| given_up.time > decided.time);
     sentences
+        .extend(given_up.map(|trip| format!("Navigation gave up at {}: {}.", words::time(trip.time), trip.reason)));
+    sentences.extend(violations.and_then(again_sentence));
+    sentences
+}
+
+/// When the property was violated again.
+fn again_sentence(violations: Violations) -> Option<String> {
+    /// More times than this would not make a story.
+    const MOST: usize = 3;
+    let again = violations.first.iter().skip(1).map(|violation| words::time(violation.from.time));
+    let times: Vec<String> = again.take(MOST).collect();
+    let more = violations.count.saturating_sub(1 + times.len() as u64);
+    let more = if more == 0 { String::new() } else { format!(", and {} more", words::count(more, "time")) };
+    (!times.is_empty()).then(|| format!("It was violated again at {}{more}.", words::list(&times)))
 }
 
 /// What the tree did next.

@@ -19,7 +19,7 @@ pub(super) const DOOR_STUCK: FaultKind = FaultKind {
         let door = with.text("door").to_owned();
         Effect::world(move |faults| faults.stuck_doors.push(door.clone()))
     },
-    words: |with| format!("the door `{}` is stuck", with.text("door")),
+    words: |with| format!("the {} is stuck", with.text("door")),
 };
 
 pub(super) const DEVICE_DEAF: FaultKind = FaultKind {

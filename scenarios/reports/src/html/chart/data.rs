@@ -25,7 +25,7 @@ pub(in crate::html) fn data(view: &RunView, timeline: &Timeline) -> Value {
     };
     let axis: Vec<Value> = chart.axis.stretches().iter().map(stretch).collect();
     let mut looks = Looks::default();
-    let groups: Vec<Value> = lanes::groups(timeline).iter().map(|group| Group::data(group, &mut looks)).collect();
+    let groups: Vec<Value> = lanes::groups(view, timeline).iter().map(|group| Group::data(group, &mut looks)).collect();
     let plots = plots::plots(view, timeline).into_iter().map(|Plot { title, points, range, ticks, bounds, .. }| {
         let points = points.iter().map(|(at, value)| [round(at.as_secs_f64(), 1e3), round(*value, 1e6)]);
         json!({ "title": title, "points": points.collect::<Vec<_>>(), "range": range, "ticks": ticks, "bounds": bounds })

@@ -64,7 +64,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     let faults = view.fault_courses().into_iter().map(|course| Happening {
         times: course.records.iter().map(|record| record.time).collect(),
         held: held(&course, view.time()),
-        ..Happening::at(course.first().time, course.words(), Icon::Alert, theme::BAD).across()
+        ..Happening::at(course.first().time, course.words().replace('`', ""), Icon::Alert, theme::BAD).across()
     });
     let violations = timeline.episodes().iter().map(|episode| {
         let words = format!("{} violated", view.monitor(episode.property).name());

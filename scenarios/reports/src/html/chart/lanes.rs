@@ -7,6 +7,8 @@ use drawing::icons::{Icon, Look};
 use drawing::text::{Font, Weight};
 use drawing::theme::{self, Color};
 use drawing::{Area, NodeStatus, Verdict};
+use monitors::{Violation, Violations};
+use recording::RunView;
 use serde_json::{Value, json};
 
 use super::looks::{Looks, variable};
@@ -59,6 +61,8 @@ impl BarStyle {
     const CROWD: Self = Self::new(theme::SOLID, theme::LINE, theme::INK);
     /// A property of which something must still happen.
     const WAITING: Self = Self::new(theme::PAPER, theme::GOOD, theme::INK);
+    /// A property that was violated before.
+    const AFTER: Self = Self::new(theme::BAD_LIGHT, theme::BAD, theme::INK);
     /// Rest: hardly there.
     const QUIET: Self = Self::new(theme::IDLE_LIGHT, theme::RULE, theme::MUTED);
 
@@ -83,7 +87,7 @@ impl BarStyle {
 }
 
 /// All lanes of a run except the battery's.
-pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
+pub(super) fn groups(view: &RunView, timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
     let navigation = bars("navigation's status", timeline.navigation(), end, |status| {
         (status.words(), BarStyle::of_name(&status.status.replace('_', " ")))
@@ -96,7 +100,9 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
             (if *status == NodeStatus::NotTicked { String::new() } else { words.to_owned() }, BarStyle::status(*status))
         })
     });
-    let monitors = timeline.monitors().iter().map(|lane| monitor(lane, end));
+    let ending = |property: usize| view.monitors().nth(property).and_then(|monitor| monitor.ending().violations);
+    let monitors = timeline.monitors().iter().enumerate();
+    let monitors = monitors.map(|(property, lane)| monitor(lane, ending(property), end));
     // A recording may lack a tree.
     let activities = if timeline.leaves().is_empty() { Vec::new() } else { vec![activities(timeline)] };
     let skills = timeline.skills().iter().map(|lane| skill(lane, timeline));
@@ -155,8 +161,9 @@ impl Bars {
     }
 }
 
-/// A monitor's lane: what it says about its property, and since when something is due.
-fn monitor(lane: &Lane<MonitorState>, end: Duration) -> Bars {
+/// A monitor's lane: what it says about its property, and since when something is due; of one that goes on after a
+/// violation, each violation.
+fn monitor(lane: &Lane<MonitorState>, violations: Option<Violations>, end: Duration) -> Bars {
     let bar = |span: Interval<'_, MonitorState>| {
         let MonitorState { verdict, is_open } = *span.state;
         let text = match verdict {
@@ -168,7 +175,40 @@ fn monitor(lane: &Lane<MonitorState>, end: Duration) -> Bars {
         let style = if is_open && verdict == Verdict::HoldsSoFar { BarStyle::WAITING } else { verdict_style(verdict) };
         Bar { from: span.from, to: span.to, text, style }
     };
-    Bars { name: lane.name.clone(), bars: lane.track.spans(end).map(bar).collect() }
+    let mut bars: Vec<Bar> = lane.track.spans(end).map(bar).collect();
+    // What changes with the last event has no length, and is the verdict.
+    if let [.., before, last] = bars.as_mut_slice()
+        && last.from == last.to
+    {
+        last.from = before.from.max(end - shortest(end));
+        before.to = last.from;
+    }
+    if let Some(Violations { first, goes_on: true, .. }) = violations
+        && let Some(violated) = bars.pop_if(|last| last.style == verdict_style(Verdict::Violated))
+    {
+        bars.extend(each_violation(&violated, &first));
+    }
+    Bars { name: lane.name.clone(), bars }
+}
+
+/// What takes no time is drawn this long, so that it can be seen.
+fn shortest(end: Duration) -> Duration {
+    end / 150
+}
+
+/// A bar for each violation, and for the time after it; one that was over at once can still be seen.
+fn each_violation(violated: &Bar, all: &[Violation]) -> Vec<Bar> {
+    let end = violated.to;
+    let ends = all.iter().map(|violation| {
+        let until = violation.until.map_or(end, |until| until.time);
+        until.max(violation.from.time + shortest(end)).min(end)
+    });
+    let nexts = all.iter().skip(1).map(|next| next.from.time).chain([end]);
+    let bars = all.iter().zip(ends).zip(nexts).flat_map(|((violation, until), next)| {
+        let after = Bar { from: until, to: next, text: "not violated again".to_owned(), style: BarStyle::AFTER };
+        [Bar { from: violation.from.time, to: until.min(next), ..violated.clone() }, after]
+    });
+    bars.filter(|bar| bar.from < bar.to).collect()
 }
 
 /// A lane whose states are names.
@@ -214,11 +254,12 @@ pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
         (has(BarStyle::status(NodeStatus::Running)), "orange: running"),
         (has(BarStyle::QUIET), "gray: at rest, or a skill that is not asked"),
         (has(BarStyle::status(NodeStatus::NotTicked)), "a thin line: a leaf that is not ticked"),
-        (has(BarStyle::NEUTRAL), "white: another state"),
-        (has(verdict_style(Verdict::HoldsSoFar)), "plain green: a property that nothing has violated so far"),
-        (has(BarStyle::WAITING), "white with a green edge: a property for which something must still happen"),
-        (has(verdict_style(Verdict::Satisfied)), "dark green: a property that is satisfied for good"),
-        (has(verdict_style(Verdict::Violated)), "dark red: a property that is violated"),
+        (has(BarStyle::NEUTRAL), "an empty bar: another state"),
+        (has(verdict_style(Verdict::HoldsSoFar)), "pale green: a property that nothing has violated so far"),
+        (has(BarStyle::WAITING), "an empty bar with a green edge: a property for which something must still happen"),
+        (has(verdict_style(Verdict::Satisfied)), "solid green: a property that is satisfied for good"),
+        (has(verdict_style(Verdict::Violated)), "solid red: a property that is violated"),
+        (has(BarStyle::AFTER), "pale red: a property that was violated before"),
     ];
     let there: Vec<&str> = colors.into_iter().filter(|(is_there, _)| *is_there).map(|(_, words)| words).collect();
     words::sentence(&there.join("; "))
