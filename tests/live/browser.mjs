@@ -13,8 +13,9 @@ import { looks } from './looks.mjs';
 import { sessions } from './sessions.mjs';
 import { names, sites } from './strangers.mjs';
 import { timeline } from './timeline.mjs';
+import { trees } from './trees.mjs';
 
-const checks = { experiments, firefox, looks, timeline, names, sites, attacks, sessions };
+const checks = { experiments, firefox, looks, timeline, trees, names, sites, attacks, sessions };
 const { positionals: [steward], values } = parseArgs({
   allowPositionals: true,
   options: {
@@ -30,7 +31,7 @@ const unknown = values.only.find(name => !(name in checks));
 if (unknown) throw new Error(`--only ${unknown}: there are ${Object.keys(checks).join(', ')}`);
 const chromium = await browser();
 // Experiments mostly wait for the robot; meanwhile, the other checks run.
-const lanes = [['experiments'], ['firefox'], ['looks', 'timeline', 'names', 'sites', 'attacks', 'sessions']];
+const lanes = [['experiments'], ['firefox'], ['looks', 'timeline', 'trees', 'names', 'sites', 'attacks', 'sessions']];
 const check = async lane => {
   for (const name of lane.filter(name => values.only.includes(name))) {
     const began = Date.now();

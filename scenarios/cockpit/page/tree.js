@@ -70,10 +70,11 @@ export class Tree {
   // Shows the next node with this text in its name.
   seek() {
     const text = this.find.value.toLowerCase();
-    const matches = [...this.nodes.keys()].filter(node => this.nodes[node].name.toLowerCase().includes(text));
-    const next = text && matches.find(node => node > (this.parts.chosen() ?? -1)) ?? matches[0];
-    this.find.setAttribute('aria-invalid', next === undefined);
-    if (!text || next === undefined) return;
+    const has = node => text && this.nodes[node].name.toLowerCase().includes(text);
+    const matches = [...this.nodes.keys()].filter(has);
+    const next = matches.find(node => node > (this.parts.chosen() ?? -1)) ?? matches[0];
+    this.find.setAttribute('aria-invalid', Boolean(text) && next === undefined);
+    if (next === undefined) return;
     if (this.last != null && !this.opened.has(this.last)) this.unfold(this.last, false);
     [this.last, this.sought] = [next, next];
     this.unfold(next, true);
