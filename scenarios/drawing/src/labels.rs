@@ -62,7 +62,7 @@ impl LabelPlacer {
     /// The box for a text of this width and height at `site`. `cost` is the cost of covering the contents of a box (0
     /// to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
-        let best = self.best(site, site.candidates(size), &cost);
+        let best = self.best(site, site.candidates(size), &cost, |_| true).unwrap_or(site.symbol);
         self.take(best);
         best
     }
@@ -80,16 +80,11 @@ impl LabelPlacer {
             let letters = area.inset(0.5);
             self.taken.iter().all(|taken| !taken.overlaps(&letters)) && cost(area) <= most
         };
-        let near = self.best(site, site.candidates(size), &cost);
-        let best = if is_free(&near) {
-            near
-        } else {
-            self.best(site, site.far_candidates(size, 0.5 * self.within.width), &cost)
-        };
-        is_free(&best).then(|| {
-            self.take(best);
-            best
-        })
+        let near = self.best(site, site.candidates(size), &cost, is_free);
+        let far = || self.best(site, site.far_candidates(size, 0.5 * self.within.width), &cost, is_free);
+        let best = near.or_else(far)?;
+        self.take(best);
+        Some(best)
     }
 
     /// A label needs some room beside it, or the next one would look like its continuation.
@@ -98,16 +93,23 @@ impl LabelPlacer {
         self.taken.push(Area { x: label.x - GAP, width: label.width + 2.0 * GAP, ..label });
     }
 
-    fn best(&self, site: &Site, candidates: Vec<Area>, cost: impl Fn(&Area) -> f64) -> Area {
+    /// The cheapest of the candidates that fit; the first ones are preferred.
+    fn best(
+        &self,
+        site: &Site,
+        candidates: Vec<Area>,
+        cost: impl Fn(&Area) -> f64,
+        is_fit: impl Fn(&Area) -> bool,
+    ) -> Option<Area> {
         let ranks = candidates.len().max(100) as f64;
         let candidates = candidates.into_iter().map(|area| self.moved_inside(area)).enumerate();
-        let priced = candidates.map(|(rank, area)| {
+        let priced = candidates.filter(|(_, area)| is_fit(area)).map(|(rank, area)| {
             // Inside a site or beside it: on its edge, a label would seem to belong to neither side.
             let is_astride = site.roomy && area.overlaps(&site.symbol) && !site.symbol.encloses(&area);
             let edge = if is_astride { 8.0 } else { 0.0 };
             (self.price(&area) + edge + 4.0 * cost(&area) + 4.0 * rank as f64 / ranks, area)
         });
-        priced.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(site.symbol, |(_, area)| area)
+        priced.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, area)| area)
     }
 
     fn moved_inside(&self, area: Area) -> Area {
