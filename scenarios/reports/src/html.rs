@@ -25,6 +25,7 @@ mod sequence;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod tree;
 mod verdicts;
 mod violations;
 mod words;
@@ -223,6 +224,7 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
                 (facts::skill_errors(report, "skill"))
                 (facts::skill_errors(report, "component"))
                 (facts::stages(&activities, scene.is_some()))
+                (tree::outline(view))
             }
         }
     };

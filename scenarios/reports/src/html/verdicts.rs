@@ -23,7 +23,8 @@ pub(super) fn outcome(report: &Report) -> Markup {
     };
     let met = report.expectations.iter().filter(|expectation| expectation.difference.is_none());
     let met = expected_verdicts(report).into_iter().chain(met.filter_map(|expectation| expectation.met.clone()));
-    let met: Vec<String> = met.collect();
+    let mut met: Vec<String> = met.collect();
+    join(&mut met, "the robot came to rest at ");
     html! {
         div.outcome.(class) {
             @if let Some(verdict) = verdict { (verdict_sign(verdict, 22.0)) }
@@ -43,6 +44,14 @@ pub(super) fn outcome(report: &Report) -> Markup {
             }
         }
     }
+}
+
+/// Joins what begins with the same words: `the robot came to rest at Desk, Entrance`.
+fn join(sentences: &mut Vec<String>, beginning: &str) {
+    let ends: Vec<String> = sentences.iter().filter_map(|one| Some(one.strip_prefix(beginning)?.to_owned())).collect();
+    let Some(first) = sentences.iter().position(|one| one.starts_with(beginning)) else { return };
+    sentences.retain(|one| !one.starts_with(beginning));
+    sentences.insert(first, format!("{beginning}{}", ends.join(", ")));
 }
 
 /// The properties that are as expected, in words: those that are satisfied together, the others by their names.
