@@ -598,7 +598,7 @@ mod tests {
 
     #[test]
     #[ignore = "needs maps: STEWARD_MAPS names their folder"]
-    fn labels_on_maps_of_a_folder() {
+    fn labels_on_maps_of_a_folder_on_demand() {
         let folder = PathBuf::from(std::env::var_os("STEWARD_MAPS").expect("STEWARD_MAPS names a folder"));
         let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         let is_map = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "yaml");
