@@ -102,8 +102,11 @@ fn the_battery_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeate
     // The first run that the page recommends, by its own command.
     let (_, card) = page.split_once("<h3>Run ").unwrap();
     let k: usize = card.split_once('<').unwrap().0.parse().unwrap();
-    let (_, command) = card.split_once("<pre>steward ").unwrap();
-    let command = command.split_once('<').unwrap().0;
+    let (_, command) = card.split_once("<pre><code>steward ").unwrap();
+    let command = command.split_once("</pre>").unwrap().0;
+    // Each option has an element of its own.
+    let command: String = command.split('<').map(|part| part.split_once('>').map_or(part, |(_, text)| text)).collect();
+    let command = command.as_str();
     assert_eq!(command, format!("campaign battery_reserve --runs 128 --only {k}"));
     let again = tempdir().unwrap();
     let mut arguments: Vec<&str> = command.split(' ').collect();

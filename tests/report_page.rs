@@ -237,7 +237,7 @@ fn a_missing_message_is_described_and_drawn() {
         "But GotoRechargingStation sent Navigation nothing at all in that time.",
         "BatteryLevel answered the tree <code>[&lt;success&gt;]</code> 10 times",
         "GotoRechargingStation was not asked by the tree",
-        "At tick 31 (31.02 s) it was too late: phi2 is violated.",
+        "At tick 31 (31.02 s) it was too late: <code>phi2</code> is violated.",
         "Ticks 22 to 30: the same 8 messages at each of 9 ticks, none from GotoRechargingStation to Navigation",
         "missing until tick 30: GotoRechargingStation → Navigation",
     ];
@@ -253,7 +253,7 @@ fn a_robot_that_never_arrives_is_described() {
         "But Localization sent AtRechargingStation only 120 other messages in that time, the last of them <code>[&lt;ok&gt;, false]</code> at tick 150.",
         "navigation was moving, then preparing before move, then waiting obstacle, then thinking, then failing.",
         "Navigation told GotoRechargingStation <code>[&lt;ok&gt;, &lt;running&gt;]</code>",
-        "it was too late: phi3 is violated.",
+        "it was too late: <code>phi3</code> is violated.",
     ];
     page_that_says("never_arrives", 3, &words);
 }
@@ -266,7 +266,7 @@ fn a_violation_by_a_robot_at_the_station_is_described() {
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 10.",
         "BatteryReader continued to send messages to BatteryLevel: the last, at tick 10, was <code>[&lt;ok&gt;, 47.039999…]</code>.",
         "GotoRechargingStation was not asked by the tree",
-        "it was too late: phi2 is violated.",
+        "it was too late: <code>phi2</code> is violated.",
     ];
     page_that_says("already_there", 3, &words);
 }

@@ -60,7 +60,7 @@ pub use markup::{command, row, section, table, text};
 pub const FILE: &str = "report.html";
 
 /// A page should open quickly on a phone: pictures beyond this total size are linked, not shown.
-const MOST_BYTES: usize = 1_500_000;
+const MOST_BYTES: usize = 780_000;
 
 const STYLE: &str = include_str!("html/style.css");
 
