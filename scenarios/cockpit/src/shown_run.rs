@@ -152,11 +152,10 @@ impl ShownRun {
 
     /// Shows all children of a node of the tree, or no longer.
     pub(crate) fn unfold(&mut self, node: usize, open: bool) {
-        if open {
-            self.opened.insert(node)
-        } else {
-            self.opened.remove(&node)
-        };
+        self.opened.remove(&node);
+        if open && node < self.newest().header().tree.len() {
+            self.opened.insert(node);
+        }
         self.update.stir();
         self.is_new = true;
     }

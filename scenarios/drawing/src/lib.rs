@@ -97,7 +97,7 @@ pub use state_chart::{State, state_chart_svg};
 pub use time_axis::TimeAxis;
 pub use trajectories::Trajectories;
 pub use tree_folding::FoldedTree;
-pub use tree_layout::{Link, PlacedNode, TreeLayout};
+pub use tree_layout::{Family, Link, PlacedNode, TreeLayout};
 pub use tree_panel::{SYMBOLS, draw_nodes, draw_signs, short_name, signs_height};
 pub use tree_picture::tree_svg;
 

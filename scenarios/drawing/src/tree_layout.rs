@@ -87,17 +87,20 @@ pub(super) fn readable_rows(height: f64) -> usize {
     (height / READABLE_ROW) as usize
 }
 
-/// How the nodes of a tree are related.
-pub(super) struct Family {
-    /// Only parents that exist and come first count.
-    pub(super) parents: Vec<Option<usize>>,
-    pub(super) children: Vec<Vec<usize>>,
+/// How the nodes of a tree are related, by their indices.
+pub struct Family {
+    /// The parent of each node. Only parents that exist and come first count.
+    pub parents: Vec<Option<usize>>,
+    /// The children of each node, in order.
+    pub children: Vec<Vec<usize>>,
     /// The number of ancestors of each node.
-    pub(super) depths: Vec<usize>,
+    pub depths: Vec<usize>,
 }
 
 impl Family {
-    pub(super) fn of(tree: &[TreeNode]) -> Self {
+    /// The nodes of this tree.
+    #[must_use]
+    pub fn of(tree: &[TreeNode]) -> Self {
         let parents: Vec<Option<usize>> =
             tree.iter().enumerate().map(|(i, node)| node.parent.filter(|&parent| parent < i)).collect();
         let mut depths: Vec<usize> = Vec::with_capacity(tree.len());

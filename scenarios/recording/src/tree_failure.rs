@@ -1,5 +1,6 @@
 //! Why the tree failed: the leaf that made it fail, and the last message that this leaf had received.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
@@ -37,9 +38,11 @@ pub(crate) struct Failures {
 
 impl Failures {
     pub(crate) fn new(header: &Header) -> Self {
-        let leaf = |name: &str| header.tree.iter().position(|node| node.is_leaf && node.process == name);
+        let leaves = header.tree.iter().enumerate().filter(|(_, node)| node.is_leaf);
+        let leaves: BTreeMap<&str, usize> = leaves.map(|(number, node)| (node.process.as_str(), number)).collect();
+        let is_component = |name: &str| header.components.iter().any(|known| known == name);
         let ends = header.topology.channels().map(|channel| header.topology.ends(channel));
-        let leaves = ends.map(|(from, to)| leaf(to).filter(|_| header.components.iter().any(|known| known == from)));
+        let leaves = ends.map(|(from, to)| leaves.get(to).copied().filter(|_| is_component(from)));
         Self { leaves: leaves.collect(), messages: vec![None; header.tree.len()], latest: None, running_since: None }
     }
 

@@ -1,7 +1,7 @@
 //! The tree with the last answer of each node, as an outline that one unfolds: browsers search folded text, too.
 
 use drawing::icons::Look;
-use drawing::{NodeStatus, TreeNode};
+use drawing::{Family, NodeStatus, TreeNode};
 use maud::{Markup, html};
 use recording::RunView;
 
@@ -15,12 +15,7 @@ const DEEPEST: usize = 100;
 /// The outline; empty without a tree, or if its answers are not known.
 pub(super) fn outline(view: &RunView) -> Markup {
     let nodes = pictures::tree_nodes(&view.header().tree, view.outcomes());
-    let mut children = vec![Vec::new(); nodes.len()];
-    for (number, node) in nodes.iter().enumerate() {
-        if let Some(parent) = node.parent.filter(|&parent| parent < number) {
-            children[parent].push(number);
-        }
-    }
+    let Family { children, .. } = Family::of(&nodes);
     let is_known = view.outcomes().iter().any(Option::is_some);
     html! {
         @if is_known {

@@ -71,5 +71,6 @@ pub fn way(bag: &Bag) -> Option<Way> {
 
 fn stamp_ns(message: Structure<'_>) -> Option<i64> {
     let stamp = message.part("header")?.part("stamp")?;
-    Some(stamp.number("sec")? as i64 * 1_000_000_000 + stamp.number("nanosec")? as i64)
+    // The bag's own definition of a stamp may hold any number.
+    Some((stamp.number("sec")? as i64).saturating_mul(1_000_000_000).saturating_add(stamp.number("nanosec")? as i64))
 }
