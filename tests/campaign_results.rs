@@ -138,7 +138,7 @@ fn a_campaign_says_what_was_not_met_and_which_runs_are_instructive() {
       phi2      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684); vacuous in 20
       phi3      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684); vacuous in 20
       phi1      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
-      run 17    the largest localization error, 21.2 m
+      run 17    the largest localization error at any moment, 21.2 m
       run 1     expected localization to stay within 0.5 m
       repeat    steward campaign noise_short --runs 20 --only 17
       wrote     OUT/report.html

@@ -42,7 +42,7 @@ pub struct Row {
     pub seed: u64,
     /// Whether the scenario has faults. If not, the row says nothing about their detection.
     pub has_fault: bool,
-    /// What its first fault does, in words; null if none took effect.
+    /// What its faults do, in words; null if none took effect.
     pub fault: Option<String>,
     /// When its first fault took effect, in ticks and in seconds; null if none did.
     pub onset: Option<Onset>,
@@ -244,7 +244,7 @@ impl Row {
             scenario: report.scenario.clone(),
             seed: report.seed,
             has_fault,
-            fault: first.map(|fault| fault.effect.clone()),
+            fault: first.is_some().then(|| effects(report)),
             onset,
             notices: properties.iter().map(notice).collect(),
             as_expected: report.differences.is_empty(),
@@ -253,6 +253,16 @@ impl Row {
             arrived: report.arrivals().iter().any(|(_, name)| is_destination(name)),
         }
     }
+}
+
+/// What the first faults of a run do, in words.
+fn effects(report: &Report) -> String {
+    /// More than this would not fit into a row.
+    const MOST: usize = 3;
+    let all = report.faults_in_words();
+    let first: Vec<&str> = all.iter().take(MOST).map(|(effect, _)| effect.as_str()).collect();
+    let more = all.len().saturating_sub(MOST);
+    first.join("; ") + &if more == 0 { String::new() } else { format!("; and {more} more") }
 }
 
 /// The number of ticks from one tick to another; none if the other came first.

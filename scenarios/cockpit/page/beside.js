@@ -17,9 +17,12 @@ export function beside(count) {
   main.after(element('div', { className: 'beside' }, ...pages));
 }
 
-// An inner page is as high as its content, and passes its keys to the outer page.
+// An inner page is as high as its content, and passes its keys to the outer page. Its landmarks say whose they are.
 function join(page) {
   const inside = page.contentDocument;
+  for (const part of inside.querySelectorAll('header, main, section')) {
+    part.ariaLabel = part.ariaLabel ? `${page.title}: ${part.ariaLabel}` : page.title;
+  }
   new ResizeObserver(() => { page.style.height = `${inside.documentElement.offsetHeight}px`; }).observe(inside.body);
   inside.addEventListener('keydown', ({ key, target }) => {
     if (target.closest('input, select, textarea, button, summary')) return;

@@ -62,7 +62,7 @@ export class Floor {
     robot.replaceChildren();
     if (estimate) robot.append(this.robot(estimate, 'estimate'));
     if (pose) robot.append(this.robot(pose, 'true'));
-    if (pose) scene.speeches.forEach((words, row) => robot.append(this.speech(pose, words, row)));
+    if (pose && scene.speeches.length) robot.append(this.speech(pose, scene.speeches.map(words => `“${words}”`).join(' ')));
     [this.pose, this.estimate, this.bodies] = [pose, estimate, scene.bodies];
     if (pose && this.follows) this.center(this.spot(pose));
     this.legend.show(this);
@@ -131,9 +131,15 @@ export class Floor {
       shape('circle', { cx: x, cy: y, r: radius }), shape('line', { x1: x, y1: y, x2: x + dx, y2: y + dy }));
   }
 
-  speech(pose, words, row) {
+  // In lines above the robot, the last one nearest, not beyond the edges of the map.
+  speech(pose, text) {
     const [x, y] = this.spot(pose);
-    return shape('text', { x, y: y - this.radius_m * this.scale - 10 - 18 * row, class: 'speech' }, `“${words}”`);
+    const lines = wrapped(text, 32);
+    const half = 4 * Math.max(...lines.map(line => line.length));
+    const middle = Math.max(half, Math.min(x, this.size[0] - half));
+    const top = Math.max(18, y - this.radius_m * this.scale - 10 - 18 * (lines.length - 1));
+    const parts = lines.map((line, row) => shape('tspan', { x: middle, y: top + 18 * row }, line));
+    return shape('text', { class: 'speech' }, ...parts);
   }
 
   body(body) {
@@ -214,4 +220,14 @@ function covers(corners, point) {
 
 export function extent({ corners }) {
   return Math.abs(corners.reduce((sum, [x, y], i) => sum + corners.at(i - 1)[0] * y - x * corners.at(i - 1)[1], 0)) / 2;
+}
+
+// A text in lines of at most that many characters, if its words are short enough.
+function wrapped(text, most) {
+  const lines = [''];
+  for (const word of text.split(' ')) {
+    if (lines.at(-1) && lines.at(-1).length + word.length >= most) lines.push('');
+    lines.push(`${lines.pop()} ${word}`.trim());
+  }
+  return lines;
 }

@@ -60,7 +60,7 @@ export class Machines {
     for (const part of picture.querySelectorAll('[data-state]')) {
       part.classList.toggle('active', active.has(Number(part.dataset.state)));
     }
-    state.textContent = location ? `is in ${location}` : '';
+    state.textContent = location ? `is in the state ${location}` : '';
   }
 
   // Shows the chosen machine, or the machines of the running leaves.

@@ -38,7 +38,7 @@ export class Tree {
     drawn(this.place, tree);
     const picture = this.place.querySelector('svg');
     picture.id = 'whole-tree';
-    picture.style.setProperty('--width', `${picture.getAttribute('width')}px`);
+    for (const side of ['width', 'height']) picture.style.setProperty(`--${side}`, `${picture.getAttribute(side)}px`);
     this.parts.mark();
     if (this.sought == null) this.follow();
     else if (this.place.querySelector(`[data-node="${this.sought}"]`)) {

@@ -228,6 +228,11 @@ impl Canvas {
         self.elements += "</g>\n";
     }
 
+    /// Makes what has been drawn a group with this id, to which a page can refer.
+    pub fn name(&mut self, id: &str) {
+        self.elements = format!("<g id=\"{id}\">\n{}</g>\n", self.elements);
+    }
+
     /// Adds path data in other coordinates; `matrix` transforms them to the page (as in SVG: a b c d e f).
     pub fn placed_path(&mut self, data: &str, matrix: [f64; 6], fill: Color) {
         if data.is_empty() {

@@ -80,6 +80,22 @@ impl Area {
         width.max(0.0) * height.max(0.0)
     }
 
+    /// Whether a straight line goes through the box.
+    #[must_use]
+    pub fn is_crossed_by(&self, [from, to]: [Spot; 2]) -> bool {
+        // The part of the line that is within the box's extent along both axes.
+        let along = |from: f64, to: f64, low: f64, high: f64| match to - from {
+            0.0 => (low..=high).contains(&from).then_some((0.0, 1.0)),
+            length => {
+                let (a, b) = ((low - from) / length, (high - from) / length);
+                Some((a.min(b), a.max(b)))
+            }
+        };
+        let parts = [along(from.0, to.0, self.x, self.right()), along(from.1, to.1, self.y, self.bottom())];
+        let [Some(across), Some(down)] = parts else { return false };
+        across.0.max(down.0).max(0.0) <= across.1.min(down.1).min(1.0)
+    }
+
     /// Whether the spot is inside or on the edge.
     #[must_use]
     pub fn contains(&self, spot: Spot) -> bool {

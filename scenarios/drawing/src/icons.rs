@@ -86,7 +86,7 @@ impl Look {
     /// How a verdict looks.
     pub fn of_verdict(verdict: Verdict) -> Self {
         let (front, icon, words) = match verdict {
-            Verdict::HoldsSoFar => (theme::GOOD, Icon::Open, "holds so far"),
+            Verdict::HoldsSoFar => (theme::GOOD, Icon::Open, "undecided"),
             Verdict::Satisfied => (theme::GOOD, Icon::Check, "satisfied"),
             Verdict::Violated => (theme::BAD, Icon::Cross, "violated"),
             Verdict::Inconclusive => (theme::MUTED, Icon::Dash, "inconclusive"),

@@ -25,12 +25,14 @@ pub struct LabelPlacer {
     taken: Vec<Area>,
     /// Spots along lines that should stay visible.
     lines: Vec<Spot>,
+    /// The lines from symbols to their labels.
+    leaders: Vec<[Spot; 2]>,
 }
 
 impl LabelPlacer {
     /// A placer that keeps all labels inside `within`.
     pub fn new(within: Area) -> Self {
-        Self { within, taken: Vec::new(), lines: Vec::new() }
+        Self { within, taken: Vec::new(), lines: Vec::new(), leaders: Vec::new() }
     }
 
     /// Keeps labels off a symbol.
@@ -63,7 +65,7 @@ impl LabelPlacer {
     /// to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
         let best = self.best(site, site.candidates(size), &cost, |_| true).unwrap_or(site.symbol);
-        self.take(best);
+        self.take(site, best);
         best
     }
 
@@ -83,13 +85,14 @@ impl LabelPlacer {
         let near = self.best(site, site.candidates(size), &cost, is_free);
         let far = || self.best(site, site.far_candidates(size, 0.5 * self.within.width), &cost, is_free);
         let best = near.or_else(far)?;
-        self.take(best);
+        self.take(site, best);
         Some(best)
     }
 
     /// A label needs some room beside it, or the next one would look like its continuation.
-    fn take(&mut self, label: Area) {
+    fn take(&mut self, site: &Site, label: Area) {
         const GAP: f64 = 6.0;
+        self.leaders.extend(site.leader(&label));
         self.taken.push(Area { x: label.x - GAP, width: label.width + 2.0 * GAP, ..label });
     }
 
@@ -107,7 +110,7 @@ impl LabelPlacer {
             // Inside a site or beside it: on its edge, a label would seem to belong to neither side.
             let is_astride = site.roomy && area.overlaps(&site.symbol) && !site.symbol.encloses(&area);
             let edge = if is_astride { 8.0 } else { 0.0 };
-            (self.price(&area) + edge + 4.0 * cost(&area) + 4.0 * rank as f64 / ranks, area)
+            (self.price(site, &area) + edge + 4.0 * cost(&area) + 4.0 * rank as f64 / ranks, area)
         });
         priced.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, area)| area)
     }
@@ -119,14 +122,18 @@ impl LabelPlacer {
         Area { x, y, ..area }
     }
 
-    fn price(&self, area: &Area) -> f64 {
+    fn price(&self, site: &Site, area: &Area) -> f64 {
         let size = (area.width * area.height).max(1.0);
         let covered: f64 = self.taken.iter().map(|taken| taken.shared_with(area) / size).sum();
         let crossed = self.lines.iter().filter(|&&spot| area.contains(spot)).count();
         // An overlap outweighs every rank in the list of candidates, and any number of lines but a tangle. Crossing a
         // line outweighs a few ranks: a label moves aside for it, but not far away.
         let collisions = if covered > 0.0 { 10.0 } else { 0.0 };
-        collisions + 20.0 * covered + 0.12 * crossed as f64
+        // A line to a label that crosses a sign or a word seems to belong to it.
+        let others = self.taken.iter().filter(|taken| !taken.overlaps(&site.symbol));
+        let own = site.leader(area).map_or(0, |leader| others.filter(|taken| taken.is_crossed_by(leader)).count());
+        let of_others = self.leaders.iter().filter(|leader| area.is_crossed_by(**leader)).count();
+        collisions + 20.0 * covered + 0.25 * crossed as f64 + 2.0 * (own + of_others) as f64
     }
 }
 
@@ -140,6 +147,19 @@ pub struct Site {
 }
 
 impl Site {
+    /// The line to a label that is not beside it.
+    pub fn leader(&self, label: &Area) -> Option<[Spot; 2]> {
+        const FAR: f64 = 14.0;
+        let (x, y) = if self.roomy { self.symbol.nearest(label.center()) } else { self.symbol.center() };
+        let end = label.nearest((x, y));
+        let (dx, dy) = (end.0 - x, end.1 - y);
+        let far = (dx * dx + dy * dy).sqrt();
+        // A sign is round, and what is longer than wide about an ellipse.
+        let flat = libm::hypot(dx / self.symbol.width, dy / self.symbol.height);
+        let radius = if self.roomy || flat == 0.0 { 0.0 } else { far / flat / 2.0 };
+        (far > radius + FAR).then(|| [(x + dx / far * radius, y + dy / far * radius), end])
+    }
+
     /// Boxes for a label to try, the most natural ones first.
     fn candidates(&self, (width, height): (f64, f64)) -> Vec<Area> {
         let (x, y) = self.symbol.center();

@@ -176,24 +176,28 @@ impl MapDrawing<'_> {
         for body in &self.scene.bodies {
             let paint = Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8);
             let Some(center) = self.spot(&body.pose) else { continue };
-            let reach = match body.shape {
+            let extent = match body.shape {
                 Shape::Disc { radius_m } => {
                     let radius = self.view.pixels(radius_m).max(3.0);
                     self.canvas.circle(center, radius, paint);
-                    radius
+                    Area::around(center, 2.0 * radius, 2.0 * radius)
                 }
                 Shape::Box { length_m, width_m } => {
                     let corner = |along: f64, across: f64| {
                         body.pose * Point::new(along * length_m / 2.0, across * width_m / 2.0)
                     };
                     let corners = [corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
-                    self.canvas.path(&Path::through(self.view.spots(&corners)).close(), paint);
-                    self.view.pixels(length_m.max(width_m)) / 2.0
+                    let spots: Vec<Spot> = self.view.spots(&corners).collect();
+                    let around = spots.iter().fold([0.0_f64; 2], |[width, height], (x, y)| {
+                        [width.max(2.0 * (x - center.0).abs()), height.max(2.0 * (y - center.1).abs())]
+                    });
+                    self.canvas.path(&Path::through(spots).close(), paint);
+                    Area::around(center, around[0], around[1])
                 }
             };
             // A body may have moved in the next picture, so its label does not stand still.
             if !body.label.is_empty() {
-                let site = Site { symbol: Area::around(center, 2.0 * reach + 10.0, 2.0 * reach + 10.0), roomy: false };
+                let site = Site { symbol: extent.inset(-5.0), roomy: false };
                 self.note(site, &body.label, theme::BODY, false);
             }
         }
@@ -361,7 +365,7 @@ impl MapDrawing<'_> {
         let wrapped = |share: f64, most: usize| font.wrap(&label.text, view.area.width * share, most);
         let first = wrapped(0.36, 3).into_iter().take(1);
         let first = first.map(|first| font.fit(&format!("{first} …"), view.area.width * 0.36));
-        let shapes = [wrapped(0.36, 3), wrapped(0.24, 5), wrapped(0.16, 5), first.collect()];
+        let shapes = [wrapped(0.36, 3), wrapped(0.24, 5), wrapped(0.16, 7), first.collect()];
         let attempts = [0.0, f64::INFINITY].into_iter().flat_map(|most| shapes.iter().map(move |lines| (lines, most)));
         let (lines, area) = attempts.into_iter().find_map(|(lines, most)| {
             let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
@@ -371,27 +375,15 @@ impl MapDrawing<'_> {
             let area = (width > 0.0 && is_whole).then(|| self.placer.place_free(&label.site, size, walls, most));
             Some((lines, area.flatten()?))
         })?;
-        self.lead(&label.site, area, label.color);
+        if let Some([from, to]) = label.site.leader(&area) {
+            self.canvas.line(from, to, Paint::stroke(label.color, 1.2));
+        }
         let style = TextStyle::new(font, label.color).anchored(Anchor::Middle).with_halo();
         for (line, text) in lines.iter().enumerate() {
             let y = area.y + (line as f64 + 0.5) * font.line_height();
             self.canvas.centered_text((area.center().0, y), text, style);
         }
         Some(area)
-    }
-
-    /// Draws a line from a sign to a label that is not beside it.
-    fn lead(&mut self, site: &Site, label: Area, color: Color) {
-        const FAR: f64 = 14.0;
-        let (x, y) = if site.roomy { site.symbol.nearest(label.center()) } else { site.symbol.center() };
-        let end = (x.clamp(label.x, label.right()), y.clamp(label.y, label.bottom()));
-        let (dx, dy) = (end.0 - x, end.1 - y);
-        let far = (dx * dx + dy * dy).sqrt();
-        let radius = if site.roomy { 0.0 } else { site.symbol.width.min(site.symbol.height) / 2.0 };
-        if far > radius + FAR {
-            let begin = (x + dx / far * radius, y + dy / far * radius);
-            self.canvas.line(begin, end, Paint::stroke(color, 1.2));
-        }
     }
 }
 

@@ -105,7 +105,7 @@ fn everything_in_a_frame_is_in_the_picture() {
         "GotoRechargingStation",
         "phi1",
         "violated · tick 67",
-        "holds so far",
+        "undecided",
         "failure",
         "start for the station",
         "timer := θ",

@@ -258,6 +258,7 @@ fn map_figure(scene: &Scene, activities: &[Activity], view: &RunView, timeline: 
             figcaption {
                 "The robot’s path, colored by the leaf of the behavior tree that was running; the numbers are \
                  those in the table and the timeline."
+                @if activities::has_more_leaves_than_colors(activities) { " There are more leaves than colors." }
                 @if map::is_crowded(activities) { " Stages in which it did not move are not drawn." }
                 @if !view.faults().is_empty() { " Red with !: where a fault put something, or else where the robot was when it took effect." }
                 @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
@@ -280,7 +281,7 @@ fn course(view: &RunView, timeline: &Timeline) -> Markup {
     let data = chart::data(view, timeline).to_string().replace('<', "\\u003c");
     let content = html! {
         figure.panel.timeline {
-            (figure(label, |layout| chart::draw(view, timeline, layout)))
+            (chart::figure(view, timeline, label))
             div.explore {
                 p.tools {
                     button type="button" value="+" { "zoom in" }

@@ -79,7 +79,7 @@ fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], numbers: bool
             // Red over light green: a rate of 0 differs from a bin without runs, which stays gray.
             plot.canvas.rounded(cell, 0.0, Paint::fill(theme::GOOD_LIGHT));
             if rate > 0.0 {
-                plot.canvas.rounded(cell, 0.0, Paint::fill(theme::BAD).fill_opacity(0.85 * rate));
+                plot.canvas.rounded(cell, 0.0, Paint::fill(theme::BAD).fill_opacity(0.6 * rate));
             }
             if numbers && cell.width >= ROOM_FOR_A_NUMBER && cell.height >= 11.0 {
                 let middle = (cell.x + cell.width / 2.0, cell.y + cell.height / 2.0);

@@ -135,7 +135,7 @@ impl Selection {
     fn extremes(&mut self) {
         self.add(
             |_, record| Some(-record.facts.as_ref()?.localization_max_m?),
-            |score| format!("the largest localization error, {} m", short(-score)),
+            |score| format!("the largest localization error at any moment, {} m", short(-score)),
         );
         self.add(
             |_, record| {

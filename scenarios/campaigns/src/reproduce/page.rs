@@ -154,8 +154,8 @@ fn figure_3() -> Figure {
         panels: whole(
             &html! { pre { code { (monitors::GRAMMAR.trim_end()) "\nrelop      = < | > | <= | >= | = | !=" } } },
             &html! {
-                "The paper’s grammar, with which the properties below are parsed, and its abbreviations false, \
-                 implies, eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
+                "The grammar with which the properties below are parsed: the paper’s, and what this project adds to it, \
+                 such as the past; with the abbreviations false, implies, eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
             },
         ),
     }
@@ -269,9 +269,13 @@ fn command(still: &Still, settings: &[String]) -> String {
     let (shot, time_s) = (still.shot, still.frame.time.as_secs_f64());
     let quoted = |setting: &str| format!(" --set '{setting}'");
     let mut command = format!("steward run {} --seed {SEED} --set 'snapshots.at_s=[{time_s:.2}]'", shot.scenario);
-    if let Shows::Monitor(name) | Shows::Passing(name, _) = shot.shows
-        && name.starts_with("figure_")
-    {
+    // Maps name the monitors that have been violated.
+    let shows_more = match shot.shows {
+        Shows::Scene => true,
+        Shows::Monitor(name) | Shows::Passing(name, _) => name.starts_with("figure_"),
+        Shows::Tree => false,
+    };
+    if shows_more {
         command += &quoted(FIGURE_MONITORS);
     }
     settings.iter().for_each(|setting| command += &quoted(setting));

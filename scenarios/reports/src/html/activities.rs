@@ -1,6 +1,8 @@
 //! The activities of the tree, in numbered stages, with the same numbers and colors on the map, on the timeline and in
 //! the text.
 
+use std::collections::BTreeSet;
+
 use drawing::theme::{self, Color};
 
 use super::colors;
@@ -27,7 +29,7 @@ pub(super) fn activities(timeline: &Timeline) -> Vec<Activity> {
     let mut known: Vec<String> = Vec::new();
     let mut color = |doing: &str| {
         if doing.is_empty() {
-            return theme::IDLE;
+            return theme::LINE;
         }
         let number = known.iter().position(|other| other == doing).unwrap_or_else(|| {
             known.push(doing.to_owned());
@@ -42,4 +44,10 @@ pub(super) fn activities(timeline: &Timeline) -> Vec<Activity> {
     };
     let stages = timeline.trail().stages(timeline.end()).into_iter();
     stages.map(|stage| Activity { number: number(&stage.doing), color: color(&stage.doing), stage }).collect()
+}
+
+/// Whether stages with different running leaves have the same color.
+pub(super) fn has_more_leaves_than_colors(activities: &[Activity]) -> bool {
+    let doing: BTreeSet<&str> = activities.iter().map(|activity| &*activity.stage.doing).collect();
+    doing.iter().filter(|doing| !doing.is_empty()).count() > colors::ACTIVITIES.len()
 }

@@ -11,11 +11,12 @@ use std::time::Duration;
 
 use drawing::Area;
 use drawing::canvas::Canvas;
+use drawing::path::number;
 use drawing::time_axis::TimeAxis;
 use maud::{Markup, html};
 use recording::RunView;
 
-use super::figure::{Drawing, Layout};
+use super::figure::{self, Drawing, Layout};
 use crate::timeline::Timeline;
 
 use happenings::Happening;
@@ -25,8 +26,42 @@ use sheet::{Chart, Sizes};
 
 pub(super) use data::data;
 
-/// Draws the timeline of a run.
-pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawing {
+/// The timeline of a run: a drawing for each layout, and the wide one again on sheets for paper.
+pub(super) fn figure(view: &RunView, timeline: &Timeline, label: &str) -> Markup {
+    const ID: &str = "whole-timeline";
+    let (mut wide, breaks) = draw(view, timeline, Layout::Wide);
+    let [width, height] = [wide.width, wide.height].map(number);
+    let sheets = sheets(&breaks, wide.height);
+    wide.canvas.name(ID);
+    html! {
+        // A drawing to which another one refers must not be hidden itself, but what is around it may be.
+        div.whole { (figure::inline(wide, Layout::Wide.class(), label)) }
+        (figure::inline(draw(view, timeline, Layout::Narrow).0, Layout::Narrow.class(), label))
+        @for [top, bottom] in sheets {
+            svg.sheet viewBox={ "0 " (number(top)) " " (width) " " (number(bottom - top)) } aria-hidden="true" {
+                use href={ "#" (ID) } width=(width) height=(height) {}
+            }
+        }
+    }
+}
+
+/// From where to where each sheet of paper goes, if the drawing may be divided at these heights.
+fn sheets(breaks: &[f64], height: f64) -> Vec<[f64; 2]> {
+    /// What fits onto a page of A4 beside the section's title, at the width of the page.
+    const ROOM: f64 = 1060.0;
+    let (mut sheets, mut top) = (Vec::new(), 0.0);
+    while height - top > ROOM {
+        let last = breaks.iter().rfind(|at| **at > top && **at <= top + ROOM);
+        let bottom = last.copied().unwrap_or(top + ROOM);
+        sheets.push([top, bottom]);
+        top = bottom;
+    }
+    sheets.push([top, height]);
+    sheets
+}
+
+/// Draws the timeline of a run. Also returns the heights at which it may be divided.
+pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> (Drawing, Vec<f64>) {
     let sizes = Sizes::of(layout);
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(view, timeline);
@@ -36,7 +71,7 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
     let mut canvas = Canvas::for_browsers();
     chart.grid(&mut canvas, height);
     canvas.append(chart.canvas);
-    Drawing { canvas, width: sizes.width, height }
+    (Drawing { canvas, width: sizes.width, height }, chart.breaks)
 }
 
 /// The meaning of the colors and signs on the timeline.
@@ -83,7 +118,7 @@ impl Chart {
     fn new(timeline: &Timeline, happenings: &[Happening], sizes: Sizes) -> Self {
         let plot = Area::new(sizes.left, 0.0, sizes.width - sizes.left - 14.0, 0.0);
         let axis = TimeAxis::around_changes(timeline.end(), changes(timeline, happenings), plot);
-        Self { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0 }
+        Self { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0, breaks: Vec::new() }
     }
 
     fn draw(&mut self, timeline: &Timeline, happenings: &[Happening], groups: &[Group], plots: &[Plot]) {
@@ -91,7 +126,10 @@ impl Chart {
         self.shortened_labels();
         let top = self.y;
         self.happenings(happenings);
-        plots.iter().for_each(|plot| self.plot(plot, timeline));
+        for plot in plots {
+            self.breaks.push(self.y);
+            self.plot(plot, timeline);
+        }
         for group in groups {
             self.group(group);
         }

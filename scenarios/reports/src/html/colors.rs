@@ -34,7 +34,8 @@ const COLORS: [(&str, Color, Color); 22] = [
 
 /// The colors of the tree's stages, first to last: most eyes can distinguish them, and they mean nothing else on the
 /// map.
-const ACTIVITIES: [Color; 6] = [theme::LASER, theme::BUSY, theme::BODY, theme::BELIEF, theme::GOOD, theme::LINE];
+pub(super) const ACTIVITIES: [Color; 6] =
+    [theme::LASER, theme::BUSY_DARK, theme::BODY, theme::BELIEF, theme::GOOD, theme::MUTED];
 
 /// The color of an activity, by its number.
 pub(super) fn activity(number: usize) -> Color {
@@ -117,7 +118,8 @@ mod tests {
             ("paper", "good"),
             ("paper", "bad"),
         ];
-        for (front, ground) in pairs {
+        let stages = ACTIVITIES.map(|color| ("paper", name(color).expect("it has a name")));
+        for (front, ground) in pairs.into_iter().chain(stages) {
             let (front_colors, ground_colors) = (of(front), of(ground));
             for (a, b) in [(front_colors.1, ground_colors.1), (front_colors.2, ground_colors.2)] {
                 let contrast = contrast(a, b);

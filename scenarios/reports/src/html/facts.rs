@@ -121,8 +121,8 @@ pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
         };
         let distance = stage.distance_m();
         let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };
-        let from = words::roughly(stage.from.as_secs_f64());
-        let cells = [from, words::roughly((stage.to - stage.from).as_secs_f64()), driven];
+        let [from, length] = [stage.from, stage.to - stage.from].map(|at| words::decimals(at.as_secs_f64(), 1) + " s");
+        let cells = [from, length, driven];
         row(badge, cells.into_iter().take(columns))
     };
     let mut lines: Vec<Markup> = activities.iter().map(line).collect();
@@ -136,6 +136,6 @@ pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
     let table = table("stages", head, &html! { @for line in lines { (line) } });
     html! {
         @if activities.len() <= FEW_STAGES { (table) }
-        @else { details { summary { "The stages of the run: " (activities.len()) } (table) } }
+        @else { details { summary { "The stages of the run" } (table) } }
     }
 }

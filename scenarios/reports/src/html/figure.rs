@@ -21,7 +21,7 @@ pub enum Layout {
 impl Layout {
     const ALL: [Self; 2] = [Self::Wide, Self::Narrow];
 
-    fn class(self) -> &'static str {
+    pub(super) fn class(self) -> &'static str {
         match self {
             Self::Wide => "wide",
             Self::Narrow => "narrow",

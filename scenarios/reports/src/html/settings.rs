@@ -11,11 +11,15 @@ use crate::report::Report;
 /// The section with the parameters.
 pub(super) fn section(view: &RunView) -> Markup {
     let is_recorded = view.header().origin.recorded.is_some();
+    let given = given::of(&view.header().origin);
+    if is_recorded && given.is_empty() {
+        return Markup::default();
+    }
     let content = html! {
         div.panel {
             h3 { (if is_recorded { "What the mapping says" } else { "What the scenario says" }) }
             div.scroll {
-                table.parameters { tbody { @for given in given::of(&view.header().origin) { (given.row()) } } }
+                table.parameters { tbody { @for given in &given { (given.row()) } } }
             }
             @if !is_recorded { (settings_in_effect(view)) }
         }

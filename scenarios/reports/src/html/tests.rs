@@ -48,7 +48,7 @@ fn look_at_all(what: &str, view: &RunView, timeline: &Timeline) {
     let activities = activities::activities(timeline);
     let scene = map::scene(view, timeline).unwrap();
     for layout in [Layout::Wide, Layout::Narrow] {
-        look_at(&format!("{what}, timeline, {layout:?}"), chart::draw(view, timeline, layout));
+        look_at(&format!("{what}, timeline, {layout:?}"), chart::draw(view, timeline, layout).0);
         look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, &[], layout));
         for episode in timeline.episodes() {
             let evidence = Evidence::of(episode, view);
@@ -78,8 +78,8 @@ fn many_faults_do_not_crowd_each_other_out() {
     let faults = (0..40).map(|i| format!("{{kind=\"battery_level\",at_s={},level_pct={}}}", 2 + i, 90 - 2 * (i % 8)));
     let faults = format!("faults=[{}]", faults.collect::<Vec<_>>().join(","));
     let (view, timeline) = run("battery_fault", &[&faults], 45);
-    look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
-    look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow).0);
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Wide).0);
     let scene = map::scene(&view, &timeline).unwrap();
     look_at("map", map::draw(&scene, &activities::activities(&timeline), &[], Layout::Narrow));
 }
@@ -88,8 +88,8 @@ fn many_faults_do_not_crowd_each_other_out() {
 fn a_run_that_never_rests_is_still_a_small_drawing() {
     let (view, mut timeline) = run("battery_fault", &[], 20);
     timeline.shake(Duration::from_secs(3600));
-    look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
-    look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Wide).0);
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow).0);
     let table = super::facts::stages(&activities::activities(&timeline), true).into_string();
     assert_eq!(table.matches("<tr>").count(), 42, "the heading, 40 stages, and the number of others");
 }
@@ -114,7 +114,7 @@ fn a_run_in_which_nothing_exists_and_nothing_happens_has_a_page() {
         assert!(page.contains("No property was watched in this run."), "{page}");
         assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
         for layout in [Layout::Wide, Layout::Narrow] {
-            look_at("the timeline of nothing", chart::draw(&view, &timeline, layout));
+            look_at("the timeline of nothing", chart::draw(&view, &timeline, layout).0);
         }
     }
 }

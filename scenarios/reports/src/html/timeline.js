@@ -81,6 +81,13 @@ const explore = (() => {
     const x = (share) => left + ((share - view.from) / (view.to - view.from)) * (size.width - left - MARGIN);
     const at = (x) => view.from + ((x - left) / (size.width - left - MARGIN)) * (view.to - view.from);
 
+    /** The value of a plot at a place on the axis. */
+    function valueAt({ points, shares }, place) {
+      const next = clamp(beyond(shares, place), 1, points.length - 1);
+      const [[a, from], [b, to]] = [points[next - 1] ?? points[0], points[next] ?? points[0]];
+      return from + (to - from) * clamp((place - a) / (b - a || 1), 0, 1);
+    }
+
     function fit(text, room) {
       if (width(text) <= room) return text;
       let end = Math.floor((text.length * room) / width(text));
@@ -95,6 +102,13 @@ const explore = (() => {
       pen.fillStyle = color(ink);
       pen.textAlign = align;
       pen.fillText(room === Infinity ? text : fit(text, room), x, y);
+    }
+
+    /** Writes a text that lines may cross. */
+    function writeOver(text, x, y, ink, align) {
+      [pen.strokeStyle, pen.lineWidth, pen.textAlign] = [color("--paper"), 3, align];
+      pen.strokeText(text, x, y);
+      write(text, x, y, ink, align);
     }
 
     /** The rows from the top, for this width. */
@@ -186,14 +200,17 @@ const explore = (() => {
     }
 
     function drawEvents(row) {
-      for (const { spot, label, ink, across } of events) {
-        if (!spot) continue;
+      const seen = events.filter(({ spot }) => spot);
+      for (const { spot, ink, across } of seen) {
         pen.fillStyle = color(ink);
         if (across) pen.fillRect(spot[0] - 0.5, row.y, 1, size.height);
+      }
+      for (const { spot, label, ink } of seen) {
+        pen.fillStyle = color(ink);
         pen.beginPath();
         pen.arc(...spot, SIGN - 1, 0, 7);
         pen.fill();
-        if (label) write(label[0], label[1], spot[1], ink, label[2]);
+        if (label) writeOver(label[0], label[1], spot[1], ink, label[2]);
       }
     }
 
@@ -227,9 +244,14 @@ const explore = (() => {
         pen.setLineDash([5, 4]);
         pen.strokeRect(left, y(value), size.width, 0);
         pen.setLineDash([]);
-        [pen.strokeStyle, pen.lineWidth, pen.textAlign] = [color("--paper"), 3, "right"];
-        pen.strokeText(label, right - 4, beside);
-        write(label, right - 4, beside, ink, "right");
+        // At the end where the curve is farther away.
+        const room = pen.measureText(label).width + 8;
+        const distance = (end) => {
+          const places = [0, 0.25, 0.5, 0.75, 1].map((part) => (end === "right" ? right - room : left) + part * room);
+          return Math.min(...places.map((place) => Math.abs(y(valueAt(plot, at(place))) - beside)));
+        };
+        const end = distance("right") < 10 && distance("left") > distance("right") ? "left" : "right";
+        writeOver(label, end === "right" ? right - 4 : left + 4, beside, ink, end);
         above = y(value);
       }
       pen.restore();
@@ -360,11 +382,9 @@ const explore = (() => {
         const text = looks[bar] < 0 ? "" : data.looks[looks[bar]][0];
         words.push(`${name}: ${text || "–"}, from ${clock(seconds(edges[bar]))} to ${clock(seconds(edges[bar + 1]))}`);
       }
-      for (const { title, points, shares, range } of row?.kind === "plot" ? [row.plot] : plots.slice(0, 1)) {
-        const next = clamp(beyond(shares, share(moment)), 1, points.length - 1);
-        const [[a, from], [b, to]] = [points[next - 1] ?? points[0], points[next] ?? points[0]];
-        const value = from + (to - from) * clamp((share(moment) - a) / (b - a || 1), 0, 1);
-        words.push(`${title}: ${value.toFixed(range[1] - range[0] > 20 ? 1 : 3)}`);
+      for (const plot of row?.kind === "plot" ? [row.plot] : plots.slice(0, 1)) {
+        const value = valueAt(plot, share(moment)), [least, most] = plot.range;
+        words.push(`${plot.title}: ${value.toFixed(most - least > 20 ? 1 : 3)}`);
       }
       output.textContent = words.concat(near.map((event) => event.words)).join(" · ");
     }

@@ -304,18 +304,22 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     Some(format!("Meanwhile the tree was running {doing}{navigation}."))
 }
 
-/// What the tree was running at a moment, and what it was running before if it had just switched.
+/// What the tree was running at a moment, and what it was running before if it had just switched, or had ended.
 fn turn_sentence(moment: Duration, timeline: &Timeline) -> Option<String> {
     let stages = timeline.trail().stages(timeline.end());
-    let now = stages.iter().rposition(|stage| stage.from <= moment && !stage.doing.is_empty())?;
-    let turned = stages[now].from == moment;
-    let before = now.checked_sub(1).filter(|_| turned).map(|before| stages[before].doing.as_str());
-    Some(match before.filter(|before| !before.is_empty()) {
-        Some(before) => {
-            format!("Until then the tree was running {before}; at this tick it switched to {}.", stages[now].doing)
+    let place = stages.iter().rposition(|stage| stage.from <= moment)?;
+    let (now, turned) = (&stages[place].doing, stages[place].from == moment);
+    let before = place.checked_sub(1).map(|before| &stages[before].doing).filter(|before| !before.is_empty());
+    match before {
+        Some(before) if now.is_empty() => {
+            let until = if turned { "this tick".to_owned() } else { words::time(stages[place].from) };
+            Some(format!("No leaf of the tree was running; until {until} it had been {before}."))
         }
-        None => format!("The tree was running {}.", stages[now].doing),
-    })
+        Some(before) if turned => {
+            Some(format!("Until then the tree was running {before}; at this tick it switched to {now}."))
+        }
+        _ => (!now.is_empty()).then(|| format!("The tree was running {now}.")),
+    }
 }
 
 /// Messages from components to the leaf that the tree was running last, while an answer was pending.

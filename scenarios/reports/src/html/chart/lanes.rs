@@ -205,7 +205,7 @@ fn each_violation(violated: &Bar, all: &[Violation]) -> Vec<Bar> {
     });
     let nexts = all.iter().skip(1).map(|next| next.from.time).chain([end]);
     let bars = all.iter().zip(ends).zip(nexts).flat_map(|((violation, until), next)| {
-        let after = Bar { from: until, to: next, text: "not violated again".to_owned(), style: BarStyle::AFTER };
+        let after = Bar { from: until, to: next, text: "violated before".to_owned(), style: BarStyle::AFTER };
         [Bar { from: violation.from.time, to: until.min(next), ..violated.clone() }, after]
     });
     bars.filter(|bar| bar.from < bar.to).collect()
@@ -310,8 +310,13 @@ impl Chart {
     }
 
     pub(super) fn group(&mut self, group: &Group) {
+        self.breaks.push(self.y);
         self.heading(group.title);
-        for lane in &group.lanes {
+        for (number, lane) in group.lanes.iter().enumerate() {
+            // A title alone at the end would belong to nothing.
+            if number > 0 {
+                self.breaks.push(self.y);
+            }
             self.lane(lane);
         }
         let (what, names) = &group.resting;

@@ -50,6 +50,8 @@ pub(super) struct Chart {
     pub(super) sizes: Sizes,
     pub(super) plot: Area,
     pub(super) y: f64,
+    /// Where it may be divided: no lane or plot is there.
+    pub(super) breaks: Vec<f64>,
 }
 
 impl Chart {
