@@ -32,7 +32,13 @@ impl Proof {
     pub fn write_run(&self, question: &Question, answer: &Answer, run: &Run, folder: &Path) -> Result<PathBuf, Error> {
         let data = self.driver_data(answer, run)?;
         let name = &self.scenario.name;
-        let about = format!("A run of {name} against {}, found by steward prove", question.property);
+        let mut about = format!("A run of {name} against {}, found by steward prove", question.property);
+        let replay = run.replay(&answer.model, self.monitor(question)).ok();
+        let rests_on = replay.map(|replay| self.assumptions_of(run, &replay)).unwrap_or_default();
+        if !rests_on.is_empty() {
+            let words: Vec<&str> = rests_on.iter().map(|assumption| assumption.words.as_str()).collect();
+            about += &format!(". It rests on what is assumed: {}", words.join(" "));
+        }
         let hold = self.scenario.file.prove.messages.hold;
         let changes = faults::changes(run, &self.faults).into_iter().map(|change| {
             let Switching { index, begins } = change?;
