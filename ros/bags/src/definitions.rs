@@ -75,7 +75,7 @@ impl Definitions<'_> {
                     .ok_or_else(|| Undefined::new(format!("there is no definition of {name}"), &folder_with(name)))
             });
             match resolved {
-                Ok(layout) if !is_on_board => return Ok(Defined { layout, on_board: None }),
+                Ok(layout) if !is_on_board => return defined_elsewhere(topic, &name, layout),
                 Ok(layout) => Variant::add(&mut variants, layout, edition),
                 Err(undefined) => refused = Some(undefined),
             }
@@ -148,6 +148,20 @@ impl Definitions<'_> {
             let own = type_name(&topic.kind).map(|own| (own, message));
             own.into_iter().chain(types).find_map(|(found, message)| (found == *name).then_some(message))
         })
+    }
+}
+
+/// A type that the bag or a folder defines. Where the topic itself has no definition, what defines it has to agree with
+/// the topic's hash. The topic's own is not held against it: not all programs that write bags compute the same hashes.
+fn defined_elsewhere(topic: &Topic, name: &TypeName, layout: Arc<Layout>) -> Result<Defined, Undefined> {
+    let is_recorded = topic.definition.as_ref().is_some_and(|definition| !definition.text.trim().is_empty());
+    let own = layout.type_hash();
+    match &topic.hash {
+        Some(hash) if !is_recorded && *hash != own => {
+            let why = format!("the definition of {name} is not the recorded one: its hash is {own}, the bag's {hash}");
+            Err(Undefined::new(why, FOLDER))
+        }
+        _ => Ok(Defined { layout, on_board: None }),
     }
 }
 

@@ -92,6 +92,22 @@ fn the_bag_and_folders_have_precedence_over_what_is_on_board() {
     assert_eq!(point.fields.len(), 1);
 }
 
+#[test]
+fn a_folders_definition_is_held_against_the_bags_hash() {
+    let read = |path: &Path| match path.ends_with("share/sensor_msgs/msg/Range.msg") {
+        true => Ok(b"int8 a\n".to_vec()),
+        false => nothing(path),
+    };
+    let survey = Survey::default();
+    let definitions = Definitions { survey: &survey, folders: &["share".into()], read: &read };
+    let layout = definitions.layout(&topic(RANGE, None)).expect("no hash speaks against it");
+    assert!(definitions.layout(&topic(RANGE, Some(&layout.type_hash()))).is_ok());
+    let refused = definitions.layout(&topic(RANGE, Some(RANGES[1]))).expect_err("another type was recorded");
+    let begin = "the definition of sensor_msgs/Range is not the recorded one: its hash is RIHS01_";
+    assert!(refused.to_string().starts_with(begin), "{refused}");
+    assert!(refused.to_string().ends_with(&format!("the bag's {}", RANGES[1])), "{refused}");
+}
+
 /// An MCAP file with a topic whose definition is empty, as rosbag2 writes it in Humble, or since Iron with a hash.
 fn mcap(options: mcap::WriteOptions, distribution: &str, hash: &str) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
