@@ -57,7 +57,7 @@ export async function timeline(steward, browser) {
   const file = await report(steward);
   const explored = await Explored.open(browser, file);
   const { page, canvas } = explored;
-  assert.ok(!await page.locator('.timeline > svg').first().isVisible());
+  assert.ok(!await page.locator('.whole').isVisible());
   const { width } = await canvas.boundingBox();
   await explored.point(width - 60, /phi1: ✗ violated, from 21\.02 s to/);
   const level = await explored.point(width - 60, /BatteryLevel: ✗ failure, from 21\.02 s to/);
@@ -96,14 +96,15 @@ export async function timeline(steward, browser) {
   assert.deepEqual(explored.problems, []);
   assert.deepEqual(await serious(explored), []);
 
-  // A script of somebody else does not run, and on paper and without scripts there is the drawing.
+  // A script of somebody else does not run, and on paper and without scripts there is the drawing: on sheets, or whole.
   const stranger = file.replace('report.html', 'stranger.html');
   await writeFile(stranger, (await readFile(file, 'utf8')).replace('</main>', '<script>window.stranger = 1</script></main>'));
   const foreign = await Explored.open(browser, stranger);
   assert.equal(await foreign.page.evaluate(() => window.stranger), undefined);
   assert.match(foreign.problems.join(), /Content Security Policy/);
   await page.emulateMedia({ media: 'print' });
-  assert.ok(await page.locator('.timeline > svg').first().isVisible() && !await canvas.isVisible());
+  const shown = async () => [await page.locator('.sheet').first().isVisible(), await page.locator('.whole').isVisible(), await canvas.isVisible()];
+  assert.deepEqual(await shown(), [true, false, false]);
   const silent = await Explored.open(browser, file, { javaScriptEnabled: false });
-  assert.ok(await silent.page.locator('.timeline > svg').first().isVisible());
+  assert.ok(await silent.page.locator('.whole > svg').isVisible());
 }
