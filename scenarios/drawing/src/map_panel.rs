@@ -352,8 +352,8 @@ impl MapDrawing<'_> {
         moving.iter().for_each(|label| _ = self.write(label));
     }
 
-    /// Writes a label, if possible beside walls: in its lines, or else in narrower ones, or its beginning; otherwise
-    /// where it covers the least of a wall, or not at all. Returns where.
+    /// Writes a label, if possible beside walls: in its lines, or else in narrower ones, or in one; otherwise where it
+    /// covers the least of a wall, or not at all. Returns where.
     fn write(&mut self, label: &Label) -> Option<Area> {
         let (font, view, map) = (self.font, self.view, &self.scene.map);
         // A place beside a wall is better than one on it, even if it is farther away; but an area keeps its label.
@@ -363,20 +363,16 @@ impl MapDrawing<'_> {
             if covered > 0.0 && !inside { 1.2 + covered } else { 0.0 }
         };
         let wrapped = |share: f64, most: usize| font.wrap(&label.text, view.area.width * share, most);
-        let is_whole = |lines: &[String]| lines.iter().all(|line| !line.ends_with('…'));
-        let first = |share: f64| {
-            let lines = font.wrap(&label.text, view.area.width * share - font.width(" …"), 3);
-            (lines.len() > 1 && is_whole(&lines[..1])).then(|| vec![format!("{} …", lines[0])])
-        };
-        // Narrower lines must not cut a word.
-        let narrower = [(0.36, 3), (0.24, 5), (0.16, 7)].map(|(share, most)| wrapped(share, most));
-        let beside =
-            narrower.into_iter().filter(|lines| is_whole(lines)).chain([0.36, 0.24].into_iter().filter_map(first));
-        let attempts = beside.map(|lines| (lines, 0.0)).chain([(wrapped(0.36, 3), f64::INFINITY)]);
+        let first = wrapped(0.36, 3).into_iter().take(1);
+        let first = first.map(|first| font.fit(&format!("{first} …"), view.area.width * 0.36));
+        let shapes = [wrapped(0.36, 3), wrapped(0.24, 5), wrapped(0.16, 7), first.collect()];
+        let attempts = [0.0, f64::INFINITY].into_iter().flat_map(|most| shapes.iter().map(move |lines| (lines, most)));
         let (lines, area) = attempts.into_iter().find_map(|(lines, most)| {
             let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
+            // Narrower lines must not cut a word.
+            let is_whole = most > 0.0 || lines.iter().all(|line| !line.ends_with('…'));
             let size = (width, font.line_height() * lines.len() as f64);
-            let area = (width > 0.0).then(|| self.placer.place_free(&label.site, size, walls, most));
+            let area = (width > 0.0 && is_whole).then(|| self.placer.place_free(&label.site, size, walls, most));
             Some((lines, area.flatten()?))
         })?;
         if let Some([from, to]) = label.site.leader(&area) {
