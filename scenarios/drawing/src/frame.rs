@@ -45,7 +45,8 @@ pub struct Frame {
 /// let map = Arc::new(MapPicture::new(&maps::house::draw()));
 /// let mut scene = Scene::new(map, pose(1.0, 0.5, 0.0), 0.3);
 /// scene.trail = vec![Point::new(0.0, 0.0), Point::new(1.0, 0.5)];
-/// scene.faults.push(Mark { position: Point::new(0.5, 0.2), label: "wheel slips".to_owned() });
+/// let (label, short) = ("wheel slips".to_owned(), "slip".to_owned());
+/// scene.faults.push(Mark { position: Point::new(0.5, 0.2), label, short });
 ///
 /// let mut canvas = Canvas::new();
 /// map_panel::draw(&mut canvas, Area::new(0.0, 0.0, 800.0, 600.0), &scene);
@@ -139,6 +140,8 @@ pub struct Mark {
     pub position: Point,
     /// What happened, in a few words: `level set to 10 %`, `phi1 violated`.
     pub label: String,
+    /// The same in fewer words, for a map without room for these: `battery level`, `phi1`.
+    pub short: String,
 }
 
 /// A solid thing that is not on the map.

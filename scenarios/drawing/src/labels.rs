@@ -70,20 +70,21 @@ impl LabelPlacer {
     }
 
     /// The same, but none if it would have to cover a symbol or another label, or contents that cost more than `most`.
-    /// Where there is no such box near the site, it may be farther away.
+    /// Where there is no such box near the site, it may be up to `reach` pixels away.
     pub fn place_free(
         &mut self,
         site: &Site,
         size: (f64, f64),
         cost: impl Fn(&Area) -> f64,
         most: f64,
+        reach: f64,
     ) -> Option<Area> {
         let is_free = |area: &Area| {
             let letters = area.inset(0.5);
             self.taken.iter().all(|taken| !taken.overlaps(&letters)) && cost(area) <= most
         };
         let near = self.best(site, site.candidates(size), &cost, is_free);
-        let far = || self.best(site, site.far_candidates(size, 0.5 * self.within.width), &cost, is_free);
+        let far = || self.best(site, site.far_candidates(size, reach), &cost, is_free);
         let best = near.or_else(far)?;
         self.take(site, best);
         Some(best)

@@ -55,7 +55,8 @@ pub fn bounds(scene: &Scene) -> Bounds {
 /// A label whose position is not yet known.
 struct Label {
     site: Site,
-    text: String,
+    /// What it says, and the same in fewer words, if there are any.
+    texts: [String; 2],
     color: Color,
     /// Whether its owner stays where it is for the whole run.
     stands_still: bool,
@@ -153,7 +154,7 @@ impl MapDrawing<'_> {
         let symbol = Area::new(low.0, low.1, high.0 - low.0, high.1 - low.1);
         let paint = Paint::fill(ground).fill_opacity(0.85).outlined(outline, 2.0).dashed("7 5");
         self.canvas.path(&Path::through(spots).close(), paint);
-        self.note(Site { symbol, roomy: true }, &place.label, ink, true);
+        self.note(Site { symbol, roomy: true }, [&place.label, ""], ink, true);
     }
 
     /// Draws the trail, the path, the particles and the laser hits.
@@ -198,7 +199,7 @@ impl MapDrawing<'_> {
             // A body may have moved in the next picture, so its label does not stand still.
             if !body.label.is_empty() {
                 let site = Site { symbol: extent.inset(-5.0), roomy: false };
-                self.note(site, &body.label, theme::BODY, false);
+                self.note(site, [&body.label, ""], theme::BODY, false);
             }
         }
     }
@@ -224,28 +225,28 @@ impl MapDrawing<'_> {
     /// Marks where faults took effect, beside the robot if it is drawn there.
     pub fn faults(&mut self) {
         let mut marked: Vec<Spot> = Vec::new();
-        for Mark { position, label } in &self.scene.faults {
+        for Mark { position, label, short } in &self.scene.faults {
             let Some(spot) = self.view.spot(*position) else { continue };
             let is_near = |other: &Spot| (other.0 - spot.0).abs().max((other.1 - spot.1).abs()) < 2.0 * BADGE;
             if label.is_empty() && marked.iter().any(is_near) {
                 continue;
             }
             marked.push(spot);
-            self.badge(spot, Icon::Alert, label);
+            self.badge(spot, Icon::Alert, [label, short]);
         }
     }
 
     /// Marks where properties were violated, beside the robot if it is drawn there.
     pub fn violations(&mut self) {
-        for Mark { position, label } in &self.scene.violations {
+        for Mark { position, label, short } in &self.scene.violations {
             if let Some(spot) = self.view.spot(*position) {
-                self.badge(spot, Icon::Cross, label);
+                self.badge(spot, Icon::Cross, [label, short]);
             }
         }
     }
 
     /// Draws a red sign at a spot, or beside it if there is already a sign.
-    fn badge(&mut self, spot: Spot, icon: Icon, label: &str) {
+    fn badge(&mut self, spot: Spot, icon: Icon, label: [&str; 2]) {
         const SIDE: f64 = 2.0 * BADGE + 2.0;
         let beside = [22.0, 40.0].into_iter().flat_map(|far| {
             [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.8, -0.8), (0.8, 0.8), (-0.8, 0.8), (-0.8, -0.8)]
@@ -259,7 +260,8 @@ impl MapDrawing<'_> {
         self.canvas.line(spot, at, Paint::stroke(theme::BAD, 1.4));
         self.canvas.circle(at, BADGE, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
         icon.draw(self.canvas, at, 1.5 * BADGE, theme::PAPER);
-        self.label(at, BADGE + 2.0, label, theme::BAD);
+        let side = 2.0 * (BADGE + 2.0);
+        self.note(Site { symbol: Area::around(at, side, side), roomy: false }, label, theme::BAD, true);
     }
 
     /// Draws the robot where it is and, if that visibly differs, where it believes it is.
@@ -290,20 +292,21 @@ impl MapDrawing<'_> {
         self.canvas.path(&nose(&estimate, believed), Paint::fill(theme::BELIEF));
         self.canvas.circle(believed, radius, paint);
         let site = Site { symbol: Area::around(believed, 2.0 * radius + 12.0, 2.0 * radius + 12.0), roomy: false };
-        self.note(site, "estimate", theme::BELIEF, false);
+        self.note(site, ["estimate", ""], theme::BELIEF, false);
     }
 
     /// Draws the robot's speech in bubbles, if there is room.
     fn speeches(&mut self) {
         let Some(robot) = self.spot(&self.scene.robot) else { return };
         let radius = self.view.pixels(self.scene.robot_radius_m).max(7.0);
+        let far = 0.5 * self.view.area.width;
         for speech in &self.scene.speeches {
             let site = Site { symbol: Area::around(robot, 4.0 * radius, 4.0 * radius), roomy: true };
             let placed = [(260.0, 3), (140.0, 1)].into_iter().find_map(|(room, rows)| {
                 let lines = self.font.wrap(speech, room, rows);
                 let width = lines.iter().map(|line| self.font.width(line)).fold(0.0, f64::max) + 18.0;
                 let size = (width, lines.len() as f64 * self.font.line_height() + 12.0);
-                Some((self.placer.place_free(&site, size, |_| 0.0, 0.0)?, lines))
+                Some((self.placer.place_free(&site, size, |_| 0.0, 0.0, far)?, lines))
             });
             let Some((bubble, lines)) = placed else { continue };
             self.placer.block(bubble);
@@ -327,16 +330,19 @@ impl MapDrawing<'_> {
     /// Notes a label for a sign of this radius. It is written at the end, when everything that it should avoid is
     /// known.
     pub fn label(&mut self, at: Spot, radius: f64, text: &str, color: Color) {
-        self.note(Site { symbol: Area::around(at, 2.0 * radius, 2.0 * radius), roomy: false }, text, color, true);
+        let symbol = Area::around(at, 2.0 * radius, 2.0 * radius);
+        self.note(Site { symbol, roomy: false }, [text, ""], color, true);
     }
 
-    fn note(&mut self, site: Site, text: &str, color: Color, stands_still: bool) {
+    fn note(&mut self, site: Site, texts: [&str; 2], color: Color, stands_still: bool) {
         if stands_still && !site.roomy {
             self.placer.block(site.symbol);
         } else if !stands_still {
             self.moving.push(site.symbol);
         }
-        self.labels.push(Label { site, text: text.to_owned(), color, stands_still });
+        if !texts[0].is_empty() {
+            self.labels.push(Label { site, texts: texts.map(str::to_owned), color, stands_still });
+        }
     }
 
     /// Writes the labels of everything drawn, without overlaps. In a series of pictures, the labels of immovable things
@@ -352,8 +358,8 @@ impl MapDrawing<'_> {
         moving.iter().for_each(|label| _ = self.write(label));
     }
 
-    /// Writes a label, if possible beside walls: in its lines, or else in narrower ones, or in one; otherwise where it
-    /// covers the least of a wall, or not at all. Returns where.
+    /// Writes a label, if possible near and beside walls: in its lines, or else in narrower ones, or in fewer words;
+    /// otherwise farther away, or where it covers the least of a wall, or not at all. Returns where.
     fn write(&mut self, label: &Label) -> Option<Area> {
         let (font, view, map) = (self.font, self.view, &self.scene.map);
         // A place beside a wall is better than one on it, even if it is farther away; but an area keeps its label.
@@ -362,17 +368,17 @@ impl MapDrawing<'_> {
             let inside = label.site.roomy && label.site.symbol.encloses(area);
             if covered > 0.0 && !inside { 1.2 + covered } else { 0.0 }
         };
-        let wrapped = |share: f64, most: usize| font.wrap(&label.text, view.area.width * share, most);
-        let first = wrapped(0.36, 3).into_iter().take(1);
-        let first = first.map(|first| font.fit(&format!("{first} …"), view.area.width * 0.36));
-        let shapes = [wrapped(0.36, 3), wrapped(0.24, 5), wrapped(0.16, 7), first.collect()];
-        let attempts = [0.0, f64::INFINITY].into_iter().flat_map(|most| shapes.iter().map(move |lines| (lines, most)));
-        let (lines, area) = attempts.into_iter().find_map(|(lines, most)| {
+        let shapes = [(0, 0.36, 3), (0, 0.24, 5), (0, 0.16, 7), (1, 0.36, 1)];
+        let shapes = shapes.map(|(text, share, most)| font.wrap(&label.texts[text], view.area.width * share, most));
+        let far = 0.5 * view.area.width;
+        let attempts = [(0.0, 0.0), (0.0, far), (f64::INFINITY, far)].into_iter();
+        let attempts = attempts.flat_map(|limits| shapes.iter().map(move |lines| (lines, limits)));
+        let (lines, area) = attempts.into_iter().find_map(|(lines, (most, reach))| {
             let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
             // Narrower lines must not cut a word.
             let is_whole = most > 0.0 || lines.iter().all(|line| !line.ends_with('…'));
             let size = (width, font.line_height() * lines.len() as f64);
-            let area = (width > 0.0 && is_whole).then(|| self.placer.place_free(&label.site, size, walls, most));
+            let area = (width > 0.0 && is_whole).then(|| self.placer.place_free(&label.site, size, walls, most, reach));
             Some((lines, area.flatten()?))
         })?;
         if let Some([from, to]) = label.site.leader(&area) {
@@ -541,8 +547,13 @@ mod tests {
         scene.places = names.into_iter().map(|name| point(name, somewhere())).collect();
         scene.start = Some(at(somewhere()));
         scene.station = Some(Station { pose: at(somewhere()), label: "charging station".to_owned() });
-        scene.faults = vec![Mark { position: somewhere(), label: "level set to 10 %".to_owned() }];
-        scene.violations = vec![Mark { position: somewhere(), label: "keeps_reserve violated".to_owned() }];
+        scene.faults =
+            vec![Mark { position: somewhere(), label: "level set to 10 %".to_owned(), short: "level".to_owned() }];
+        scene.violations = vec![Mark {
+            position: somewhere(),
+            label: "keeps_reserve violated".to_owned(),
+            short: "keeps_reserve".to_owned(),
+        }];
         let shape = maps::Shape::Disc { radius_m: 0.25 };
         scene.bodies = vec![Body { shape, pose: at(somewhere()), label: "person".to_owned() }];
         let view = View::fitting(bounds(&scene), Area::new(0.0, 0.0, size.0, size.1));

@@ -123,8 +123,12 @@ fn scene() -> Scene {
             keep_out: false,
         }),
         places: vec![Place { label: "lobby".into(), corners: vec![Point::new(3.0, -2.0)], keep_out: false }],
-        faults: vec![Mark { position: Point::new(-6.95, 4.2), label: "level set to 10 %".into() }],
-        violations: vec![Mark { position: Point::new(-6.7, 3.0), label: "phi1 violated".into() }],
+        faults: vec![Mark {
+            position: Point::new(-6.95, 4.2),
+            label: "level set to 10 %".into(),
+            short: "level".into(),
+        }],
+        violations: vec![Mark { position: Point::new(-6.7, 3.0), label: "phi1 violated".into(), short: "phi1".into() }],
         bodies: vec![
             Body { shape: Shape::Disc { radius_m: 0.28 }, pose: pose(-6.6, -1.0, 0.0), label: "person".into() },
             Body {
@@ -373,7 +377,7 @@ pub(super) fn crowded_frame() -> Frame {
     scene.speeches = vec![long.repeat(3), "Hello!".into()];
     for fault in 0..4 {
         let position = Point::new(-6.9 + 0.05 * f64::from(fault), 4.2);
-        scene.faults.push(Mark { position, label: format!("fault {fault}: {long}") });
+        scene.faults.push(Mark { position, label: format!("fault {fault}: {long}"), short: format!("fault {fault}") });
     }
     let battery = frame.battery.as_mut().expect("the sample has one");
     battery.thresholds[0].label = long.into();

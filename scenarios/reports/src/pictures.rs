@@ -177,14 +177,16 @@ fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::Mark> {
     });
     let records = course.records.iter().enumerate();
     let mark = |(index, record): (usize, &&recording::FaultRecord)| {
-        Some(drawing::Mark { position: put.or(record.position)?, label: label(index) })
+        let short = course.fault.kind.replace('_', " ");
+        Some(drawing::Mark { position: put.or(record.position)?, label: label(index), short })
     };
     records.filter_map(mark).collect()
 }
 
 /// A mark where the robot was when a property was violated.
 pub(crate) fn violation_mark(monitor: MonitorView<'_>, position: Point) -> Option<drawing::Mark> {
-    monitor.violation().map(|_| drawing::Mark { position, label: format!("{} violated", monitor.name()) })
+    let short = monitor.name().to_owned();
+    monitor.violation().map(|_| drawing::Mark { position, label: format!("{short} violated"), short })
 }
 
 fn body(body: &recording::Body) -> drawing::Body {
