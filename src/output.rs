@@ -68,6 +68,14 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(serde_json::to_string_pretty(value).expect("printed values are always JSON") + "\n"))
 }
 
+/// Writes a value to stdout, as a line of JSON.
+///
+/// # Errors
+/// As [`print`].
+pub(crate) fn print_json_line(value: &impl Serialize) -> Result<(), Error> {
+    print(&(serde_json::to_string(value).expect("printed values are always JSON") + "\n"))
+}
+
 /// Writes results for people to stdout: wrapped to the terminal's width, or unwrapped without a terminal.
 ///
 /// # Errors

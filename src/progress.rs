@@ -44,6 +44,34 @@ impl Drop for ProgressLine {
     }
 }
 
+/// The state of each property while a log is being written: several lines, drawn again and again.
+#[derive(Debug)]
+pub(crate) struct FollowProgress(ProgressLine);
+
+impl FollowProgress {
+    pub(crate) fn new() -> Self {
+        Self(ProgressLine::new(false, "{spinner} {msg}", 0))
+    }
+
+    /// Shows a text, at most ten times per second.
+    pub(crate) fn show(&self, text: impl FnOnce() -> String) {
+        let Some(bar) = &self.0.0 else { return };
+        let tenths = bar.elapsed().as_millis() as u64 / 100;
+        if tenths > bar.position() {
+            bar.set_position(tenths);
+            bar.set_message(text());
+        }
+    }
+
+    /// Takes the lines away for as long as something else is printed.
+    pub(crate) fn pause<T>(&self, print: impl FnOnce() -> T) -> T {
+        match &self.0.0 {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+}
+
 /// The progress of a run: time, battery, what the tree is doing, and monitors.
 #[derive(Debug)]
 pub(crate) struct RunProgress(ProgressLine);

@@ -1,7 +1,10 @@
 //! `steward verify LOG… [--property FILE.scope]`: checks recorded runs and robots against properties.
 
+mod announcer;
 mod args;
+mod around;
 mod bag;
+mod growing;
 mod judge;
 mod logs;
 #[cfg(test)]
@@ -26,9 +29,12 @@ use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::counted::counted;
+use crate::interrupt;
 use crate::monitor::System;
-use crate::output::{complain, note, print, print_json, print_wrapped};
-use judge::{Around, Verified, judge, load, recorded, unheard};
+use crate::output::{complain, note, print, print_json, print_json_line, print_wrapped};
+use around::Around;
+use growing::{Growing, STILL_WRITTEN};
+use judge::{Judged, Verified, load, recorded, unheard};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
@@ -37,6 +43,12 @@ pub(crate) use args::VerifyArgs;
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
+    if args.follow {
+        if several {
+            return Err(Error::refused("several logs cannot be followed at once", "follow each with its own command"));
+        }
+        interrupt::listen();
+    }
     for (log, folder) in args.logs.iter().zip(folders(args)) {
         let inspected = if args.list {
             bag::list(log).map(Inspected::Contents)
@@ -72,6 +84,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     }
     logs::sort(&mut lines);
     match reports.as_slice() {
+        [report] if args.json && args.follow => print_json_line(report)?,
         [report] if args.json && !several => print_json(report)?,
         reports if args.json => print_json(&reports)?,
         _ if several && !args.list => print(&logs::in_words(&lines))?,
@@ -119,6 +132,10 @@ fn verify_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<V
     // A recording of a run is also a bag. It needs no mapping, but accepts one.
     let is_recording = || matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }));
     let is_bag = bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
+    if args.follow && !is_bag && path != Path::new("-") && is_recording() {
+        let message = format!("{} is a recording by steward, which cannot be followed", path.display());
+        return Err(Error::refused(message, "check it when the run is over, without `--follow`"));
+    }
     let verified = if is_bag { bag::verify(args, path, folder) } else { verify_event_log(args, path, folder) }?;
     verified.notes.iter().for_each(|text| note(text));
     Ok(verified)
@@ -136,7 +153,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         Error::refused(message, help)
     };
     let truncated = Truncated::default();
-    let mut input = open(path, &truncated).map_err(unreadable)?;
+    let mut input = open(path, args.follow, &truncated).map_err(unreadable)?;
     let mut first = Vec::new();
     input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
@@ -157,15 +174,9 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
     let doubts = Doubts::none(properties.len());
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
-    let (end, unsure) = judge(
-        args,
-        (path, folder),
-        [about, String::new()],
-        &system,
-        &mut properties,
-        doubts,
-        (events.chain(rest), &Around::default()),
-    )?;
+    let judged =
+        Judged { args, path, folder, about, mapping: String::new(), system: &system, around: &Around::default() };
+    let (end, unsure) = judged.judge(events.chain(rest), &mut properties, doubts)?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let missing = log.missing().map(str::to_owned);
@@ -174,7 +185,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         Some(_) => unheard(path, &properties, &system.topology),
         None => vec![None; properties.len()],
     };
-    let notes = skipped.into_iter().chain(missing).chain(unjudged).collect();
+    let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
+    let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(stopped).collect();
     Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
 }
 
@@ -238,7 +250,10 @@ fn header(log: &Path) -> Option<Header> {
 type Truncated = Rc<Cell<Option<String>>>;
 
 /// The log's bytes: a file's, a pipe's, or those of standard input. A recording is read as its log.
-fn open(log: &Path, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
+fn open(log: &Path, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
+    if follow {
+        return Ok(Box::new(BufReader::new(Growing::open(log)?)));
+    }
     if log == Path::new("-") {
         return Ok(Box::new(std::io::stdin().lock()));
     }
@@ -403,6 +418,7 @@ mod tests {
             map_channels: None,
             out: None,
             junit: None,
+            follow: false,
             list: false,
             json: true,
         }

@@ -9,24 +9,24 @@ use serde_json::Value;
 use crate::steward::{refusal, steward};
 
 /// A folder with the shipped recording, and the paths of its files.
-struct Recorded {
+pub(crate) struct Recorded {
     _folder: tempfile::TempDir,
     root: PathBuf,
 }
 
 impl Recorded {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().join("robot");
         assert!(steward(&["init", root.to_str().unwrap(), "--template", "recording"]).status.success());
         Self { _folder: folder, root }
     }
 
-    fn path(&self, name: &str) -> String {
+    pub(crate) fn path(&self, name: &str) -> String {
         self.root.join(name).to_str().unwrap().to_owned()
     }
 
-    fn write(&self, name: &str, contents: &[u8]) -> String {
+    pub(crate) fn write(&self, name: &str, contents: &[u8]) -> String {
         fs::write(self.root.join(name), contents).unwrap();
         self.path(name)
     }

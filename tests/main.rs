@@ -18,6 +18,7 @@ mod documentation;
 mod experiments;
 mod fault_combinations;
 mod faults;
+mod following;
 mod guide;
 mod leaves;
 mod live;

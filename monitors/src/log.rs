@@ -462,6 +462,17 @@ pub struct LogEnd {
     pub last: Option<EventTime>,
 }
 
+impl LogEnd {
+    /// Counts an event, which is the last so far.
+    pub fn count(&mut self, event: &Event) {
+        match event.kind {
+            EventKind::Tick => self.ticks += 1,
+            EventKind::Received { .. } => self.messages += 1,
+        }
+        self.last = Some(EventTime::of(event));
+    }
+}
+
 impl<R: BufRead> Iterator for EventLog<R> {
     type Item = Result<Event, LogError>;
 
@@ -482,11 +493,7 @@ pub fn verify<'a, E>(
     let mut end = LogEnd::default();
     for event in events {
         let event = event?;
-        match event.kind {
-            EventKind::Tick => end.ticks += 1,
-            EventKind::Received { .. } => end.messages += 1,
-        }
-        end.last = Some(EventTime::of(&event));
+        end.count(&event);
         monitors.iter_mut().for_each(|monitor| monitor.observe(&event));
     }
     Ok(end)

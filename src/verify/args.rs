@@ -29,10 +29,15 @@ pub(crate) struct VerifyArgs {
     /// Writes the verdicts to FILE, as JUnit XML: a suite for each log
     #[arg(long, value_name = "FILE")]
     pub(crate) junit: Option<PathBuf>,
+    /// Reads on while the log is being written, until its end or Ctrl-C, and prints verdicts as they fall: for event
+    /// logs, and bags in MCAP files
+    #[arg(long)]
+    pub(crate) follow: bool,
     /// Lists the contents of bags instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out", "junit"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out", "junit", "follow"])]
     pub(crate) list: bool,
-    /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array
+    /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array; with `--follow`, lines of
+    /// JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Duration;
 
-use bags::{Bag, Contents, Definitions, Events, Listed, Mapping};
+use bags::{Bag, Contents, Definitions, Events, Following, Found, Listed, Mapping, Received, Source, Survey};
 use campaigns::Error;
 use diagnostics::from_disk;
 use monitors::{Property, Violation};
@@ -14,8 +14,12 @@ use serde_json::json;
 use trials::replay::way::way;
 
 use super::args::VerifyArgs;
-use super::judge::{Around, Verified, judge, load};
+use super::around::Around;
+use super::growing::{PAUSE, STILL_WRITTEN};
+use super::judge::{Judged, Verified, load};
+use crate::interrupt;
 use crate::monitor::System;
+use crate::output::note;
 
 /// The file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";
@@ -23,7 +27,9 @@ const VIOLATIONS: &str = "violations.mcap";
 /// Checks a bag against properties, in constant memory.
 pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
     let Some(mapping) = &args.map_channels else {
-        open(path)?;
+        if !args.follow {
+            open(path)?;
+        }
         let message = format!("there is no mapping from the messages of {} to channels", path.display());
         let help =
             format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
@@ -31,30 +37,67 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     };
     let text = diagnostics::text_from_disk(mapping).unwrap_or_default();
     let mapping = Mapping::load(mapping, &from_disk).map_err(scenarios::Error::bad_input)?;
-    let bag = open(path)?;
+    let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
+        let (survey, following) = follow(path, &mapping)?;
+        (survey, Box::new(following), None)
+    } else {
+        let bag = open(path)?;
+        let messages = bag.messages_on(mapping.topics());
+        (bag.survey().clone(), Box::new(messages), folder.and_then(|_| way(&bag)))
+    };
     let scenario = args.scenario.as_deref().map(System::of).transpose()?.map(|system| system.topology);
-    let compiled = mapping.compile(bag.survey(), scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
+    let compiled = mapping.compile(&survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
     let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
     let mut properties = load(args, &system)?;
-    let mut events = Events::new(&bag, &mapping, compiled);
-    let start = bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
+    let mut events = Events::new(source, &mapping, compiled, &from_disk);
+    let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let about = format!("A ROS 2 bag{start}");
     // What the mapping leaves out is often what its channels cannot carry.
     let doubts = Doubts::about_any_messages(&properties, &system.topology);
-    let way = folder.and_then(|_| way(&bag));
     let around = Around { way, is_by_log: mapping.is_by_log(), ..Around::default() };
+    let mut stopped = None;
     let found = std::iter::from_fn(|| {
-        let found = events.next();
+        if args.follow && stopped.is_none() && interrupt::flow().is_break() {
+            events.end();
+            stopped = Some(STILL_WRITTEN.to_owned());
+        }
+        let found = events.next()?;
+        if found == Found::Idle {
+            std::thread::sleep(PAUSE);
+        }
         around.start_ns.set(events.start_ns());
-        found.map(Ok)
+        around.newest_log_ns.set(events.newest_log_ns());
+        Some(Ok(found))
     });
-    let (end, unsure) = judge(args, (path, folder), [about, text], &system, &mut properties, doubts, (found, &around))?;
-    let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
+    let log = Judged { args, path, folder, about, mapping: text, system: &system, around: &around };
+    let (end, unsure) = log.judge(found, &mut properties, doubts)?;
+    let notes = survey.lost.iter().cloned().chain(events.notes()).chain(stopped).collect();
     if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
         write_violations(&properties, start_ns, folder)?;
     }
     let unheard = vec![None; properties.len()];
     Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
+}
+
+/// A recording that is still being written, from its beginning, and what is known of it: it has every topic whose type
+/// must be known before the channels are.
+fn follow(path: &Path, mapping: &Mapping) -> Result<(Survey, Following), Error> {
+    let (mut ahead, mut body) = (Following::open(path, mapping.topics()).map_err(refused)?, Vec::new());
+    let mut said: Option<String> = None;
+    while let Some(topic) = mapping.awaited(ahead.survey()) {
+        match ahead.receive(&mut body) {
+            Received::Message(_) => continue,
+            Received::Over => break,
+            Received::Idle if interrupt::flow().is_break() => break,
+            Received::Idle => {}
+        }
+        if said.as_deref() != Some(topic) {
+            note(&format!("waiting for the first message on {topic}, unless the mapping names its `type`"));
+            said = Some(topic.to_owned());
+        }
+        std::thread::sleep(PAUSE);
+    }
+    Ok((ahead.survey().clone(), ahead.restart().map_err(refused)?))
 }
 
 /// Writes the violations, at their times in the bag, for tools that show the bag.
@@ -87,7 +130,11 @@ pub(super) fn list(path: &Path) -> Result<Contents, Error> {
 }
 
 pub(super) fn open(path: &Path) -> Result<Bag, Error> {
-    Bag::open(path).map_err(|error| Error::refused(error.to_string(), error.help()))
+    Bag::open(path).map_err(refused)
+}
+
+fn refused(error: bags::Error) -> Error {
+    Error::refused(error.to_string(), error.help())
 }
 
 /// The list as a comment, and the mapping below it.

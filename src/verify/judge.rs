@@ -1,20 +1,19 @@
 //! Properties checked against recorded events, and the report of the results.
 
-use std::cell::Cell;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 
 use bags::{Found, Gap};
 use campaigns::{Error, refuse_campaign};
 use channels::Topology;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Premises, Recording, RobotBody, RunView};
+use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
 use reports::{Outputs, Presentation};
 use runs::FITS;
-use trials::replay::way::{Way, WayPlace};
 
+use super::announcer::Announcer;
 use super::args::VerifyArgs;
+use super::around::Around;
 use crate::monitor::System;
 use crate::output::warn;
 
@@ -98,7 +97,7 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
 }
 
 /// How far a log goes, and which verdicts are unsure, and why.
-pub(super) type Judged = (LogEnd, Vec<Option<String>>);
+pub(super) type Judgment = (LogEnd, Vec<Option<String>>);
 
 /// The requested properties.
 pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, Error> {
@@ -123,120 +122,118 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
     Ok(properties)
 }
 
-/// Makes the monitors judge the events; also writes the report to the folder, if there is one. It shows the texts
-/// `about` and `mapping`. `doubts` says what may be missing.
-pub(super) fn judge(
-    args: &VerifyArgs,
-    (path, folder): (&Path, Option<&Path>),
-    [about, mapping]: [String; 2],
-    system: &System,
-    properties: &mut [Property],
-    doubts: Doubts,
-    (mut events, around): (impl Iterator<Item = Result<Found, Error>>, &Around),
-) -> Result<Judged, Error> {
-    let Some(folder) = folder else { return judge_in_words(&mut events, properties, doubts) };
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
-    refuse_campaign(&outputs)?;
-    let origin = Origin { text: mapping, recorded: Some(args.command(path)), ..Origin::default() };
-    let (mut judge, mut header, start) =
-        Judge::begin([name, about], origin, &system.topology, system.tick, properties, doubts);
-    around.describe(&mut header);
-    let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
-    let mut view = RunView::new(header, start).expect(FITS);
-    let mut presentation = Presentation::begin(&view, &outputs)?;
-    let mut events = events.peekable();
-    while let Some(event) = events.next() {
-        match event? {
-            Found::Event(event) => {
-                while let Some(place) = places.next_if(|place| around.time(place) <= event.time) {
-                    view.apply(judge.place(around.time(place).max(view.time()), place.pose)).expect(FITS);
-                    presentation.follow(&view)?;
-                }
-                view.apply(judge.step(event, properties)).expect(FITS);
-            }
-            Found::LeftOut(Gap { why, channel }) => judge.miss(&why, channel, properties),
+/// A log that is to be judged.
+pub(super) struct Judged<'l> {
+    pub(super) args: &'l VerifyArgs,
+    pub(super) path: &'l Path,
+    /// The folder of its report, if there is one.
+    pub(super) folder: Option<&'l Path>,
+    /// What it is, in words.
+    pub(super) about: String,
+    /// The text of its mapping.
+    pub(super) mapping: String,
+    pub(super) system: &'l System,
+    pub(super) around: &'l Around,
+}
+
+impl Judged<'_> {
+    /// Makes the monitors judge the events; also writes the report to the folder, if there is one. `doubts` says what
+    /// may be missing.
+    pub(super) fn judge(
+        self,
+        events: impl Iterator<Item = Result<Found, Error>>,
+        properties: &mut [Property],
+        doubts: Doubts,
+    ) -> Result<Judgment, Error> {
+        let announcer = self.args.follow.then(|| Announcer::new(self.args.json, properties));
+        match self.folder {
+            None => judge_in_words(events, properties, doubts, self.around, announcer),
+            Some(folder) => self.report(folder, events, properties, doubts, announcer),
         }
-        // The last step is recorded with the end.
-        if events.peek().is_none() {
+    }
+
+    fn report(
+        &self,
+        folder: &Path,
+        events: impl Iterator<Item = Result<Found, Error>>,
+        properties: &mut [Property],
+        doubts: Doubts,
+        mut announcer: Option<Announcer>,
+    ) -> Result<Judgment, Error> {
+        let Self { args, path, around, system, .. } = self;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
+        refuse_campaign(&outputs)?;
+        let (text, recorded) = (self.mapping.clone(), Some(args.command(path)));
+        let origin = Origin { text, recorded, ..Origin::default() };
+        let about = [name, self.about.clone()];
+        let (mut judge, mut header, start) =
+            Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
+        around.describe(&mut header);
+        let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
+        let mut view = RunView::new(header, start).expect(FITS);
+        let mut presentation = Presentation::begin(&view, &outputs)?;
+        let mut events = events.peekable();
+        while let Some(event) = events.next() {
+            match event? {
+                Found::Event(event) => {
+                    while let Some(place) = places.next_if(|place| around.time(place) <= event.time) {
+                        view.apply(judge.place(around.time(place).max(view.time()), place.pose)).expect(FITS);
+                        presentation.follow(&view)?;
+                    }
+                    view.apply(judge.step(event, properties)).expect(FITS);
+                }
+                Found::LeftOut(Gap { why, channel }) => judge.miss(&why, channel, properties),
+                Found::Idle => {
+                    announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
+                    continue;
+                }
+            }
+            if let Some(announcer) = &mut announcer {
+                announcer.follow(view.time(), properties, judge.unsure(), around)?;
+            }
+            // The last step is recorded with the end.
+            if events.peek().is_none() {
+                view.finish(judge.finish(properties)).expect(FITS);
+            }
+            presentation.follow(&view)?;
+        }
+        if view.end().is_none() {
             view.finish(judge.finish(properties)).expect(FITS);
         }
-        presentation.follow(&view)?;
-    }
-    if view.end().is_none() {
-        view.finish(judge.finish(properties)).expect(FITS);
-    }
-    view.set_began(around.start_ns.get().and_then(bags::date));
-    presentation.finish(&view)?;
-    Ok((judge.end(), judge.unsure().to_vec()))
-}
-
-/// What is known of a log beyond its events.
-#[derive(Default)]
-pub(super) struct Around {
-    /// When the events begin, once the first has been read: in nanoseconds since 1970 if their times are.
-    pub(super) start_ns: Cell<Option<i64>>,
-    /// Where the robot was, if there is a map.
-    pub(super) way: Option<Way>,
-    /// Whether the events have the times of the log, and not stamps.
-    pub(super) is_by_log: bool,
-}
-
-impl Around {
-    /// The time of a place, in that of the events.
-    fn time(&self, place: &WayPlace) -> Duration {
-        let ns = place.stamp_ns.filter(|_| !self.is_by_log).unwrap_or(place.log_ns);
-        let since = ns.saturating_sub(self.start_ns.get().unwrap_or(ns));
-        Duration::from_nanos(since.max(0).unsigned_abs())
-    }
-
-    fn describe(&self, header: &mut Header) {
-        let Some(Way { map, places }) = &self.way else { return };
-        let start = places[0].pose;
-        header.premises =
-            Some(Premises { map: Arc::new(map.clone()), places: Vec::new(), start, station: None, destination: None });
-        // Its size is unknown: it is drawn as a sign.
-        header.robot = Some(RobotBody { radius_m: 0.0, lasers: Vec::new() });
-        let first = places.iter().find_map(|place| Some((place.pose, place.odometry?)));
-        let Some((pose, odometry)) = first else { return };
-        let onto_map = pose * odometry.inverse();
-        let path = places.iter().filter_map(|place| Some((onto_map * place.odometry?).translation.vector.into()));
-        header.origin.odometry = path.collect();
+        view.set_began(around.start_ns.get().and_then(bags::date));
+        presentation.finish(&view)?;
+        Ok((judge.end(), judge.unsure().to_vec()))
     }
 }
 
 /// The same without a report, which is faster.
 pub(super) fn judge_in_words(
-    events: &mut impl Iterator<Item = Result<Found, Error>>,
+    events: impl Iterator<Item = Result<Found, Error>>,
     properties: &mut [Property],
     mut doubts: Doubts,
-) -> Result<Judged, Error> {
+    around: &Around,
+    mut announcer: Option<Announcer>,
+) -> Result<Judgment, Error> {
     let mut end = LogEnd::default();
-    // `monitors::verify` reads events until there is none. So a gap ends a part of the log, after which properties
-    // whose verdicts are settled keep them, and all others continue in doubt.
-    loop {
-        let mut gap = None;
-        let present = std::iter::from_fn(|| match events.next()? {
-            Ok(Found::Event(event)) => Some(Ok(event)),
-            Ok(Found::LeftOut(found)) => {
-                gap = Some(found);
-                None
+    for found in events {
+        match found? {
+            Found::Event(event) => {
+                end.count(&event);
+                properties.iter_mut().for_each(|property| property.monitor.observe(&event));
+                doubts.monitors().for_each(|monitor| monitor.observe(&event));
+                doubts.settle(properties);
             }
-            Err(error) => Some(Err(error)),
-        });
-        let part = monitors::verify(present, monitors_of(properties).chain(doubts.monitors()))?;
-        end = LogEnd {
-            messages: end.messages + part.messages,
-            ticks: end.ticks + part.ticks,
-            last: part.last.or(end.last),
-        };
-        doubts.settle(properties);
-        let Some(Gap { why, channel }) = gap else { break };
-        doubts.miss(&why, channel, properties);
+            Found::LeftOut(Gap { why, channel }) => doubts.miss(&why, channel, properties),
+            Found::Idle => {
+                announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
+                continue;
+            }
+        }
+        if let Some(announcer) = &mut announcer {
+            let time = end.last.map_or(Duration::ZERO, |last| last.time);
+            announcer.follow(time, properties, doubts.all(), around)?;
+        }
     }
     Ok((end, doubts.all().to_vec()))
-}
-
-fn monitors_of(properties: &mut [Property]) -> impl Iterator<Item = &mut dyn channels::Monitor> {
-    properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn channels::Monitor)
 }

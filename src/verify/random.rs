@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Archive, Doubts, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
 
+use super::around::Around;
 use super::judge::judge_in_words;
 
 const MAPPING: &str = "[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nwhole = \"whole\"\n\
@@ -282,7 +283,7 @@ fn verdicts(
     topology: &Topology,
 ) -> Vec<(Outcome, Verdict, bool)> {
     let doubts = Doubts::about_any_messages(properties, topology);
-    let Ok((_, unsure)) = judge_in_words(&mut found.map(Ok), properties, doubts) else {
+    let Ok((_, unsure)) = judge_in_words(found.map(Ok), properties, doubts, &Around::default(), None) else {
         panic!("no event is an error")
     };
     let verdict = |(property, unsure): (&Property, Option<String>)| {
@@ -327,7 +328,8 @@ fn check(logs: u64, seed: u64) -> (u64, u64) {
         let Ok(compiled) = mapping.compile(bag.survey(), None, &diagnostics::from_disk) else { panic!("it fits") };
         let topology = Arc::clone(&compiled.topology);
         let formulas: Vec<Formula> = (0..10).map(|_| Formula::random(&mut random)).collect();
-        let found: Vec<Found> = Events::new(&bag, &mapping, compiled).collect();
+        let messages = Box::new(bag.messages_on(mapping.topics()));
+        let found: Vec<Found> = Events::new(messages, &mapping, compiled, &diagnostics::from_disk).collect();
         let messages: Vec<Message> = raws.iter().filter_map(Raw::message).collect();
         let present = found.iter().filter_map(|found| if let Found::Event(event) = found { Some(event) } else { None });
         let present: Vec<Event> = present.cloned().collect();

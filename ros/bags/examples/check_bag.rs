@@ -20,11 +20,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let compiled = mapping.compile(bag.survey(), None, &read)?;
     let text = text_from_disk(properties)?;
     let mut file = monitors::load("properties", &text, &compiled.topology, mapping.tick)?;
-    let mut events = Events::new(&bag, &mapping, compiled);
+    let mut events = Events::new(Box::new(bag.messages_on(mapping.topics())), &mapping, compiled, &read);
     let monitors = file.properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
     let present = events.by_ref().filter_map(|found| match found {
         Found::Event(event) => Some(Ok::<_, Infallible>(event)),
-        Found::LeftOut(_) => None,
+        Found::LeftOut(_) | Found::Idle => None,
     });
     let Ok(end) = monitors::verify(present, monitors);
     println!("{} messages, {} ticks", end.messages, end.ticks);

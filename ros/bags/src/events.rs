@@ -6,23 +6,26 @@ use std::fmt;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
+use diagnostics::ReadFile;
 use ros_messages::Mismatch;
 
 use crate::mapping::{Compiled, CompiledEntry, FieldRule, Mapping, MessageTime, Number};
 use crate::path::{End, Path};
-use crate::storage::{Bag, Head, Messages};
+use crate::storage::{Head, Received, Source};
 
 /// A stamp that is more ticks away than this is considered wrong.
 const LONGEST_PAUSE: i64 = 10_000_000;
 
-/// The ticks and messages of a bag, one after the other, as a mapping makes them from the bag's messages.
+/// The ticks and messages of a [source](Source), one after the other, as a mapping makes them from the source's
+/// messages.
 ///
 /// The first mapped message and the first tick are at time 0. Messages that do not become events are
 /// [counted](Self::notes), and the first of each channel comes as [`Found::LeftOut`].
-pub struct Events {
-    messages: Messages,
+pub struct Events<'r> {
+    source: Box<dyn Source>,
+    mapping: Mapping,
+    read: ReadFile<'r>,
     compiled: Compiled,
-    topics: Vec<String>,
     body: Vec<u8>,
     /// The last decoded message of each topic, whose memory is reused.
     decoded: Vec<ros_messages::Value>,
@@ -33,15 +36,13 @@ pub struct Events {
     is_over: bool,
     tick_ns: i64,
     reorder_ns: i64,
-    /// When the first message of the bag was recorded.
-    first_ns: i64,
+    /// When the message read last was recorded.
+    newest_log_ns: Option<i64>,
     start_ns: Option<i64>,
     last_ns: i64,
     ticks: u64,
     steps: u64,
     left_out: BTreeMap<(usize, Reason), (u64, String)>,
-    /// Files of the bag that are missing, in words. They may have had messages of any time.
-    missing_files: Vec<String>,
     /// The channels of messages that were left out, or `None` for anything; those that the caller knows.
     gaps: BTreeMap<Option<ChannelId>, String>,
     known_gaps: BTreeSet<Option<ChannelId>>,
@@ -56,6 +57,8 @@ pub enum Found {
     Event(Event),
     /// From here on, any number of messages may be missing. This comes once for each channel.
     LeftOut(Gap),
+    /// Nothing yet: more may come later.
+    Idle,
 }
 
 /// Messages that may be missing.
@@ -70,6 +73,8 @@ pub struct Gap {
 /// Why a message does not become an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Reason {
+    /// The mapping does not fit its topic, which appeared only later.
+    Topic,
     /// It is not a message of its type.
     Mismatch(Mismatch),
     /// It has no stamp, or one that is far from the others.
@@ -85,6 +90,7 @@ enum Reason {
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Topic => f.write_str("the mapping does not fit the topic"),
             Self::Mismatch(mismatch) => write!(f, "the bytes do not fit the definition: {mismatch}"),
             Self::Stamp => f.write_str("the stamp is 0, or far from those of other messages"),
             Self::Symbol => f.write_str("the mapping has no symbol for the value"),
@@ -94,35 +100,45 @@ impl fmt::Display for Reason {
     }
 }
 
-impl Events {
-    /// The events of a bag.
+impl<'r> Events<'r> {
+    /// The events of a source. The mapping was compiled for its first topics, or for all; `read` reads the files that
+    /// define the types of topics which appear later.
     #[must_use]
-    pub fn new(bag: &Bag, mapping: &Mapping, compiled: Compiled) -> Self {
-        let wanted = compiled.entries.iter().enumerate().filter(|(_, entries)| !entries.is_empty());
-        let wanted: Vec<usize> = wanted.map(|(topic, _)| topic).collect();
+    pub fn new(source: Box<dyn Source>, mapping: &Mapping, compiled: Compiled, read: ReadFile<'r>) -> Self {
         let ns = |duration: Duration| i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX);
         Self {
-            messages: bag.messages(&wanted),
+            source,
+            mapping: mapping.clone(),
+            read,
             compiled,
-            topics: bag.survey().topics.iter().map(|topic| topic.name.clone()).collect(),
             body: Vec::new(),
-            decoded: vec![ros_messages::Value::Passed; bag.survey().topics.len()],
+            decoded: Vec::new(),
             waiting: VecDeque::new(),
             newest_ns: i64::MIN,
             is_over: false,
             tick_ns: ns(mapping.tick).max(1),
             reorder_ns: ns(mapping.reorder),
-            first_ns: bag.survey().first_ns(),
+            newest_log_ns: None,
             start_ns: None,
             last_ns: 0,
             ticks: 0,
             steps: 0,
             left_out: BTreeMap::new(),
-            missing_files: bag.survey().lost.clone(),
             gaps: BTreeMap::new(),
             known_gaps: BTreeSet::new(),
             late: (0, 0),
         }
+    }
+
+    /// No further message is read: what has been read follows, and then the events are over.
+    pub fn end(&mut self) {
+        self.is_over = true;
+    }
+
+    /// When the message read last was recorded, in nanoseconds since 1970.
+    #[must_use]
+    pub fn newest_log_ns(&self) -> Option<i64> {
+        self.newest_log_ns
     }
 
     /// The time of the first event, if there was one: in nanoseconds since 1970 if the stamps are.
@@ -137,7 +153,7 @@ impl Events {
     pub fn notes(&self) -> Vec<String> {
         let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
             let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
-            format!("{count} {messages} on {} {are} left out: {reason}; the first: {first}", self.topics[*topic])
+            format!("{count} {messages} on {} {are} left out: {reason}; the first: {first}", self.topic(*topic))
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
@@ -147,16 +163,30 @@ impl Events {
                 self.late.1 as f64 * 1e-9
             )
         });
-        let lost = self.messages.lost().iter().chain(&self.compiled.on_board).cloned();
-        lost.chain(left_out).chain(late).collect()
+        let topics = &self.source.survey().topics;
+        let absent = self.compiled.promised.iter().filter(|name| topics.iter().all(|topic| topic.name != **name));
+        let absent = absent.map(|name| format!("there is no topic {name}, so none of its messages is judged"));
+        let lost = self.source.lost().iter().chain(&self.compiled.on_board).cloned();
+        lost.chain(absent).chain(left_out).chain(late).collect()
     }
 
-    /// Reads the next message of the bag, and puts what it becomes in order.
-    fn fill(&mut self) {
-        let Some(head) = self.messages.next_into(&mut self.body) else {
-            self.is_over = true;
-            return;
+    fn topic(&self, index: usize) -> &str {
+        &self.source.survey().topics[index].name
+    }
+
+    /// Reads the next message, and puts what it becomes in order. Returns whether there was one.
+    fn fill(&mut self) -> bool {
+        let head = match self.source.receive(&mut self.body) {
+            Received::Message(head) => head,
+            Received::Idle => return false,
+            Received::Over => {
+                self.is_over = true;
+                return true;
+            }
         };
+        self.newest_log_ns = Some(head.log_ns);
+        self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
+        self.decoded.resize(self.compiled.entries.len(), ros_messages::Value::Passed);
         for index in 0..self.compiled.entries[head.topic].len() {
             let channel = self.compiled.entries[head.topic][index].0;
             match self.convert(head, index) {
@@ -165,14 +195,16 @@ impl Events {
                 Err((reason, first)) => self.leave_out(head.topic, channel, reason, first),
             }
         }
+        true
     }
 
     /// The time and the message of the event that an entry of the topic makes of the message just read, if any.
     fn convert(&mut self, head: Head, index: usize) -> Result<Option<(i64, Message)>, (Reason, String)> {
         let (channel, entry) = &self.compiled.entries[head.topic][index];
+        let entry = entry.as_ref().map_err(|why| (Reason::Topic, why.clone()))?;
         let decoded = &mut self.decoded[head.topic];
         entry.decoder.decode_into(&self.body, decoded).map_err(|mismatch| {
-            let when = crate::after_first(head.log_ns, self.first_ns);
+            let when = crate::after_first(head.log_ns, self.source.survey().first_ns());
             (Reason::Mismatch(mismatch), when)
         })?;
         let Some((time_ns, message)) = event(entry, head, decoded)? else { return Ok(None) };
@@ -202,9 +234,8 @@ impl Events {
 
     fn leave_out(&mut self, topic: usize, channel: ChannelId, reason: Reason, first: String) {
         if !self.known_gaps.contains(&Some(channel)) {
-            let name = &self.topics[topic];
-            let why = || format!("messages on {name} are left out: {reason}; the first: {first}");
-            self.gaps.entry(Some(channel)).or_insert_with(why);
+            let why = format!("messages on {} are left out: {reason}; the first: {first}", self.topic(topic));
+            self.gaps.entry(Some(channel)).or_insert(why);
         }
         self.left_out.entry((topic, reason)).or_insert_with(|| (0, first)).0 += 1;
     }
@@ -212,7 +243,8 @@ impl Events {
     /// The next gap that the caller does not know. A message that does not become an event is noticed when it is read,
     /// which is before any event that it could precede.
     fn new_gap(&mut self) -> Option<Gap> {
-        let lost = self.missing_files.first().or(self.messages.lost().first());
+        // Files that are missing may have had messages of any time.
+        let lost = self.source.survey().lost.first().or(self.source.lost().first());
         let (channel, why) = match lost.filter(|_| !self.known_gaps.contains(&None)) {
             Some(lost) => (None, lost.clone()),
             None => self.gaps.pop_first()?,
@@ -226,7 +258,7 @@ impl Events {
     }
 }
 
-impl Iterator for Events {
+impl Iterator for Events<'_> {
     type Item = Found;
 
     fn next(&mut self) -> Option<Found> {
@@ -260,7 +292,8 @@ impl Iterator for Events {
                     return Some(Found::Event(Event { step: self.steps, tick: self.ticks - 1, time, kind }));
                 }
                 _ if self.is_over => return None,
-                _ => self.fill(),
+                _ if self.fill() => {}
+                _ => return Some(Found::Idle),
             }
         }
     }

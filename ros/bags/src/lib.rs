@@ -32,7 +32,7 @@ pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found, Gap};
 pub use mapping::{Compiled, Mapping};
-pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};
+pub use storage::{Bag, Definition, Following, Head, Messages, Received, Source, Survey, Topic, is_bag};
 
 /// Why a bag cannot be read at all.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +53,9 @@ pub enum Error {
     /// It is an SQLite file, which this build cannot read.
     #[error("{} is an SQLite file, which this build cannot read", .0.display())]
     NoSqlite(PathBuf),
+    /// It is in a format that cannot be read while it is being written.
+    #[error("{} cannot be read while it is being written: it is not an MCAP file", .0.display())]
+    Followed(PathBuf),
     /// SQLite could not read it.
     #[error("{}: {problem}", path.display())]
     Sqlite {
@@ -83,6 +86,7 @@ impl Error {
                     stem.display()
                 )
             }
+            Self::Followed(_) => "record with `ros2 bag record --storage mcap`".to_owned(),
             Self::Sqlite { .. } => "the file is damaged, or another program is writing it".to_owned(),
         }
     }

@@ -10,6 +10,8 @@ use diagnostics::document::{Document, Item, Key, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 use serde_json::json;
 
+use crate::storage::Survey;
+
 pub use compile::Compiled;
 pub(crate) use compile::{CompiledEntry, FieldRule, MessageTime, Number};
 
@@ -30,6 +32,8 @@ pub struct Mapping {
 #[derive(Clone, Debug)]
 struct Mapped {
     topic: Spanned<String>,
+    /// The type of the messages, if the mapping names it.
+    kind: Option<Spanned<String>>,
     from: Spanned<String>,
     to: Spanned<String>,
     time: Option<Spanned<String>>,
@@ -60,6 +64,20 @@ impl Mapping {
     #[must_use]
     pub fn is_by_log(&self) -> bool {
         matches!(self.time.value.as_str(), "log" | "publish")
+    }
+
+    /// The names of the mapped topics.
+    pub fn topics(&self) -> impl Iterator<Item = &str> {
+        self.messages.iter().map(|mapped| mapped.topic.value.as_str())
+    }
+
+    /// The first mapped topic that a source does not have yet although the mapping does not name its type: only then is
+    /// it known which messages its channel carries.
+    #[must_use]
+    pub fn awaited(&self, survey: &Survey) -> Option<&str> {
+        let is_known = |name: &str| survey.topics.iter().any(|topic| topic.name == name);
+        let awaited = self.messages.iter().find(|mapped| mapped.kind.is_none() && !is_known(&mapped.topic.value));
+        awaited.map(|mapped| mapped.topic.value.as_str())
     }
 
     /// All keys of a mapping file.
@@ -109,6 +127,8 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
 fn mapped(table: Table<'_>) -> Option<Mapped> {
     let text = |key, about| table.text(key).about(about).spanned();
     let topic = text("topic", "The topic; also one of a service or an action: `/go/_action/status`.").required();
+    let about = "The type of the messages, for a topic that may have none: otherwise, `--follow` waits for the first.";
+    let kind = text("type", about).optional();
     let from = text("from", "The process that sends.").required();
     let to = text("to", "The process that receives.").required();
     let fields = fields(table);
@@ -121,7 +141,7 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
         table.report(problem.with_help("choose two names: the publisher and the listener"));
         return None;
     }
-    Some(Mapped { topic: topic?, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
+    Some(Mapped { topic: topic?, kind, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
 }
 
 /// A value without parts, as JSON Schema.

@@ -1,7 +1,9 @@
 //! The files of a bag: their topics, and their messages one after the other.
 
 mod files;
+mod following;
 mod mcap;
+mod source;
 #[cfg(feature = "sqlite")]
 mod sqlite;
 mod survey;
@@ -10,8 +12,11 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use files::Format;
+use source::Wanted;
 
 pub use files::is_bag;
+pub use following::Following;
+pub use source::{Received, Source};
 pub use survey::{Definition, Head, Survey, Topic};
 
 /// A ROS 2 recording: a file, or a folder of files.
@@ -57,24 +62,26 @@ impl Bag {
     #[must_use]
     pub fn messages(&self, wanted: &[usize]) -> Messages {
         let wanted = (0..self.survey.topics.len()).map(|topic| wanted.contains(&topic)).collect();
-        Messages {
-            files: self.files.clone().into_iter(),
-            topics: self.survey.topics.clone(),
-            wanted,
-            first_ns: self.survey.first_ns(),
-            current: None,
-            lost: Vec::new(),
-        }
+        self.messages_of(Wanted::Known(wanted))
+    }
+
+    /// The same for topics with these names.
+    #[must_use]
+    pub fn messages_on<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Messages {
+        self.messages_of(Wanted::Named(names.into_iter().map(str::to_owned).collect()))
+    }
+
+    fn messages_of(&self, wanted: Wanted) -> Messages {
+        let (files, survey) = (self.files.clone().into_iter(), self.survey.clone());
+        Messages { files, survey, wanted, current: None, lost: Vec::new() }
     }
 }
 
 /// The messages of a bag, one after the other.
 pub struct Messages {
     files: std::vec::IntoIter<(PathBuf, Format)>,
-    topics: Vec<Topic>,
-    wanted: Vec<bool>,
-    /// When the first message of the bag was recorded.
-    first_ns: i64,
+    survey: Survey,
+    wanted: Wanted,
     current: Option<StorageReader>,
     lost: Vec<String>,
 }
@@ -86,14 +93,12 @@ enum StorageReader {
 }
 
 impl StorageReader {
-    fn open(path: &Path, format: Format, topics: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
+    fn open(path: &Path, format: Format, wanted: &Wanted, survey: &mut Survey) -> Result<Self, Error> {
         match format {
-            Format::Mcap => {
-                mcap::McapReader::open(path, topics, wanted, first_ns).map(|reader| Self::Mcap(Box::new(reader)))
-            }
+            Format::Mcap => mcap::McapReader::open(path, wanted, survey).map(|reader| Self::Mcap(Box::new(reader))),
             #[cfg(feature = "sqlite")]
             Format::Sqlite => {
-                sqlite::SqliteReader::open(path, topics, wanted, first_ns).map(|reader| Self::Sqlite(Box::new(reader)))
+                sqlite::SqliteReader::open(path, wanted, survey).map(|reader| Self::Sqlite(Box::new(reader)))
             }
             #[cfg(not(feature = "sqlite"))]
             Format::Sqlite => Err(Error::NoSqlite(path.to_owned())),
@@ -108,13 +113,18 @@ impl Messages {
             let next = match &mut self.current {
                 None => {
                     let (path, format) = self.files.next()?;
-                    match StorageReader::open(&path, format, &self.topics, &self.wanted, self.first_ns) {
+                    match StorageReader::open(&path, format, &self.wanted, &mut self.survey) {
                         Ok(reader) => self.current = Some(reader),
                         Err(error) => self.lost.push(error.to_string()),
                     }
                     continue;
                 }
-                Some(StorageReader::Mcap(reader)) => reader.next_into(body, &mut self.lost),
+                Some(StorageReader::Mcap(reader)) => {
+                    match reader.receive(&self.wanted, &mut self.survey, body, &mut self.lost) {
+                        Received::Message(head) => Some(head),
+                        Received::Idle | Received::Over => None,
+                    }
+                }
                 #[cfg(feature = "sqlite")]
                 Some(StorageReader::Sqlite(reader)) => reader.next_into(body, &mut self.lost),
             };
@@ -129,6 +139,20 @@ impl Messages {
     /// Damaged or missing parts so far, in words.
     #[must_use]
     pub fn lost(&self) -> &[String] {
+        &self.lost
+    }
+}
+
+impl Source for Messages {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        self.next_into(body).map_or(Received::Over, Received::Message)
+    }
+
+    fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    fn lost(&self) -> &[String] {
         &self.lost
     }
 }

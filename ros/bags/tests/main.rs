@@ -3,6 +3,7 @@
 mod contents;
 mod damage;
 mod events;
+mod following;
 mod mappings;
 mod messages;
 mod on_board;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bags::{Bag, Events, Found, Mapping};
-use channels::{Event, EventKind};
+use channels::{Event, EventKind, Topology};
 
 /// When the messages of a bag were recorded, in milliseconds, and what is lost.
 pub(crate) fn times(bag: &Bag) -> (Vec<i64>, Vec<String>) {
@@ -33,16 +33,21 @@ pub(crate) fn read_with(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
     let compiled = mapping.compile(bag.survey(), None, &nothing);
     let compiled = compiled.unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
-    let mut events = Events::new(bag, &mapping, compiled);
-    let line = |Event { step, tick, time, kind }: Event| match kind {
-        EventKind::Tick => format!("{} ms: {step}, tick {tick}", time.as_millis()),
-        EventKind::Received { channel, message } => {
+    let mut events = Events::new(Box::new(bag.messages_on(mapping.topics())), &mapping, compiled, &nothing);
+    let lines = events.by_ref().map(|found| line(found, &topology)).collect();
+    (lines, events.notes())
+}
+
+/// What has been found, as a line.
+pub(crate) fn line(found: Found, topology: &Topology) -> String {
+    match found {
+        Found::Event(Event { step, tick, time, kind: EventKind::Tick }) => {
+            format!("{} ms: {step}, tick {tick}", time.as_millis())
+        }
+        Found::Event(Event { step, tick, time, kind: EventKind::Received { channel, message } }) => {
             format!("{} ms: {step}, tick {tick}: {} {message}", time.as_millis(), topology.describe(channel))
         }
-    };
-    let lines = events.by_ref().map(|found| match found {
-        Found::Event(event) => line(event),
         Found::LeftOut(gap) => gap.why,
-    });
-    (lines.collect(), events.notes())
+        Found::Idle => "idle".to_owned(),
+    }
 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, Topology, Verdict};
+use channels::{ChannelId, Event, Topology, Verdict};
 use maps::Pose;
-use monitors::{EventTime, LogEnd, Property};
+use monitors::{LogEnd, Property};
 
 use crate::{
     Details, Doubts, End, Ended, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin, RobotState,
@@ -68,11 +68,7 @@ impl Judge {
 
     /// Lets the monitors judge an event, and returns its record.
     pub fn step(&mut self, event: Event, properties: &mut [Property]) -> Step {
-        match event.kind {
-            EventKind::Tick => self.end.ticks += 1,
-            EventKind::Received { .. } => self.end.messages += 1,
-        }
-        self.end.last = Some(EventTime::of(&event));
+        self.end.count(&event);
         self.hash.line(&event_line(&event, &self.topology));
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
         properties.iter_mut().for_each(|property| property.monitor.observe(&event));

@@ -10,15 +10,17 @@ use ros_messages::{Decoder, Layout, Want};
 use super::{FieldSource, Mapped, Mapping};
 use crate::definitions::Definitions;
 use crate::path::{End, Path};
-use crate::storage::Survey;
+use crate::storage::{Survey, Topic};
 
 /// A mapping that fits a bag.
 #[derive(Debug)]
 pub struct Compiled {
     /// The processes and channels.
     pub topology: Arc<Topology>,
-    /// The entries for each topic of the bag, by its index.
-    pub(crate) entries: Vec<Vec<(ChannelId, CompiledEntry)>>,
+    /// The entries for each topic of the source, by its index; or why its messages are left out.
+    pub(crate) entries: Vec<Vec<(ChannelId, Result<CompiledEntry, String>)>>,
+    /// The topics whose types only the mapping names.
+    pub(crate) promised: BTreeSet<String>,
     /// Which types are defined on board, in words.
     pub(crate) on_board: BTreeSet<String>,
 }
@@ -87,7 +89,7 @@ impl CompiledEntry {
     ///
     /// # Errors
     /// A constant that would be rounded.
-    fn suit(&mut self, shape: &Shape, domain: &Domain) -> Result<(), i64> {
+    fn suit(&mut self, mapped: &Mapped, shape: &Shape, domain: &Domain) -> Result<(), Problem> {
         let Some(theirs) = domain.shapes().iter().find(|theirs| fits(shape, theirs)) else { return Ok(()) };
         for (rule, (_, kind)) in self.fields.iter_mut().zip(theirs.fields()) {
             let kind = of_values(kind);
@@ -98,13 +100,46 @@ impl CompiledEntry {
                 FieldRule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => {
                     match Value::exact_real(*integer) {
                         Some(real) => *rule = FieldRule::Constant(real),
-                        None => return Err(*integer),
+                        None => return Err(rounded(mapped, *integer)),
                     }
                 }
                 _ => {}
             }
         }
         Ok(())
+    }
+}
+
+impl Compiled {
+    /// Adds the topics that a source has had only since the mapping was compiled. The channels remain as they are: what
+    /// does not fit them is left out.
+    pub(crate) fn add_topics(&mut self, mapping: &Mapping, survey: &Survey, read: ReadFile<'_>) {
+        let definitions = Definitions { survey, folders: &mapping.folders, read };
+        for topic in &survey.topics[self.entries.len()..] {
+            let entries = mapping.messages.iter().filter(|mapped| mapped.topic.value == topic.name);
+            let entries = entries.filter_map(|mapped| {
+                let channel = self.topology.find_channel(&mapped.from.value, &mapped.to.value)?;
+                let mut problems = Vec::new();
+                let made = mapping.entry_for(mapped, topic, &definitions, &mut self.on_board, &mut problems);
+                let fitting = made.and_then(|(mut entry, shape)| {
+                    channel_of(mapped, &shape, &self.topology, &mut problems)?;
+                    problems.extend(entry.suit(mapped, &shape, &self.topology.get(channel).domain).err());
+                    Some(entry)
+                });
+                let why = || problems.iter().map(Problem::message).collect::<Vec<_>>().join("; ");
+                Some((channel, fitting.filter(|_| problems.is_empty()).ok_or_else(why)))
+            });
+            let entries = entries.collect();
+            self.entries.push(entries);
+        }
+    }
+}
+
+impl Mapped {
+    /// The topic as the mapping describes it.
+    fn promised(&self) -> Option<Topic> {
+        let kind = self.kind.as_ref()?.value.clone();
+        Some(Topic { name: self.topic.value.clone(), kind, encoding: "cdr".to_owned(), definition: None, hash: None })
     }
 }
 
@@ -140,20 +175,22 @@ impl Mapping {
             Some(topology) => Arc::clone(topology),
             None => Arc::new(declared(found.iter().map(|(mapped, ..)| *mapped), shapes)?),
         };
-        let mut entries: Vec<Vec<(ChannelId, CompiledEntry)>> = survey.topics.iter().map(|_| Vec::new()).collect();
+        let mut entries: Vec<_> = survey.topics.iter().map(|_| Vec::new()).collect();
         for (mapped, made, shape) in found {
             let Some(channel) = channel_of(mapped, &shape, &topology, &mut problems) else { continue };
             for (topic, mut entry) in made {
-                let suited = entry.suit(&shape, &topology.get(channel).domain);
-                problems.extend(suited.err().map(|integer| rounded(mapped, integer)));
-                entries[topic].push((channel, entry));
+                problems.extend(entry.suit(mapped, &shape, &topology.get(channel).domain).err());
+                entries[topic].push((channel, Ok(entry)));
             }
         }
         FileProblems::none_of(problems)?;
-        Ok(Compiled { topology, entries, on_board })
+        let is_absent = |name: &str| survey.topics.iter().all(|topic| topic.name != name);
+        let promised = self.topics().filter(|name| is_absent(name)).map(str::to_owned).collect();
+        Ok(Compiled { topology, entries, promised, on_board })
     }
 
     /// An entry and the shape of its messages, for each topic of that name: in a bag, one name may have several types.
+    /// A topic that does not exist only has the shape, if the mapping names its type.
     fn entries_of(
         &self,
         mapped: &Mapped,
@@ -166,25 +203,15 @@ impl Mapping {
         // The last type decides the shape; messages of another one that do not fit are left out when they are read.
         let (mut entries, mut shape) = (Vec::new(), None);
         for (index, topic) in topics {
-            let layout = match definitions.defined(topic) {
-                Ok(defined) => {
-                    let note = |how| format!("{} is decoded with the {} on board, {how}", topic.name, topic.kind);
-                    on_board.extend(defined.on_board.map(note));
-                    defined.layout
-                }
-                Err(undefined) => {
-                    let problem = mapped.topic.span.problem(undefined.why).with_label("this topic");
-                    problems.push(problem.with_help(undefined.help));
-                    return None;
-                }
-            };
-            let before = problems.len();
-            let made = self.entry(mapped, layout, problems);
-            if problems.len() > before {
-                return None;
-            }
-            let (entry, of_entry) = made?;
+            let (entry, of_entry) = self.entry_for(mapped, topic, definitions, on_board, problems)?;
             entries.push((index, entry));
+            shape = Some(of_entry);
+        }
+        if shape.is_none()
+            && let Some(promised) = mapped.promised()
+        {
+            // Whatever defines it here need not define its messages.
+            let (_, of_entry) = self.entry_for(mapped, &promised, definitions, &mut BTreeSet::new(), problems)?;
             shape = Some(of_entry);
         }
         if shape.is_none() {
@@ -198,6 +225,37 @@ impl Mapping {
             )));
         }
         Some((entries, shape?))
+    }
+
+    /// An entry for one of its topics.
+    fn entry_for(
+        &self,
+        mapped: &Mapped,
+        topic: &Topic,
+        definitions: &Definitions<'_>,
+        on_board: &mut BTreeSet<String>,
+        problems: &mut Vec<Problem>,
+    ) -> Option<(CompiledEntry, Shape)> {
+        if let Some(kind) = mapped.kind.as_ref().filter(|kind| kind.value != topic.kind) {
+            let problem = kind.span.problem(format!("the messages on {} are of {}", topic.name, topic.kind));
+            problems.push(problem.with_label("another type"));
+            return None;
+        }
+        let layout = match definitions.defined(topic) {
+            Ok(defined) => {
+                let note = |how| format!("{} is decoded with the {} on board, {how}", topic.name, topic.kind);
+                on_board.extend(defined.on_board.map(note));
+                defined.layout
+            }
+            Err(undefined) => {
+                let problem = mapped.topic.span.problem(undefined.why).with_label("this topic");
+                problems.push(problem.with_help(undefined.help));
+                return None;
+            }
+        };
+        let before = problems.len();
+        let made = self.entry(mapped, layout, problems);
+        made.filter(|_| problems.len() == before)
     }
 
     fn entry(

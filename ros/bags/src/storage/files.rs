@@ -40,7 +40,7 @@ pub fn is_bag(path: &Path) -> bool {
 }
 
 /// The name of the metadata file that rosbag2 writes beside the files with messages.
-const METADATA: &str = "metadata.yaml";
+pub(super) const METADATA: &str = "metadata.yaml";
 
 /// The files of a bag, in the order in which they were recorded. Notes what the metadata says.
 pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Vec<(PathBuf, Format)>, Error> {
@@ -49,14 +49,7 @@ pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Vec<(PathBuf, Forma
         let format = Format::of(path).ok_or_else(|| Error::NoBag(path.to_owned()))?;
         return Ok(vec![(path.to_owned(), format)]);
     }
-    let mut names = Vec::new();
-    for entry in fs::read_dir(path).map_err(unreadable)? {
-        names.push(entry.map_err(unreadable)?.file_name().to_string_lossy().into_owned());
-    }
-    if let Some(packed) = names.iter().find(|name| name.ends_with(".mcap.zstd") || name.ends_with(".db3.zstd")) {
-        return Err(Error::Packed(path.join(packed)));
-    }
-    names.sort_by_key(|name| in_order(name));
+    let mut names = names(path)?;
     // The files that rosbag2 lists come first, in its order.
     let metadata = fs::read_to_string(path.join(METADATA)).unwrap_or_default();
     survey.distributions.extend(distribution(&metadata));
@@ -68,6 +61,23 @@ pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Vec<(PathBuf, Forma
     let files: Vec<_> =
         files.filter(|path| path.is_file()).filter_map(|path| Some((path.clone(), Format::of(&path)?))).collect();
     if files.is_empty() { Err(Error::NoBag(path.to_owned())) } else { Ok(files) }
+}
+
+/// The names of the files in the folder of a bag, in the order in which they were recorded.
+///
+/// # Errors
+/// If the folder cannot be read, or its files are compressed as a whole.
+pub(super) fn names(folder: &Path) -> Result<Vec<String>, Error> {
+    let unreadable = |source| Error::Read(diagnostics::Error::Read { path: folder.to_owned(), source });
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        names.push(entry.map_err(unreadable)?.file_name().to_string_lossy().into_owned());
+    }
+    if let Some(packed) = names.iter().find(|name| name.ends_with(".mcap.zstd") || name.ends_with(".db3.zstd")) {
+        return Err(Error::Packed(folder.join(packed)));
+    }
+    names.sort_by_key(|name| in_order(name));
+    Ok(names)
 }
 
 /// A sort key in which the last number of a name is separate, so that `bag_10.mcap` comes after `bag_9.mcap`.

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use mcap::parse_record;
 use mcap::records::{ChunkIndex, MessageHeader, Record, op};
 
+use super::source::{Received, Wanted};
 use super::survey::{Definition, Head, Survey, Topic, hash};
 use crate::Error;
 
@@ -73,45 +74,58 @@ fn nanoseconds(time: u64) -> i64 {
 /// The wanted messages of a file.
 pub(super) struct McapReader {
     walk: Walk,
-    topics: Vec<Topic>,
-    wanted: Vec<bool>,
     /// The wanted channels that have been seen, with their topics; none for others.
     seen: BTreeMap<u16, Option<usize>>,
 }
 
 impl McapReader {
-    pub(super) fn open(path: &Path, topics: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
+    pub(super) fn open(path: &Path, wanted: &Wanted, survey: &mut Survey) -> Result<Self, Error> {
         let mut walk = Walk::open(path)?;
-        walk.first_ns = first_ns;
         if let Some(summary) = walk.summary() {
-            let is_wanted = |channel: &u16| {
-                let topic =
-                    walk.known.channels.get(channel).and_then(|topic| topics.iter().position(|known| known == topic));
-                topic.is_none_or(|topic| wanted[topic])
+            let mut is_wanted = |channel: &u16| {
+                walk.known.channels.get(channel).is_none_or(|topic| wanted.index(topic, survey).is_some())
             };
             // An index without channels comes from a writer that indexes no messages: the chunk may have any.
             let needless = summary.chunks.iter().filter(|chunk| {
                 let channels = &chunk.message_index_offsets;
-                !channels.is_empty() && !channels.keys().any(is_wanted)
+                !channels.is_empty() && !channels.keys().any(&mut is_wanted)
             });
             walk.needless = needless.map(|chunk| chunk.chunk_start_offset).collect();
         }
-        Ok(Self { walk, topics: topics.to_vec(), wanted: wanted.to_vec(), seen: BTreeMap::new() })
+        Ok(Self { walk, seen: BTreeMap::new() })
     }
 
-    pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
-        let Self { walk, topics, wanted, seen } = self;
-        let known = |channel: u16, channels: &BTreeMap<u16, Topic>| {
-            let topic = channels.get(&channel).and_then(|topic| topics.iter().position(|known| known == topic));
-            topic.filter(|topic| wanted[*topic])
-        };
+    /// Opens a file that is still being written.
+    pub(super) fn follow(path: &Path) -> Result<Self, Error> {
+        let walk = Walk { grows: true, ..Walk::open(path)? };
+        Ok(Self { walk, seen: BTreeMap::new() })
+    }
+
+    pub(super) fn receive(
+        &mut self,
+        wanted: &Wanted,
+        survey: &mut Survey,
+        body: &mut Vec<u8>,
+        lost: &mut Vec<String>,
+    ) -> Received {
+        let Self { walk, seen } = self;
+        walk.first_ns = survey.first_ns();
         let mut topic = None;
         let chooses = |channel: u16, channels: &BTreeMap<u16, Topic>| {
-            topic = *seen.entry(channel).or_insert_with(|| known(channel, channels));
+            let index = || channels.get(&channel).and_then(|topic| wanted.index(topic, survey));
+            topic = *seen.entry(channel).or_insert_with(index);
             if topic.is_some() { ReadDepth::Body } else { ReadDepth::Nothing }
         };
-        let head = walk.next_message(chooses, body, lost)?;
-        Some(Head { topic: topic?, log_ns: nanoseconds(head.log_time), publish_ns: nanoseconds(head.publish_time) })
+        let head = walk.next_message(chooses, body, lost);
+        match head.zip(topic) {
+            Some((head, topic)) => Received::Message(Head {
+                topic,
+                log_ns: nanoseconds(head.log_time),
+                publish_ns: nanoseconds(head.publish_time),
+            }),
+            None if walk.is_over => Received::Over,
+            None => Received::Idle,
+        }
     }
 }
 
@@ -140,6 +154,8 @@ struct Walk {
     path: PathBuf,
     file: BufReader<File>,
     length: u64,
+    /// Whether more records may be written to the file.
+    grows: bool,
     /// The chunk that is being read, unless its records can be read from the file like any others.
     chunk: Option<Chunk>,
     /// Memory to reuse for the next chunk.
@@ -186,6 +202,7 @@ impl Walk {
             path: path.to_owned(),
             file,
             length,
+            grows: false,
             chunk: None,
             spare: Vec::new(),
             after_chunk: 0,
@@ -251,7 +268,8 @@ impl Walk {
         })
     }
 
-    /// The next message that is to be read at least in part. Damage ends the chunk, or the file.
+    /// The next message that is to be read at least in part; none at the end, or if none has been written yet. Damage
+    /// ends the chunk, or the file.
     fn next_message(
         &mut self,
         mut chooses: impl Chooses,
@@ -265,11 +283,12 @@ impl Walk {
                     return Some(head);
                 }
                 Ok(WalkStep::Other) => {}
+                Ok(WalkStep::Unwritten) => return None,
                 Ok(WalkStep::End) => self.is_over = true,
                 Err(error) => {
                     // A chunk says where it ends, so the file can be read from there on, unless it ends before.
                     let is_in_chunk = self.file.stream_position().is_ok_and(|at| at < self.after_chunk);
-                    let goes_on = is_in_chunk && self.after_chunk < self.length;
+                    let goes_on = is_in_chunk && (self.grows || self.after_chunk < self.length);
                     lost.push(self.damage(goes_on, &error));
                     self.chunk = None;
                     self.is_over = !goes_on || self.file.seek(SeekFrom::Start(self.after_chunk)).is_err();
@@ -309,6 +328,9 @@ impl Walk {
             self.file.seek(SeekFrom::Start(self.after_chunk))?;
             return Ok(WalkStep::Other);
         }
+        if self.grows && !self.is_written()? {
+            return Ok(WalkStep::Unwritten);
+        }
         match self.file.fill_buf()?.first() {
             None => Err(io::ErrorKind::UnexpectedEof.into()),
             Some(&(op::DATA_END | op::FOOTER)) => Ok(WalkStep::End),
@@ -325,6 +347,27 @@ impl Walk {
             }
             Some(_) => self.known.step(&mut self.file, chooses, body),
         }
+    }
+
+    /// Whether the whole of the next record is in the file. Only then does it count: its writer may be in the middle of
+    /// it.
+    fn is_written(&mut self) -> io::Result<bool> {
+        const HEAD: u64 = 1 + 8;
+        if let Some([_, length @ ..]) = self.file.buffer().first_chunk::<{ HEAD as usize }>() {
+            let whole = u64::from_le_bytes(*length).saturating_add(HEAD);
+            if self.file.buffer().len() as u64 >= whole {
+                return Ok(true);
+            }
+        }
+        let at = self.file.stream_position()?;
+        let written = self.file.get_ref().metadata()?.len();
+        let rest = written.checked_sub(at).ok_or_else(|| io::Error::other("it has become shorter"))?;
+        if rest < HEAD {
+            return Ok(false);
+        }
+        let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
+        self.file.seek_relative(-(HEAD as i64))?;
+        Ok(rest - HEAD >= length)
     }
 
     /// The fields of a chunk before its records.
@@ -487,6 +530,8 @@ struct ChunkHead {
 enum WalkStep {
     Message(MessageHeader),
     Other,
+    /// The next record has not been written as a whole yet.
+    Unwritten,
     End,
 }
 

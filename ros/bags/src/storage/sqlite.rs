@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
 use tempfile::{NamedTempFile, TempPath};
 
+use super::source::Wanted;
 use super::survey::{Definition, Head, Survey, Topic, hash};
 use crate::Error;
 
@@ -110,17 +111,18 @@ pub(super) struct SqliteReader {
 }
 
 impl SqliteReader {
-    pub(super) fn open(path: &Path, all: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
+    pub(super) fn open(path: &Path, wanted: &Wanted, survey: &mut Survey) -> Result<Self, Error> {
         let opened = open(path)?;
         let known = topics(&opened.file)
             .map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })?;
-        let index = |topic: &Topic| all.iter().position(|known| known == topic).filter(|index| wanted[*index]);
-        let topics: BTreeMap<i64, usize> = known.iter().filter_map(|(id, topic)| Some((*id, index(topic)?))).collect();
+        let index = |(id, topic): &(i64, Topic)| Some((*id, wanted.index(topic, survey)?));
+        let topics: BTreeMap<i64, usize> = known.iter().filter_map(index).collect();
         let ids: Vec<String> = topics.keys().map(i64::to_string).collect();
         let query = format!(
             "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ?1 AND topic_id IN ({}) ORDER BY id LIMIT 1",
             ids.join(", ")
         );
+        let first_ns = survey.first_ns();
         Ok(Self { path: path.to_owned(), opened, topics, query, first_ns, last: (i64::MIN, None) })
     }
 

@@ -1,0 +1,172 @@
+//! A recording that is still being written.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::files::{METADATA, names};
+use super::mcap::McapReader;
+use super::source::{Received, Source, Wanted};
+use super::survey::Survey;
+use super::unpack;
+use crate::Error;
+
+/// How long a file that rosbag2 has not closed may rest after rosbag2 has ended: it may write the metadata first.
+/// Chosen, not measured.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The messages of a recording that is still being written, as [`Messages`](super::Messages) reads those of a bag: an
+/// MCAP file, or the folder of a bag, whose files follow one another.
+///
+/// A message counts once its record is in the file as a whole, or its chunk if there are chunks. A file is over when it
+/// has been closed, and a folder when rosbag2 has also written its metadata.
+pub struct Following {
+    path: PathBuf,
+    /// The names of the folder's files that have been opened; if the path is a file, whether it has been.
+    opened: BTreeSet<String>,
+    current: Option<(PathBuf, McapReader)>,
+    survey: Survey,
+    wanted: Wanted,
+    lost: Vec<String>,
+    /// Since when nothing more is expected.
+    resting: Option<Instant>,
+    is_over: bool,
+}
+
+impl Following {
+    /// Starts at the beginning of a recording. Reads the messages of the topics with these names.
+    ///
+    /// # Errors
+    /// If there is no such file or folder, or it is in a format that cannot be followed.
+    pub fn open<'n>(path: &Path, topics: impl IntoIterator<Item = &'n str>) -> Result<Self, Error> {
+        let wanted = Wanted::Named(topics.into_iter().map(str::to_owned).collect());
+        Self::begin(path.to_owned(), wanted, Survey::default())
+    }
+
+    /// Starts at the beginning again. The topics that have been seen keep their indices.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn restart(self) -> Result<Self, Error> {
+        let counts = vec![0; self.survey.topics.len()];
+        let survey = Survey { topics: self.survey.topics, counts, ..Survey::default() };
+        Self::begin(self.path, self.wanted, survey)
+    }
+
+    fn begin(path: PathBuf, wanted: Wanted, survey: Survey) -> Result<Self, Error> {
+        let mut following = Self {
+            path,
+            opened: BTreeSet::new(),
+            current: None,
+            survey,
+            wanted,
+            lost: Vec::new(),
+            resting: None,
+            is_over: false,
+        };
+        if let Some((name, path)) = following.next_file()? {
+            following.enter(name, path)?;
+        }
+        Ok(following)
+    }
+
+    /// Opens a file, if its writer has begun it. Returns whether it has.
+    fn enter(&mut self, name: String, path: PathBuf) -> Result<bool, Error> {
+        let length = diagnostics::open_regular(&path).and_then(|file| Ok(file.metadata()?.len()));
+        let length = length.map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
+        if length < mcap::MAGIC.len() as u64 {
+            return Ok(false);
+        }
+        let reader = McapReader::follow(&path).map_err(|error| match error {
+            Error::NoBag(path) => Error::Followed(path),
+            other => other,
+        })?;
+        self.opened.insert(name);
+        self.current = Some((path, reader));
+        Ok(true)
+    }
+
+    /// The name and the path of the next file, if there is one.
+    fn next_file(&self) -> Result<Option<(String, PathBuf)>, Error> {
+        if !self.path.is_dir() {
+            return Ok(self.opened.is_empty().then(|| (String::new(), self.path.clone())));
+        }
+        let names = names(&self.path)?;
+        if let Some(other) = names.iter().find(|name| name.ends_with(".db3")) {
+            return Err(Error::Followed(self.path.join(other)));
+        }
+        let next = names.into_iter().find(|name| name.ends_with(".mcap") && !self.opened.contains(name));
+        Ok(next.map(|name| (name.clone(), self.path.join(name))))
+    }
+
+    /// Whether no further file is to be expected.
+    fn is_complete(&self) -> bool {
+        let is_gone = |path: &Path| fs::metadata(path).is_err_and(|error| error.kind() == ErrorKind::NotFound);
+        match self.path.is_dir() {
+            true => self.path.join(METADATA).exists(),
+            false => !self.opened.is_empty() && self.current.is_none() || is_gone(&self.path),
+        }
+    }
+
+    /// What comes next if nothing more has been written to the last file.
+    fn rest(&mut self, file: &Path) -> Received {
+        if !self.is_complete() {
+            self.resting = None;
+            return Received::Idle;
+        }
+        if self.resting.get_or_insert_with(Instant::now).elapsed() < PATIENCE {
+            return Received::Idle;
+        }
+        self.end(Some(format!("{} was never closed: its end is missing", file.display())))
+    }
+
+    fn end(&mut self, lost: Option<String>) -> Received {
+        self.lost.extend(lost);
+        self.is_over = true;
+        Received::Over
+    }
+}
+
+impl Source for Following {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        while !self.is_over {
+            let Some((path, reader)) = &mut self.current else {
+                match self.next_file() {
+                    Ok(Some((name, path))) => match self.enter(name, path.clone()) {
+                        Ok(true) => continue,
+                        Ok(false) => return self.rest(&path),
+                        Err(error) => return self.end(Some(error.to_string())),
+                    },
+                    Ok(None) if self.is_complete() => return self.end(None),
+                    Ok(None) => return Received::Idle,
+                    Err(error) => return self.end(Some(error.to_string())),
+                }
+            };
+            match reader.receive(&self.wanted, &mut self.survey, body, &mut self.lost) {
+                Received::Message(head) => {
+                    self.resting = None;
+                    self.survey.counts[head.topic] += 1;
+                    self.survey.note_times(head.log_ns, head.log_ns);
+                    unpack(body, &mut self.lost);
+                    return Received::Message(head);
+                }
+                Received::Over => self.current = None,
+                Received::Idle => {
+                    let path = path.clone();
+                    return self.rest(&path);
+                }
+            }
+        }
+        Received::Over
+    }
+
+    fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    fn lost(&self) -> &[String] {
+        &self.lost
+    }
+}

@@ -1,0 +1,204 @@
+//! Recordings that are still being written.
+
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::Path;
+
+use bags::{Bag, Error, Events, Following, Mapping, Received, Source, Survey};
+use channels::{FieldKind, Shape};
+
+use crate::events::MAPPING;
+use crate::messages::{ODD, TWIST, odd, twist};
+use crate::reading::{line, mapping, nothing, read_with, times};
+use crate::writer::{Written, written};
+
+/// Both mapped topics from the start, so that every prefix can be compiled.
+fn messages() -> Vec<Written<'static>> {
+    let each = (0..40u64).map(|at| match at % 3 {
+        0 => ("/odd", ODD, at * 30, odd(false, at as u32 * 30, (at % 2) as u8, &[("a", 0.5)])),
+        _ => ("/cmd_vel", TWIST, at * 30, twist(at as f64)),
+    });
+    each.collect()
+}
+
+fn chunked(size: u64) -> mcap::WriteOptions {
+    mcap::WriteOptions::new().chunk_size(Some(size))
+}
+
+fn unchunked() -> mcap::WriteOptions {
+    mcap::WriteOptions::new().use_chunks(false)
+}
+
+/// When the messages were recorded, in milliseconds, until there is none for now or it is over.
+fn received(following: &mut Following) -> (Vec<i64>, Received) {
+    let (mut times, mut body) = (Vec::new(), Vec::new());
+    loop {
+        match following.receive(&mut body) {
+            Received::Message(head) => times.push(head.log_ns / 1_000_000),
+            end => return (times, end),
+        }
+    }
+}
+
+#[test]
+fn each_message_comes_once_it_has_been_written_as_a_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, cut) = (folder.path().join("growing.mcap"), folder.path().join("cut.mcap"));
+    for (name, options, is_chunked) in [("plain", unchunked(), false), ("chunks", chunked(300), true)] {
+        let whole = written(&messages()[..12], options);
+        let mut file = File::create(&path).expect("a file");
+        let mut following = Following::open(&path, ["/odd", "/cmd_vel"]).expect("a file that has been begun");
+        let mut all = Vec::new();
+        for (at, byte) in whole.iter().enumerate() {
+            file.write_all(&[*byte]).expect("room for a byte");
+            let (times_now, end) = received(&mut following);
+            all.extend(times_now);
+            if end == Received::Over {
+                assert_eq!(all.len(), 12, "{name}: it ends with the data, and not before");
+                break;
+            }
+            assert_eq!((end, following.lost()), (Received::Idle, &[][..]), "{name} at {at}");
+            // What a reader of the file as it is finds: of a chunk also the messages before its end.
+            fs::write(&cut, &whole[..=at]).expect("room for a file");
+            let Ok(bag) = Bag::open(&cut) else { continue };
+            let before = times(&bag).0;
+            assert!(before.starts_with(&all) && (is_chunked || before.len() == all.len()), "{name} at {at}");
+        }
+        assert_eq!(received(&mut following), (vec![], Received::Over), "{name}");
+        assert_eq!(following.survey().counts.iter().sum::<u64>(), 12, "{name}");
+    }
+}
+
+#[test]
+fn the_files_of_a_bag_follow_one_another_until_rosbag2_has_written_its_metadata() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("room for a file");
+    let mut following = Following::open(folder.path(), ["/cmd_vel"]).expect("a folder");
+    assert_eq!(received(&mut following), (vec![], Received::Idle), "there is no file yet");
+    let parts = [0, 1, 2].map(|part| written(&[("/cmd_vel", TWIST, part, twist(0.0))], chunked(100)));
+    write("bag_0.mcap", &parts[0]);
+    assert_eq!(received(&mut following), (vec![0], Received::Idle));
+    write("bag_1.mcap", b"\x89MC");
+    assert_eq!(received(&mut following), (vec![], Received::Idle));
+    write("bag_1.mcap", &parts[1]);
+    write("bag_10.mcap", &parts[2]);
+    assert_eq!(received(&mut following), (vec![1, 2], Received::Idle));
+    write("metadata.yaml", b"rosbag2_bagfile_information:\n");
+    assert_eq!(received(&mut following), (vec![], Received::Over));
+    assert!(following.lost().is_empty());
+    assert_eq!(received(&mut following.restart().expect("the same folder")), (vec![0, 1, 2], Received::Over));
+}
+
+#[test]
+fn a_file_that_is_not_closed_or_changes_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag_0.mcap");
+    let whole = written(&messages(), unchunked());
+    fs::write(&path, &whole[..whole.len() / 2]).expect("room for a file");
+    let mut following = Following::open(folder.path(), ["/cmd_vel"]).expect("a folder");
+    assert_eq!(received(&mut following).1, Received::Idle);
+    fs::write(&path, &whole[..whole.len() / 4]).expect("room for a file");
+    assert_eq!(received(&mut following).1, Received::Idle, "there may be another file");
+    assert!(following.lost()[0].contains("it has become shorter"), "{:?}", following.lost());
+    // A damaged chunk does not end the recording.
+    let mut damaged = written(&messages(), chunked(300));
+    let place = damaged.windows(8).position(|bytes| bytes == 20_f64.to_le_bytes()).expect("a message in the middle");
+    damaged[place] ^= 1;
+    fs::write(&path, damaged).expect("room for a file");
+    let mut following = Following::open(&path, ["/cmd_vel", "/odd"]).expect("a file");
+    let (times, end) = received(&mut following);
+    assert_eq!((end, following.lost().len()), (Received::Over, 1), "{:?}", following.lost());
+    assert!(times.len() > 30 && times.len() < 40 && times.ends_with(&[1170]), "{times:?}");
+}
+
+#[test]
+fn only_mcap_files_are_followed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let refused = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("room for a file");
+        Following::open(&path, []).err().map(|error| (error.to_string(), error.help()))
+    };
+    let (why, help) = refused("bag_0.db3", b"SQLite format 3\0").expect("an error");
+    assert!(why.ends_with("bag_0.db3 cannot be read while it is being written: it is not an MCAP file"), "{why}");
+    assert_eq!(help, "record with `ros2 bag record --storage mcap`");
+    assert!(matches!(Following::open(folder.path(), []), Err(Error::Followed(_))));
+    assert!(refused("text.mcap", b"no recording").is_some());
+    assert!(matches!(Following::open(&folder.path().join("none"), []), Err(Error::Read(_))));
+}
+
+/// The events of a file that is written in parts, as lines, and the notes.
+fn followed(path: &Path, parts: &[&[u8]], mapping: &Mapping) -> (Vec<String>, Vec<String>) {
+    fs::write(path, parts.concat()).expect("room for a file");
+    let mut ahead = Following::open(path, mapping.topics()).expect("a file");
+    while mapping.awaited(ahead.survey()).is_some() && matches!(ahead.receive(&mut Vec::new()), Received::Message(_)) {}
+    let compiled = mapping.compile(ahead.survey(), None, &nothing);
+    let compiled = compiled.unwrap_or_else(|problems| panic!("{}", problems.plain()));
+    let topology = compiled.topology.clone();
+    let mut file = File::create(path).expect("a file");
+    let following = ahead.restart().expect("a file that has been begun");
+    let mut events = Events::new(Box::new(following), mapping, compiled, &nothing);
+    let mut lines = Vec::new();
+    for part in parts {
+        file.write_all(part).expect("room for a part");
+        lines.extend(events.by_ref().map(|found| line(found, &topology)).take_while(|line| line != "idle"));
+    }
+    (lines, events.notes())
+}
+
+#[test]
+fn the_events_are_those_of_the_finished_bag() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for options in [unchunked(), chunked(300), chunked(2000)] {
+        let whole = written(&messages(), options);
+        let (finished, growing) = (folder.path().join("finished.mcap"), folder.path().join("growing.mcap"));
+        fs::write(&finished, &whole).expect("room for a file");
+        let bag = Bag::open(&finished).expect("a bag");
+        for size in [1, 7, 100, 1000, whole.len()] {
+            let parts: Vec<&[u8]> = whole.chunks(size).collect();
+            let found = followed(&growing, &parts, &mapping(MAPPING));
+            assert_eq!(found, read_with(&bag, MAPPING), "in parts of {size} bytes");
+        }
+    }
+}
+
+/// Maps a topic that may come later.
+const LATER: &str = r#"
+[[messages]]
+topic = "/cmd_vel"
+type = "geometry_msgs/msg/Twist"
+from = "base"
+to = "monitor"
+fields = { x = "linear.x" }
+"#;
+
+#[test]
+fn a_topic_whose_type_the_mapping_names_may_come_later() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("growing.mcap");
+    let mapping = mapping(LATER);
+    assert_eq!(mapping.awaited(&Survey::default()), None);
+    let bytes = written(&[("/cmd_vel", TWIST, 0, twist(0.5))], unchunked());
+    let (lines, notes) = followed(&path, &[&bytes], &mapping);
+    assert_eq!(lines, ["0 ms: 0, tick 0", "0 ms: 1, tick 0: base → monitor [0.5]"]);
+    assert_eq!(notes, [""; 0]);
+    // Another type, or a definition without the field, makes a gap.
+    let pose = ("geometry_msgs/msg/Pose", "float64 x\n");
+    let other = ("geometry_msgs/msg/Twist", "float64 x\n");
+    for (kind, why) in [(pose, "the messages on /cmd_vel are of geometry_msgs/msg/Pose"), (other, "no field `linear`")]
+    {
+        let bytes = written(&[("/cmd_vel", kind, 0, vec![0; 12]), ("/cmd_vel", kind, 1, vec![0; 12])], unchunked());
+        let (lines, notes) = followed(&path, &[&bytes], &mapping);
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        assert!(lines[0].contains(why), "{lines:?}");
+        assert!(notes[0].starts_with("2 messages on /cmd_vel are left out: the mapping does not fit"), "{notes:?}");
+    }
+    // Its messages carry what the type says, also if none comes.
+    let compiled = mapping.compile(&Survey::default(), None, &nothing).expect("a type that is on board");
+    let channel = compiled.topology.find_channel("base", "monitor").expect("the mapping's channel");
+    let shape = Shape::new([("x", FieldKind::Optional(Box::new(FieldKind::Real)))]);
+    assert!(compiled.topology.get(channel).domain.shapes()[0].fields() == shape.fields());
+    let (lines, notes) = followed(&path, &[&written(&[], unchunked())], &mapping);
+    assert_eq!(lines, [""; 0]);
+    assert_eq!(notes, ["there is no topic /cmd_vel, so none of its messages is judged"]);
+}

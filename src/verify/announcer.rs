@@ -1,0 +1,134 @@
+//! Verdicts as they fall, while the log is still being written.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use campaigns::Error;
+use channels::Verdict;
+use monitors::Property;
+use serde_json::json;
+
+use super::around::Around;
+use crate::output::{print_json_line, print_wrapped};
+use crate::progress::FollowProgress;
+
+/// Says each verdict once it has fallen, and how far behind the log it is; shows what is undecided, on a terminal.
+pub(super) struct Announcer {
+    is_json: bool,
+    line: FollowProgress,
+    said: Vec<Said>,
+    /// The time of the last event.
+    time: Duration,
+    /// Whether everything that had been written has been read once: what lies before is not behind, but old.
+    has_caught_up: bool,
+}
+
+/// What has been said of a property.
+#[derive(Default)]
+struct Said {
+    verdict: Option<&'static str>,
+    /// The number of its violations.
+    violations: u64,
+    /// Since when something is due.
+    waiting_since: Option<Duration>,
+}
+
+impl Announcer {
+    pub(super) fn new(is_json: bool, properties: &[Property]) -> Self {
+        let said = properties.iter().map(|_| Said::default()).collect();
+        Self { is_json, line: FollowProgress::new(), said, time: Duration::ZERO, has_caught_up: false }
+    }
+
+    /// Says what is new after an event, or since messages are missing.
+    pub(super) fn follow(
+        &mut self,
+        time: Duration,
+        properties: &[Property],
+        unsure: &[Option<String>],
+        around: &Around,
+    ) -> Result<(), Error> {
+        self.time = time;
+        for (index, property) in properties.iter().enumerate() {
+            let said = &mut self.said[index];
+            let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
+            said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
+            let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
+            let count = violations.map_or(0, |violations| violations.count);
+            let verdict = match (property.monitor.verdict(), &unsure[index]) {
+                (_, Some(_)) => Some("unsure"),
+                (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
+                    Some("holds again")
+                }
+                (Verdict::False, None) => Some("violated"),
+                (Verdict::True, None) => Some("satisfied"),
+                (Verdict::Inconclusive, None) => None,
+            };
+            let is_new = verdict != said.verdict || verdict == Some("violated") && count > said.violations;
+            (said.verdict, said.violations) = (verdict, count);
+            if let Some(verdict) = verdict.filter(|_| is_new) {
+                self.say(property, verdict, unsure[index].as_deref(), around)?;
+            }
+        }
+        self.show(properties, around);
+        Ok(())
+    }
+
+    /// Nothing more has been written.
+    pub(super) fn idle(&mut self, properties: &[Property], around: &Around) {
+        self.has_caught_up = true;
+        self.show(properties, around);
+    }
+
+    fn say(&self, property: &Property, verdict: &str, unsure: Option<&str>, around: &Around) -> Result<(), Error> {
+        let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
+        // That of the first violation says nothing of a later one.
+        let witness = witness.filter(|witness| verdict == "violated" && witness.settled.time == self.time);
+        let at_ns = around.start_ns.get().map(|start_ns| start_ns.saturating_add(nanoseconds(self.time)));
+        let behind_s = self.has_caught_up.then_some(at_ns).flatten().and_then(behind_s);
+        if self.is_json {
+            let line = json!({
+                "property": property.name,
+                "verdict": verdict,
+                "time_s": self.time.as_secs_f64(),
+                "at_s": at_ns.map(bags::seconds),
+                "behind_s": behind_s,
+                "witness": witness.map(reports::witness),
+                "unsure": unsure,
+            });
+            return self.line.pause(|| print_json_line(&line));
+        }
+        let at = at_ns.map_or_else(String::new, |at_ns| format!("  at {}", bags::moment(at_ns)));
+        let behind = behind_s.map_or_else(String::new, |behind_s| format!(", said {behind_s:.1} s later"));
+        let mut text = format!("{:>9.3} s  {}  {verdict}{at}{behind}\n", self.time.as_secs_f64(), property.name);
+        text.extend(unsure.map(|why| format!("  {why}\n")));
+        text.extend(witness.map(ToString::to_string));
+        self.line.pause(|| print_wrapped(text))
+    }
+
+    /// Shows a line per property on a terminal.
+    fn show(&self, properties: &[Property], around: &Around) {
+        self.line.show(|| {
+            let newest = around.newest_log_ns.get().filter(|_| self.has_caught_up).and_then(behind_s);
+            let newest = newest.map_or_else(String::new, |age_s| format!(", the newest message {age_s:.1} s ago"));
+            let states = properties.iter().zip(&self.said).map(|(property, said)| {
+                let state = match (said.verdict, said.waiting_since) {
+                    (Some(verdict), _) => verdict.to_owned(),
+                    (None, Some(since)) => format!("waiting since {:.3} s", since.as_secs_f64()),
+                    (None, None) => "undecided".to_owned(),
+                };
+                format!("\n{}  {state}", property.name)
+            });
+            format!("{:.1} s{newest}{}", self.time.as_secs_f64(), states.collect::<String>())
+        });
+    }
+}
+
+/// How long ago a moment was, in seconds, if its clock counts from 1970.
+fn behind_s(ns: i64) -> Option<f64> {
+    bags::date(ns)?;
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
+    Some(nanoseconds(now).saturating_sub(ns) as f64 * 1e-9)
+}
+
+fn nanoseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,100 @@
+//! Event logs that are still being written.
+
+use std::fs::File;
+use std::io::{self, Read, Seek};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+use crate::interrupt;
+
+/// How long to wait before looking again for what may have been written: chosen, not measured.
+pub(super) const PAUSE: Duration = Duration::from_millis(10);
+
+/// What verdicts leave open if the program was asked to end before the log did.
+pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";
+
+/// More is passed on although it may be only a part of a line, which [`EventLog`](monitors::EventLog) refuses.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// The whole lines of an event log. Where it ends, waits for more: standard input until it is closed, a file until the
+/// program is asked to end.
+pub(super) struct Growing {
+    input: Input,
+    /// What has been read but not passed on.
+    lines: Vec<u8>,
+    is_over: bool,
+}
+
+enum Input {
+    File(File),
+    Stdin(Receiver<io::Result<Vec<u8>>>),
+}
+
+impl Growing {
+    pub(super) fn open(log: &Path) -> io::Result<Self> {
+        let input = if log == Path::new("-") { Input::Stdin(stdin()) } else { Input::File(File::open(log)?) };
+        Ok(Self { input, lines: Vec::new(), is_over: false })
+    }
+
+    /// Reads what has been written, if only after a pause.
+    fn more(&mut self) -> io::Result<()> {
+        match &mut self.input {
+            Input::Stdin(blocks) => match blocks.recv_timeout(PAUSE) {
+                Ok(block) => self.lines.extend(block?),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => self.is_over = true,
+            },
+            Input::File(file) => {
+                let read = file.take(1 << 16).read_to_end(&mut self.lines)?;
+                if read == 0 {
+                    let found = file.metadata()?;
+                    if found.is_file() && found.len() < file.stream_position()? {
+                        return Err(io::Error::other("it has become shorter"));
+                    }
+                    std::thread::sleep(PAUSE);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Read for Growing {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let whole = self.lines.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+            let ready = if self.is_over || self.lines.len() > LONGEST_LINE { self.lines.len() } else { whole };
+            if ready > 0 || self.is_over {
+                let length = ready.min(buffer.len());
+                buffer[..length].copy_from_slice(&self.lines[..length]);
+                self.lines.drain(..length);
+                return Ok(length);
+            }
+            if interrupt::flow().is_break() {
+                return Ok(0);
+            }
+            self.more()?;
+        }
+    }
+}
+
+/// Standard input, read by a thread of its own: the system does not interrupt it.
+fn stdin() -> Receiver<io::Result<Vec<u8>>> {
+    let (sender, receiver) = sync_channel(4);
+    std::thread::spawn(move || {
+        loop {
+            let mut block = vec![0; 1 << 16];
+            let read = io::stdin().lock().read(&mut block);
+            let is_last = !matches!(read, Ok(1..));
+            let read = read.map(|length| {
+                block.truncate(length);
+                block
+            });
+            if sender.send(read).is_err() || is_last {
+                return;
+            }
+        }
+    });
+    receiver
+}
