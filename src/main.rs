@@ -36,6 +36,7 @@ mod toml_subject;
 mod tree;
 mod tree_script;
 mod verify;
+mod watch;
 
 use std::process::ExitCode;
 #[cfg(unix)]
@@ -111,6 +112,8 @@ enum Command {
     Report(report::ReportArgs),
     /// Checks event logs of runs and ROS 2 bags against properties
     Verify(verify::VerifyArgs),
+    /// Judges properties beside a robot that runs
+    Watch(watch::WatchArgs),
     /// Behavior trees: checks files, shows them, ticks them without a robot
     #[command(subcommand)]
     Tree(tree::TreeCommand),
@@ -188,6 +191,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Schema { file }) => help::schema(*file).map(|()| ExitCode::SUCCESS),
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),
+        Some(Command::Watch(args)) => watch::watch(args),
     };
     done.unwrap_or_else(|error| {
         complain(&error);

@@ -1,12 +1,13 @@
 //! `steward verify LOG… [--property FILE.scope]`: checks recorded runs and robots against properties.
 
-mod announcer;
+pub(crate) mod announcer;
 mod args;
 mod around;
-mod bag;
+pub(crate) mod bag;
 mod growing;
 mod judge;
 mod logs;
+pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
 
@@ -174,8 +175,16 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
     let doubts = Doubts::none(properties.len());
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
-    let judged =
-        Judged { args, path, folder, about, mapping: String::new(), system: &system, around: &Around::default() };
+    let judged = Judged {
+        command: args.command(path),
+        path,
+        folder,
+        about,
+        mapping: String::new(),
+        system: &system,
+        around: &Around::default(),
+        announcer: args.announcer(),
+    };
     let (end, unsure) = judged.judge(events.chain(rest), &mut properties, doubts)?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
@@ -233,7 +242,7 @@ impl Subject {
         system.tick = described.tick.unwrap_or(system.tick);
         let (properties, unjudged) = match header {
             Some(header) if args.properties.is_empty() => recorded(header)?,
-            _ => (load(args, &system)?, Vec::new()),
+            _ => (load(&args.properties, &system)?, Vec::new()),
         };
         Ok(Self { system, properties, unjudged })
     }
@@ -334,7 +343,7 @@ fn numbers(version: &str) -> Vec<u64> {
     version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
-fn in_words(verified: &Verified) -> String {
+pub(crate) fn in_words(verified: &Verified) -> String {
     let Verified { properties, end, start_ns, .. } = verified;
     let mut text = String::new();
     let since = start_ns.map_or_else(String::new, |ns| format!(" since {}", bags::moment(ns)));
@@ -374,7 +383,7 @@ fn in_words(verified: &Verified) -> String {
     text
 }
 
-fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
+pub(crate) fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
     let Verified { properties, unsure, unheard, start_ns, notes, .. } = verified;
     let of = |(index, property): (usize, &Property)| {
         let monitor = property.scope_monitor();

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 30] = [
+const ROOMS: [(&str, &[&str]); 31] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -30,6 +30,7 @@ const ROOMS: [(&str, &[&str]); 30] = [
     ("programs", &["channels", "diagnostics", "skills"]),
     ("monitors", &["channels", "diagnostics"]),
     ("bags", &["channels", "diagnostics", "ros_messages"]),
+    ("network", &["bags"]),
     ("batch", &[]),
     ("drawing", &["diagnostics", "maps", "rasters"]),
     ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt"]),
@@ -127,6 +128,7 @@ const ROOMS: [(&str, &[&str]); 30] = [
             "programs",
             "monitors",
             "bags",
+            "network",
             "batch",
             "drawing",
             "recording",

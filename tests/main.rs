@@ -48,6 +48,7 @@ mod steward;
 mod stop;
 mod tree_command;
 mod tree_errors;
+mod watch;
 mod without_a_map;
 mod workspace;
 mod world;

@@ -1,19 +1,24 @@
 //! Verdicts as they fall, while the log is still being written.
 
+use std::io::{ErrorKind, Write as _};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use campaigns::Error;
 use channels::Verdict;
 use monitors::Property;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::around::Around;
-use crate::output::{print_json_line, print_wrapped};
+use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
 /// Says each verdict once it has fallen, and how far behind the log it is; shows what is undecided, on a terminal.
-pub(super) struct Announcer {
+pub(crate) struct Announcer {
     is_json: bool,
+    /// The command that is started with each violation.
+    hook: Option<String>,
+    hooked: Vec<Child>,
     line: FollowProgress,
     said: Vec<Said>,
     /// The time of the last event.
@@ -33,9 +38,10 @@ struct Said {
 }
 
 impl Announcer {
-    pub(super) fn new(is_json: bool, properties: &[Property]) -> Self {
-        let said = properties.iter().map(|_| Said::default()).collect();
-        Self { is_json, line: FollowProgress::new(), said, time: Duration::ZERO, has_caught_up: false }
+    /// With `hook`, the command that is started with each violation.
+    pub(crate) fn new(is_json: bool, hook: Option<String>) -> Self {
+        let (line, said) = (FollowProgress::new(), Vec::new());
+        Self { is_json, hook, hooked: Vec::new(), line, said, time: Duration::ZERO, has_caught_up: false }
     }
 
     /// Says what is new after an event, or since messages are missing.
@@ -47,6 +53,7 @@ impl Announcer {
         around: &Around,
     ) -> Result<(), Error> {
         self.time = time;
+        self.said.resize_with(properties.len(), Said::default);
         for (index, property) in properties.iter().enumerate() {
             let said = &mut self.said[index];
             let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
@@ -78,22 +85,25 @@ impl Announcer {
         self.show(properties, around);
     }
 
-    fn say(&self, property: &Property, verdict: &str, unsure: Option<&str>, around: &Around) -> Result<(), Error> {
+    fn say(&mut self, property: &Property, verdict: &str, unsure: Option<&str>, around: &Around) -> Result<(), Error> {
         let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
         // That of the first violation says nothing of a later one.
         let witness = witness.filter(|witness| verdict == "violated" && witness.settled.time == self.time);
         let at_ns = around.start_ns.get().map(|start_ns| start_ns.saturating_add(nanoseconds(self.time)));
         let behind_s = self.has_caught_up.then_some(at_ns).flatten().and_then(behind_s);
+        let line = json!({
+            "property": property.name,
+            "verdict": verdict,
+            "time_s": self.time.as_secs_f64(),
+            "at_s": at_ns.map(bags::seconds),
+            "behind_s": behind_s,
+            "witness": witness.map(reports::witness),
+            "unsure": unsure,
+        });
+        if verdict == "violated" {
+            self.call(&line);
+        }
         if self.is_json {
-            let line = json!({
-                "property": property.name,
-                "verdict": verdict,
-                "time_s": self.time.as_secs_f64(),
-                "at_s": at_ns.map(bags::seconds),
-                "behind_s": behind_s,
-                "witness": witness.map(reports::witness),
-                "unsure": unsure,
-            });
             return self.line.pause(|| print_json_line(&line));
         }
         let at = at_ns.map_or_else(String::new, |at_ns| format!("  at {}", bags::moment(at_ns)));
@@ -104,18 +114,36 @@ impl Announcer {
         self.line.pause(|| print_wrapped(text))
     }
 
+    /// Starts the command of a violation, which reads the verdict from its standard input. Nobody waits for it.
+    fn call(&mut self, verdict: &Value) {
+        self.hooked.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
+        let Some(hook) = &self.hook else { return };
+        let (shell, option) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
+        let started = Command::new(shell).args([option, hook]).stdin(Stdio::piped()).spawn();
+        let called = started.and_then(|mut child| {
+            let input = child.stdin.take();
+            self.hooked.push(child);
+            // So short a text fits into the pipe: nobody waits until it is read.
+            input.map_or(Ok(()), |mut input| writeln!(input, "{verdict}"))
+        });
+        if let Some(error) = called.err().filter(|error| error.kind() != ErrorKind::BrokenPipe) {
+            self.line.pause(|| note(&format!("`{hook}` could not be called: {error}")));
+        }
+    }
+
     /// Shows a line per property on a terminal.
     fn show(&self, properties: &[Property], around: &Around) {
         self.line.show(|| {
             let newest = around.newest_log_ns.get().filter(|_| self.has_caught_up).and_then(behind_s);
             let newest = newest.map_or_else(String::new, |age_s| format!(", the newest message {age_s:.1} s ago"));
+            let widest = properties.iter().map(|property| property.name.chars().count()).max().unwrap_or(0);
             let states = properties.iter().zip(&self.said).map(|(property, said)| {
                 let state = match (said.verdict, said.waiting_since) {
                     (Some(verdict), _) => verdict.to_owned(),
                     (None, Some(since)) => format!("waiting since {:.3} s", since.as_secs_f64()),
                     (None, None) => "undecided".to_owned(),
                 };
-                format!("\n{}  {state}", property.name)
+                format!("\n{:<widest$}  {state}", property.name)
             });
             format!("{:.1} s{newest}{}", self.time.as_secs_f64(), states.collect::<String>())
         });
@@ -123,6 +151,7 @@ impl Announcer {
 }
 
 /// How long ago a moment was, in seconds, if its clock counts from 1970.
+#[expect(clippy::disallowed_methods, reason = "says how late verdicts are")]
 fn behind_s(ns: i64) -> Option<f64> {
     bags::date(ns)?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;

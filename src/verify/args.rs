@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use reports::html::quoted;
 
+use super::announcer::Announcer;
+
 /// Recorded runs and robots, and the properties to check.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
@@ -43,6 +45,11 @@ pub(crate) struct VerifyArgs {
 }
 
 impl VerifyArgs {
+    /// What says verdicts as they fall, if that is wanted.
+    pub(crate) fn announcer(&self) -> Option<Announcer> {
+        self.follow.then(|| Announcer::new(self.json, None))
+    }
+
     /// The command line that checks one of the logs.
     pub(crate) fn command(&self, log: &Path) -> String {
         let mut words = vec!["steward verify".to_owned(), quoted(&log.to_string_lossy())];

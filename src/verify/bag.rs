@@ -1,28 +1,19 @@
 //! Bags of ROS 2: their contents, and the verdicts of properties on them.
 
 use std::fmt::Write as _;
-use std::io::ErrorKind;
 use std::path::Path;
-use std::time::Duration;
 
-use bags::{Bag, Contents, Definitions, Events, Following, Found, Listed, Mapping, Received, Source, Survey};
+use bags::{Bag, Contents, Definitions, Following, Listed, Mapping, Received, Source, Survey};
 use campaigns::Error;
 use diagnostics::from_disk;
-use monitors::{Property, Violation};
-use recording::Doubts;
 use serde_json::json;
 use trials::replay::way::way;
 
 use super::args::VerifyArgs;
-use super::around::Around;
-use super::growing::{PAUSE, STILL_WRITTEN};
-use super::judge::{Judged, Verified, load};
+use super::growing::{STILL_WRITTEN, pause};
+use super::judge::Verified;
+use super::mapped::{Mapped, await_topics, load_mapping};
 use crate::interrupt;
-use crate::monitor::System;
-use crate::output::note;
-
-/// The file with the violations, beside the report.
-const VIOLATIONS: &str = "violations.mcap";
 
 /// Checks a bag against properties, in constant memory.
 pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
@@ -35,98 +26,71 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
             format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
         return Err(Error::refused(message, help));
     };
-    let text = diagnostics::text_from_disk(mapping).unwrap_or_default();
-    let mapping = Mapping::load(mapping, &from_disk).map_err(scenarios::Error::bad_input)?;
+    let (mapping, text) = load_mapping(mapping)?;
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
-        (survey, Box::new(following), None)
+        (survey, Box::new(Patient(following)), None)
     } else {
         let bag = open(path)?;
         let messages = bag.messages_on(mapping.topics());
         (bag.survey().clone(), Box::new(messages), folder.and_then(|_| way(&bag)))
     };
-    let scenario = args.scenario.as_deref().map(System::of).transpose()?.map(|system| system.topology);
-    let compiled = mapping.compile(&survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
-    let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
-    let mut properties = load(args, &system)?;
-    let mut events = Events::new(source, &mapping, compiled, &from_disk);
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
-    let about = format!("A ROS 2 bag{start}");
-    // What the mapping leaves out is often what its channels cannot carry.
-    let doubts = Doubts::about_any_messages(&properties, &system.topology);
-    let around = Around { way, is_by_log: mapping.is_by_log(), ..Around::default() };
-    let mut stopped = None;
-    let found = std::iter::from_fn(|| {
-        if args.follow && stopped.is_none() && interrupt::flow().is_break() {
-            events.end();
-            stopped = Some(STILL_WRITTEN.to_owned());
+    let mapped = Mapped {
+        path,
+        about: format!("A ROS 2 bag{start}"),
+        mapping: &mapping,
+        text,
+        properties: &args.properties,
+        scenario: args.scenario.as_deref(),
+        folder,
+        command: args.command(path),
+        way,
+        announcer: args.announcer(),
+    };
+    let is_to_end = || args.follow && interrupt::flow().is_break();
+    let mut verified = mapped.judge(&survey, source, &is_to_end)?;
+    verified.notes.extend(is_to_end().then(|| STILL_WRITTEN.to_owned()));
+    Ok(verified)
+}
+
+/// Looks again after a while if nothing more has been written.
+struct Patient(Following);
+
+impl Source for Patient {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        let received = self.0.receive(body);
+        if received == Received::Idle {
+            pause();
         }
-        let found = events.next()?;
-        if found == Found::Idle {
-            std::thread::sleep(PAUSE);
-        }
-        around.start_ns.set(events.start_ns());
-        around.newest_log_ns.set(events.newest_log_ns());
-        Some(Ok(found))
-    });
-    let log = Judged { args, path, folder, about, mapping: text, system: &system, around: &around };
-    let (end, unsure) = log.judge(found, &mut properties, doubts)?;
-    let notes = survey.lost.iter().cloned().chain(events.notes()).chain(stopped).collect();
-    if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
-        write_violations(&properties, start_ns, folder)?;
+        received
     }
-    let unheard = vec![None; properties.len()];
-    Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
+
+    fn survey(&self) -> &Survey {
+        self.0.survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        self.0.lost()
+    }
 }
 
 /// A recording that is still being written, from its beginning, and what is known of it: it has every topic whose type
 /// must be known before the channels are.
 fn follow(path: &Path, mapping: &Mapping) -> Result<(Survey, Following), Error> {
-    let (mut ahead, mut body) = (Following::open(path, mapping.topics()).map_err(refused)?, Vec::new());
-    let mut said: Option<String> = None;
-    while let Some(topic) = mapping.awaited(ahead.survey()) {
-        match ahead.receive(&mut body) {
-            Received::Message(_) => continue,
-            Received::Over => break,
-            Received::Idle if interrupt::flow().is_break() => break,
-            Received::Idle => {}
-        }
-        if said.as_deref() != Some(topic) {
-            note(&format!("waiting for the first message on {topic}, unless the mapping names its `type`"));
-            said = Some(topic.to_owned());
-        }
-        std::thread::sleep(PAUSE);
-    }
-    Ok((ahead.survey().clone(), ahead.restart().map_err(refused)?))
-}
-
-/// Writes the violations, at their times in the bag, for tools that show the bag.
-fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
-    let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
-    let monitors = properties.iter().filter_map(|property| Some((&*property.name, property.scope_monitor()?)));
-    let violations = monitors.flat_map(|(name, monitor)| {
-        let all = monitor.violations().into_iter().flat_map(|all| all.first.clone());
-        all.map(move |violation| (name, violation)).collect::<Vec<_>>()
-    });
-    let violations: Vec<(&str, Violation)> = violations.collect();
-    let path = folder.join(VIOLATIONS);
-    let unwritten = |source| Error::from(diagnostics::Error::Write { path: path.clone(), source });
-    if violations.is_empty() {
-        // One of an earlier call would speak of other verdicts.
-        return match std::fs::remove_file(&path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(unwritten(error)),
-            _ => Ok(()),
-        };
-    }
-    let file = recording::write_violations(Vec::new(), start, &violations);
-    Ok(diagnostics::write_whole(&path, file.map_err(unwritten)?)?)
+    let mut ahead = Patient(Following::open(path, mapping.topics()).map_err(refused)?);
+    await_topics(&mut ahead, mapping, &|| interrupt::flow().is_break());
+    Ok((ahead.survey().clone(), ahead.0.restart().map_err(refused)?))
 }
 
 /// The contents of a bag.
 pub(super) fn list(path: &Path) -> Result<Contents, Error> {
-    let bag = open(path)?;
-    let definitions = Definitions { survey: bag.survey(), folders: &[], read: &from_disk };
-    Ok(Contents::of(&bag, &definitions))
+    Ok(contents(open(path)?.survey()))
+}
+
+/// The contents of a source.
+pub(crate) fn contents(survey: &Survey) -> Contents {
+    Contents::of(survey, &Definitions { survey, folders: &[], read: &from_disk })
 }
 
 pub(super) fn open(path: &Path) -> Result<Bag, Error> {
@@ -138,7 +102,7 @@ fn refused(error: bags::Error) -> Error {
 }
 
 /// The list as a comment, and the mapping below it.
-pub(super) fn in_words(contents: &Contents) -> String {
+pub(crate) fn in_words(contents: &Contents) -> String {
     let mut text = String::new();
     let width = |of: fn(&Listed) -> &str| contents.topics.iter().map(|topic| of(topic).len()).max().unwrap_or(0);
     let (names, kinds) = (width(|topic| &topic.name), width(|topic| &topic.kind));
@@ -161,7 +125,7 @@ pub(super) fn in_words(contents: &Contents) -> String {
     text
 }
 
-pub(super) fn as_json(contents: &Contents, path: &Path) -> serde_json::Value {
+pub(crate) fn as_json(contents: &Contents, path: &Path) -> serde_json::Value {
     let topic = |Listed { name, kind, messages, rate_hz, fields, .. }: &Listed| {
         let (fields, missing) = match fields {
             Ok(fields) => (fields.iter().map(|(path, what)| json!({ "path": path, "holds": what })).collect(), None),

@@ -9,13 +9,18 @@ use std::time::Duration;
 use crate::interrupt;
 
 /// How long to wait before looking again for what may have been written: chosen, not measured.
-pub(super) const PAUSE: Duration = Duration::from_millis(10);
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// What verdicts leave open if the program was asked to end before the log did.
 pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";
 
 /// More is passed on although it may be only a part of a line, which [`EventLog`](monitors::EventLog) refuses.
 const LONGEST_LINE: usize = 1 << 20;
+
+#[expect(clippy::disallowed_methods, reason = "waits for another program")]
+pub(super) fn pause() {
+    std::thread::sleep(PAUSE);
+}
 
 /// The whole lines of an event log. Where it ends, waits for more: standard input until it is closed, a file until the
 /// program is asked to end.
@@ -52,7 +57,7 @@ impl Growing {
                     if found.is_file() && found.len() < file.stream_position()? {
                         return Err(io::Error::other("it has become shorter"));
                     }
-                    std::thread::sleep(PAUSE);
+                    pause();
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Properties checked against recorded events, and the report of the results.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bags::{Found, Gap};
@@ -12,24 +12,23 @@ use reports::{Outputs, Presentation};
 use runs::FITS;
 
 use super::announcer::Announcer;
-use super::args::VerifyArgs;
 use super::around::Around;
 use crate::monitor::System;
 use crate::output::warn;
 
 /// A log that was checked.
-pub(super) struct Verified {
-    pub(super) properties: Vec<Property>,
-    pub(super) end: LogEnd,
+pub(crate) struct Verified {
+    pub(crate) properties: Vec<Property>,
+    pub(crate) end: LogEnd,
     /// For each property why its verdict is unsure, if it is: messages are missing that could change it.
-    pub(super) unsure: Vec<Option<String>>,
+    pub(crate) unsure: Vec<Option<String>>,
     /// For each property that a recording satisfies although the true level fell below what it requires: that no
     /// message told so.
-    pub(super) unheard: Vec<Option<String>>,
+    pub(crate) unheard: Vec<Option<String>>,
     /// When a bag begins, in nanoseconds since 1970.
-    pub(super) start_ns: Option<i64>,
+    pub(crate) start_ns: Option<i64>,
     /// What is missing from the log or was not judged, in words.
-    pub(super) notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// The properties that the run of a recording watched, and the names of those that cannot be judged again, because no
@@ -76,7 +75,7 @@ impl Verified {
     }
 
     /// Whether a verdict is one that a log should not have: a violation, or no certainty.
-    pub(super) fn is_bad(&self) -> bool {
+    pub(crate) fn is_bad(&self) -> bool {
         (0..self.properties.len()).any(|index| self.unsure[index].is_some() || self.outcome(index) == Outcome::Violated)
     }
 }
@@ -100,14 +99,14 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
 pub(super) type Judgment = (LogEnd, Vec<Option<String>>);
 
 /// The requested properties.
-pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, Error> {
-    if args.properties.is_empty() {
+pub(super) fn load(files: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
+    if files.is_empty() {
         let help = "name a file with properties: `--property FILE`; only recordings by steward have properties of \
                     their own";
         return Err(Error::refused("no property to check the log against is given".to_owned(), help));
     }
     let mut properties: Vec<Property> = Vec::new();
-    for path in &args.properties {
+    for path in files {
         let file = system.load(path)?;
         if !file.warnings.is_empty() {
             warn(&file.warnings);
@@ -124,7 +123,8 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
 
 /// A log that is to be judged.
 pub(super) struct Judged<'l> {
-    pub(super) args: &'l VerifyArgs,
+    /// The command that judges it again.
+    pub(super) command: String,
     pub(super) path: &'l Path,
     /// The folder of its report, if there is one.
     pub(super) folder: Option<&'l Path>,
@@ -134,18 +134,20 @@ pub(super) struct Judged<'l> {
     pub(super) mapping: String,
     pub(super) system: &'l System,
     pub(super) around: &'l Around,
+    /// Says verdicts as they fall, if that is wanted.
+    pub(super) announcer: Option<Announcer>,
 }
 
 impl Judged<'_> {
     /// Makes the monitors judge the events; also writes the report to the folder, if there is one. `doubts` says what
     /// may be missing.
     pub(super) fn judge(
-        self,
+        mut self,
         events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
     ) -> Result<Judgment, Error> {
-        let announcer = self.args.follow.then(|| Announcer::new(self.args.json, properties));
+        let announcer = self.announcer.take();
         match self.folder {
             None => judge_in_words(events, properties, doubts, self.around, announcer),
             Some(folder) => self.report(folder, events, properties, doubts, announcer),
@@ -160,11 +162,11 @@ impl Judged<'_> {
         doubts: Doubts,
         mut announcer: Option<Announcer>,
     ) -> Result<Judgment, Error> {
-        let Self { args, path, around, system, .. } = self;
+        let Self { path, around, system, .. } = self;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
         refuse_campaign(&outputs)?;
-        let (text, recorded) = (self.mapping.clone(), Some(args.command(path)));
+        let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
         let origin = Origin { text, recorded, ..Origin::default() };
         let about = [name, self.about.clone()];
         let (mut judge, mut header, start) =

@@ -7,7 +7,7 @@ use ros_messages::{Constant, Value};
 
 use crate::definitions::Definitions;
 use crate::path::{End, ValueField, leaves};
-use crate::storage::{Bag, Topic};
+use crate::storage::{Survey, Topic};
 
 /// What a bag contains.
 #[derive(Clone, Debug)]
@@ -42,10 +42,9 @@ pub struct Listed {
 const MOST_FIELDS: usize = 16;
 
 impl Contents {
-    /// The contents of a bag, with the definitions in it and in some folders.
+    /// The contents of a bag or of another source, with the definitions in it and in some folders.
     #[must_use]
-    pub fn of(bag: &Bag, definitions: &Definitions<'_>) -> Self {
-        let survey = bag.survey();
+    pub fn of(survey: &Survey, definitions: &Definitions<'_>) -> Self {
         let duration_s = survey.span_ns.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 * 1e-9);
         let mut names = BTreeSet::new();
         let mut topics: Vec<Listed> = survey
@@ -58,8 +57,8 @@ impl Contents {
                 let on_board = defined.as_ref().ok().and_then(|defined| defined.on_board.as_deref());
                 let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
                 // In a bag, one name may have several types, but an entry of a mapping names all of them.
-                let entry =
-                    if names.insert(topic.name.clone()) { entry(topic, on_board, &found) } else { String::new() };
+                let is_first = names.insert(topic.name.clone());
+                let entry = if is_first { entry(topic, *messages == 0, on_board, &found) } else { String::new() };
                 Listed {
                     name: topic.name.clone(),
                     kind: topic.kind.clone(),
@@ -77,8 +76,7 @@ impl Contents {
     /// A mapping of all topics that can be mapped, as a starting point; none if no topic can.
     #[must_use]
     pub fn proposal(&self) -> Option<String> {
-        let entries: String =
-            self.topics.iter().filter(|topic| topic.messages > 0).map(|topic| topic.entry.as_str()).collect();
+        let entries: String = self.topics.iter().map(|topic| topic.entry.as_str()).collect();
         (!entries.is_empty()).then(|| format!("tick_s = 1.0\ntime = \"log\"\n{entries}"))
     }
 }
@@ -94,8 +92,9 @@ fn what(end: End) -> &'static str {
     }
 }
 
-/// The entry of a topic in a mapping; empty if no field can be mapped. If its type is defined on board, it says so.
-fn entry(topic: &Topic, on_board: Option<&str>, leaves: &[ValueField<'_>]) -> String {
+/// The entry of a topic in a mapping; empty if no field can be mapped. If its type is defined on board, it says so. If
+/// the topic is silent, it names the type, so that nobody waits for it.
+fn entry(topic: &Topic, is_silent: bool, on_board: Option<&str>, leaves: &[ValueField<'_>]) -> String {
     let leaves: Vec<&ValueField<'_>> =
         leaves.iter().filter(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time).collect();
     if leaves.is_empty() {
@@ -103,8 +102,9 @@ fn entry(topic: &Topic, on_board: Option<&str>, leaves: &[ValueField<'_>]) -> St
     }
     let Topic { name, kind, .. } = topic;
     let on_board = on_board.map_or_else(String::new, |how| format!(", defined on board, {how}"));
+    let named = if is_silent { format!("type = {kind:?}\n") } else { String::new() };
     let mut text = format!(
-        "\n[[messages]] # {kind}{on_board}\ntopic = {name:?}\nfrom = \"{}\"\nto = \"monitor\"\n[messages.fields]\n",
+        "\n[[messages]] # {kind}{on_board}\ntopic = {name:?}\n{named}from = \"{}\"\nto = \"monitor\"\n[messages.fields]\n",
         process(name)
     );
     let mut names = BTreeSet::new();

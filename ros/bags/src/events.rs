@@ -33,6 +33,8 @@ pub struct Events<'r> {
     waiting: VecDeque<(i64, ChannelId, Message)>,
     /// The latest time read.
     newest_ns: i64,
+    /// Until when everything has come, if messages have the times at which they were received.
+    quiet_ns: i64,
     is_over: bool,
     tick_ns: i64,
     reorder_ns: i64,
@@ -115,6 +117,7 @@ impl<'r> Events<'r> {
             decoded: Vec::new(),
             waiting: VecDeque::new(),
             newest_ns: i64::MIN,
+            quiet_ns: i64::MIN,
             is_over: false,
             tick_ns: ns(mapping.tick).max(1),
             reorder_ns: ns(mapping.reorder),
@@ -132,6 +135,7 @@ impl<'r> Events<'r> {
 
     /// No further message is read: what has been read follows, and then the events are over.
     pub fn end(&mut self) {
+        self.source.end();
         self.is_over = true;
     }
 
@@ -179,6 +183,14 @@ impl<'r> Events<'r> {
         let head = match self.source.receive(&mut self.body) {
             Received::Message(head) => head,
             Received::Idle => return false,
+            Received::Quiet(quiet_ns) => {
+                // Silence says nothing of stamps that messages bring with them.
+                if self.mapping.is_received() {
+                    self.quiet_ns = quiet_ns;
+                    self.newest_ns = self.newest_ns.max(quiet_ns);
+                }
+                return false;
+            }
             Received::Over => {
                 self.is_over = true;
                 return true;
@@ -253,6 +265,20 @@ impl<'r> Events<'r> {
         Some(Gap { why, channel })
     }
 
+    /// The next tick, if it is due by this time.
+    fn tick(&mut self, by_ns: i64) -> Option<Found> {
+        let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
+        let tick_ns = self.start_ns?.saturating_add(ticks.saturating_mul(self.tick_ns));
+        if tick_ns > by_ns {
+            return None;
+        }
+        let event =
+            Event { step: self.steps, tick: self.ticks, time: self.since_start(tick_ns), kind: EventKind::Tick };
+        self.ticks += 1;
+        self.last_ns = tick_ns;
+        Some(Found::Event(event))
+    }
+
     fn since_start(&self, time_ns: i64) -> Duration {
         Duration::from_nanos(time_ns.saturating_sub(self.start_ns.unwrap_or(time_ns)).max(0).unsigned_abs())
     }
@@ -270,16 +296,11 @@ impl Iterator for Events<'_> {
             // end. Ticks that are due before it come first; its time is at least that of what has been returned.
             match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
-                    let start_ns = *self.start_ns.get_or_insert(time_ns);
+                    self.start_ns.get_or_insert(time_ns);
                     let begun = if self.ticks == 0 { time_ns } else { self.last_ns };
                     let now_ns = time_ns.max(begun);
-                    let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
-                    let tick_ns = start_ns.saturating_add(ticks.saturating_mul(self.tick_ns));
-                    if tick_ns <= now_ns {
-                        let (tick, time) = (self.ticks, self.since_start(tick_ns));
-                        self.ticks += 1;
-                        self.last_ns = tick_ns;
-                        return Some(Found::Event(Event { step: self.steps, tick, time, kind: EventKind::Tick }));
+                    if let Some(tick) = self.tick(now_ns) {
+                        return Some(tick);
                     }
                     let (_, channel, message) = self.waiting.pop_front()?;
                     if time_ns < now_ns {
@@ -291,9 +312,16 @@ impl Iterator for Events<'_> {
                     let time = self.since_start(now_ns);
                     return Some(Found::Event(Event { step: self.steps, tick: self.ticks - 1, time, kind }));
                 }
-                _ if self.is_over => return None,
-                _ if self.fill() => {}
-                _ => return Some(Found::Idle),
+                // Silence makes ticks, too.
+                _ => {
+                    let reorder_ns = if self.is_over { 0 } else { self.reorder_ns };
+                    match self.tick(self.quiet_ns.saturating_sub(reorder_ns)) {
+                        Some(tick) => return Some(tick),
+                        None if self.is_over => return None,
+                        None if self.fill() => {}
+                        None => return Some(Found::Idle),
+                    }
+                }
             }
         }
     }

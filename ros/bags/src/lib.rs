@@ -32,7 +32,9 @@ pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found, Gap};
 pub use mapping::{Compiled, Mapping};
-pub use storage::{Bag, Definition, Following, Head, Messages, Received, Source, Survey, Topic, is_bag};
+pub use storage::{
+    Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Topic, is_bag,
+};
 
 /// Why a bag cannot be read at all.
 #[derive(Debug, thiserror::Error)]

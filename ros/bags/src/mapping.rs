@@ -66,6 +66,14 @@ impl Mapping {
         matches!(self.time.value.as_str(), "log" | "publish")
     }
 
+    /// Whether every message has the time at which it was recorded, or received: only then is it known without one how
+    /// much time has passed.
+    #[must_use]
+    pub fn is_received(&self) -> bool {
+        let times = self.messages.iter().map(|mapped| mapped.time.as_ref().unwrap_or(&self.time));
+        times.map(|time| time.value.as_str()).all(|time| time == "log")
+    }
+
     /// The names of the mapped topics.
     pub fn topics(&self) -> impl Iterator<Item = &str> {
         self.messages.iter().map(|mapped| mapped.topic.value.as_str())

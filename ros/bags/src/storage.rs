@@ -7,6 +7,7 @@ mod source;
 #[cfg(feature = "sqlite")]
 mod sqlite;
 mod survey;
+mod writer;
 
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,7 @@ pub use files::is_bag;
 pub use following::Following;
 pub use source::{Received, Source};
 pub use survey::{Definition, Head, Survey, Topic};
+pub use writer::{BagWriter, Recorder};
 
 /// A ROS 2 recording: a file, or a folder of files.
 #[derive(Clone, Debug)]
@@ -122,7 +124,7 @@ impl Messages {
                 Some(StorageReader::Mcap(reader)) => {
                     match reader.receive(&self.wanted, &mut self.survey, body, &mut self.lost) {
                         Received::Message(head) => Some(head),
-                        Received::Idle | Received::Over => None,
+                        Received::Idle | Received::Quiet(_) | Received::Over => None,
                     }
                 }
                 #[cfg(feature = "sqlite")]
@@ -145,7 +147,12 @@ impl Messages {
 
 impl Source for Messages {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        self.next_into(body).map_or(Received::Over, Received::Message)
+        while let Some(head) = self.next_into(body) {
+            if let Some(received) = source::received(head, &self.survey, body, &mut self.lost) {
+                return received;
+            }
+        }
+        Received::Over
     }
 
     fn survey(&self) -> &Survey {

@@ -12,7 +12,7 @@ use crate::reading::nothing;
 use crate::writer::{Written, bag_of, written};
 
 fn contents(bag: &Bag) -> Contents {
-    Contents::of(bag, &Definitions { survey: bag.survey(), folders: &[], read: &nothing })
+    Contents::of(bag.survey(), &Definitions { survey: bag.survey(), folders: &[], read: &nothing })
 }
 
 #[test]
@@ -169,7 +169,8 @@ fn of_a_type_with_endlessly_many_fields_the_first_are_listed() {
     let pair = |depth: usize| format!("T{depth} a\nT{depth} b\n===\nMSG: p/T{depth}\n");
     let definition = (1..=40).map(pair).collect::<String>() + "uint8 x\n";
     let bag = bag_of(folder.path(), &[("/deep", ("p/msg/T0", definition.as_str()), 1, Vec::new())]);
-    let contents = Contents::of(&bag, &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
+    let contents =
+        Contents::of(bag.survey(), &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
     let fields = contents.topics[0].fields.as_ref().expect("its definition is known");
     assert!((1_000..10_000).contains(&fields.len()), "{}", fields.len());
 }

@@ -75,7 +75,8 @@ fn a_folder_is_read_in_the_order_of_its_files() {
     part("bag_9.mcap", 9);
     let found = || {
         let bag = Bag::open(folder.path()).expect("a bag");
-        let contents = Contents::of(&bag, &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
+        let contents =
+            Contents::of(bag.survey(), &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
         (times(&bag).0, contents.lost)
     };
     assert_eq!(found(), (vec![9, 10], vec![]));

@@ -9,6 +9,7 @@ mod messages;
 mod on_board;
 mod packing;
 mod reading;
+mod recorder;
 #[cfg(feature = "sqlite")]
 mod sqlite;
 mod writer;

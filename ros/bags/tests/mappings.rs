@@ -75,7 +75,8 @@ fn the_proposed_mapping_works_as_it_is() {
     let folder = tempfile::tempdir().expect("a folder");
     let bag =
         bag_of(folder.path(), &[("/cmd_vel", TWIST, 1, twist(0.5)), ("/1/odd", ODD, 1001, odd(false, 1, 1, &[]))]);
-    let contents = Contents::of(&bag, &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
+    let contents =
+        Contents::of(bag.survey(), &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
     let proposal = contents.proposal().expect("there are fields");
     insta::assert_snapshot!(proposal);
     let (events, notes) = read_with(&bag, &proposal);

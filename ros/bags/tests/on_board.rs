@@ -141,7 +141,7 @@ fn what_a_file_says_about_its_types_is_read_with_and_without_a_summary() {
     fs::write(folder.path().join("metadata.yaml"), "info:\n  version: 9\n  ros_distro: 'jazzy'\n").expect("room");
     let bag = Bag::open(folder.path()).expect("a bag");
     assert_eq!(bag.survey().distributions.iter().collect::<Vec<_>>(), ["jazzy"]);
-    let contents = Contents::of(&bag, &Definitions { survey: bag.survey(), folders: &[], read: &nothing });
+    let contents = Contents::of(bag.survey(), &Definitions { survey: bag.survey(), folders: &[], read: &nothing });
     let proposal = contents.proposal().expect("the definition is on board");
     assert!(proposal.contains("[[messages]] # sensor_msgs/msg/Range, defined on board, by its hash\n"), "{proposal}");
 }

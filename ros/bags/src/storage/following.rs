@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::files::{METADATA, names};
 use super::mcap::McapReader;
-use super::source::{Received, Source, Wanted};
+use super::source::{Received, Source, Wanted, received};
 use super::survey::Survey;
 use super::unpack;
 use crate::Error;
@@ -111,6 +111,7 @@ impl Following {
     }
 
     /// What comes next if nothing more has been written to the last file.
+    #[expect(clippy::disallowed_methods, reason = "waits for another program")]
     fn rest(&mut self, file: &Path) -> Received {
         if !self.is_complete() {
             self.resting = None;
@@ -147,13 +148,14 @@ impl Source for Following {
             match reader.receive(&self.wanted, &mut self.survey, body, &mut self.lost) {
                 Received::Message(head) => {
                     self.resting = None;
-                    self.survey.counts[head.topic] += 1;
-                    self.survey.note_times(head.log_ns, head.log_ns);
+                    self.survey.count(head.topic, head.log_ns);
                     unpack(body, &mut self.lost);
-                    return Received::Message(head);
+                    if let Some(received) = received(head, &self.survey, body, &mut self.lost) {
+                        return received;
+                    }
                 }
                 Received::Over => self.current = None,
-                Received::Idle => {
+                Received::Idle | Received::Quiet(_) => {
                     let path = path.clone();
                     return self.rest(&path);
                 }

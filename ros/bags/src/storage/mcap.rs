@@ -35,7 +35,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     survey.distributions.append(&mut walk.known.distributions);
     if let Some(summary) = summary {
         let topics: BTreeMap<u16, usize> =
-            walk.known.channels.iter().map(|(id, topic)| (*id, survey.topic(topic.clone()))).collect();
+            walk.known.channels.iter().map(|(id, topic)| (*id, survey.add(topic.clone()))).collect();
         for (channel, count) in &summary.counts {
             if let Some(topic) = topics.get(channel) {
                 survey.counts[*topic] += count;
@@ -57,7 +57,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     survey.distributions.append(&mut walk.known.distributions);
     // What is lost will be reported when the messages are read.
     for (channel, topic) in &walk.known.channels {
-        let topic = survey.topic(topic.clone());
+        let topic = survey.add(topic.clone());
         survey.counts[topic] += counts.get(channel).copied().unwrap_or(0);
     }
     if let Some((first, last)) = seen {

@@ -19,7 +19,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     let distribution = file.query_row("SELECT ros_distro FROM schema", [], |row| row.get::<_, String>(0));
     survey.distributions.extend(distribution.ok().filter(|name| !name.is_empty()));
     for (id, topic) in topics(&file).map_err(refused)? {
-        let index = survey.topic(topic);
+        let index = survey.add(topic);
         let counted =
             file.query_row("SELECT COUNT(*) FROM messages WHERE topic_id = ?1", [id], |row| row.get::<_, i64>(0));
         // Whatever can be read of a damaged file counts.

@@ -48,7 +48,7 @@ pub struct Survey {
 
 impl Survey {
     /// The index of a topic. Adds it if it is new.
-    pub(super) fn topic(&mut self, topic: Topic) -> usize {
+    pub fn add(&mut self, topic: Topic) -> usize {
         let known = self.topics.iter().position(|known| *known == topic);
         known.unwrap_or_else(|| {
             self.topics.push(topic);
@@ -60,6 +60,12 @@ impl Survey {
     /// When the first message was recorded; 0 without any.
     pub(crate) fn first_ns(&self) -> i64 {
         self.span_ns.map_or(0, |(first, _)| first)
+    }
+
+    /// Counts a message on a topic, and when it was received, in nanoseconds since 1970.
+    pub fn count(&mut self, topic: usize, log_ns: i64) {
+        self.counts[topic] += 1;
+        self.note_times(log_ns, log_ns);
     }
 
     pub(super) fn note_times(&mut self, first_ns: i64, last_ns: i64) {

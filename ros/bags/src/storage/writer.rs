@@ -1,0 +1,176 @@
+//! Writes what a source tells, so that it can be read again with the same verdicts.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::io::{self, Seek, Write};
+use std::rc::Rc;
+
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use ros_messages::CdrWriter;
+
+use super::source::{LOST, QUIET, Received, Source};
+use super::survey::{Head, Survey, Topic};
+
+/// An MCAP file of the messages that a source tells, of what it has lost, and of how long it was quiet at last.
+///
+/// Each message is a record of its own: the file can be [followed](super::Following), and nothing that has been
+/// written is lost if the program ends.
+pub struct BagWriter<W: Write + Seek> {
+    writer: Writer<W>,
+    /// The channels of topics, by their indices, and of notes, by their names.
+    topics: BTreeMap<usize, u16>,
+    notes: BTreeMap<&'static str, u16>,
+    /// What could not be written; after it, nothing is.
+    failed: Option<io::Error>,
+}
+
+impl<W: Write + Seek> BagWriter<W> {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn begin(output: W) -> io::Result<Self> {
+        let options = WriteOptions::new().use_chunks(false).profile("ros2").library("steward");
+        let writer = options.create(output).map_err(io::Error::other)?;
+        Ok(Self { writer, topics: BTreeMap::new(), notes: BTreeMap::new(), failed: None })
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// If anything could not be written.
+    pub fn finish(&mut self) -> io::Result<()> {
+        self.failed.take().map_or(Ok(()), Err)?;
+        self.writer.finish().map(drop).map_err(io::Error::other)
+    }
+
+    /// Lets readers see what has been written.
+    fn flush(&mut self) {
+        if let Some(error) = self.writer.flush().err().filter(|_| self.failed.is_none()) {
+            self.failed = Some(io::Error::other(error));
+        }
+    }
+
+    fn know(&mut self, index: usize, topic: &Topic) {
+        if let Err(error) = self.topic(index, topic) {
+            self.failed.get_or_insert(io::Error::other(error));
+        }
+    }
+
+    fn message(&mut self, head: Head, body: &[u8]) {
+        if let Some(channel) = self.topics.get(&head.topic) {
+            self.write(Ok(*channel), head.log_ns, head.publish_ns, body);
+        }
+    }
+
+    fn topic(&mut self, index: usize, topic: &Topic) -> Result<u16, mcap::McapError> {
+        let schema = match &topic.definition {
+            Some(definition) => {
+                self.writer.add_schema(&topic.kind, &definition.language, definition.text.as_bytes())?
+            }
+            None => self.writer.add_schema(&topic.kind, "ros2msg", b"")?,
+        };
+        let hash = topic.hash.iter().map(|hash| ("topic_type_hash".to_owned(), hash.clone())).collect();
+        let channel = self.writer.add_channel(schema, &topic.name, &topic.encoding, &hash)?;
+        self.topics.insert(index, channel);
+        Ok(channel)
+    }
+
+    /// What a source says beside its messages.
+    fn note(&mut self, name: &'static str, at_ns: i64, text: &str) {
+        let channel = self.notes.get(name).copied().map_or_else(|| self.topic_of_notes(name), Ok);
+        let mut body = CdrWriter::reusing(Vec::new());
+        body.text(text);
+        self.write(channel, at_ns, at_ns, &body.bytes());
+    }
+
+    fn topic_of_notes(&mut self, name: &'static str) -> Result<u16, mcap::McapError> {
+        let schema = self.writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")?;
+        let channel = self.writer.add_channel(schema, name, "cdr", &BTreeMap::new())?;
+        self.notes.insert(name, channel);
+        Ok(channel)
+    }
+
+    fn write(&mut self, channel: Result<u16, mcap::McapError>, log_ns: i64, publish_ns: i64, body: &[u8]) {
+        if self.failed.is_some() {
+            return;
+        }
+        let time = |ns: i64| u64::try_from(ns).unwrap_or_default();
+        let written = channel.and_then(|channel_id| {
+            let (log_time, publish_time) = (time(log_ns), time(publish_ns));
+            let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time };
+            self.writer.write_to_known_channel(&header, body)
+        });
+        self.failed = written.err().map(io::Error::other);
+    }
+}
+
+/// A source whose messages are also written to a file.
+pub struct Recorder<S, W: Write + Seek> {
+    source: S,
+    writer: Rc<RefCell<BagWriter<W>>>,
+    /// Until when everything has come, and how much of what is lost has been written.
+    quiet_ns: Option<i64>,
+    lost: usize,
+    newest_ns: i64,
+    /// How many topics have been written.
+    topics: usize,
+}
+
+impl<S: Source, W: Write + Seek> Recorder<S, W> {
+    /// Writes the messages of a source. The file is ended by [`BagWriter::finish`].
+    pub fn new(source: S, writer: Rc<RefCell<BagWriter<W>>>) -> Self {
+        Self { source, writer, quiet_ns: None, lost: 0, newest_ns: 0, topics: 0 }
+    }
+
+    fn write_quiet(&mut self) {
+        if let Some(quiet_ns) = self.quiet_ns.take() {
+            self.writer.borrow_mut().note(QUIET, quiet_ns, "");
+        }
+    }
+}
+
+impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        let received = self.source.receive(body);
+        // Topics without messages are part of what is known, too.
+        for (index, topic) in self.source.survey().topics.iter().enumerate().skip(self.topics) {
+            self.writer.borrow_mut().know(index, topic);
+        }
+        self.topics = self.source.survey().topics.len();
+        let lost = self.source.lost().get(self.lost..).unwrap_or_default().to_vec();
+        if !lost.is_empty() {
+            // What had come before it became known is judged without it.
+            self.write_quiet();
+            self.lost += lost.len();
+            lost.iter().for_each(|what| self.writer.borrow_mut().note(LOST, self.newest_ns, what));
+        }
+        match received {
+            Received::Message(head) => {
+                self.newest_ns = self.newest_ns.max(head.log_ns);
+                self.writer.borrow_mut().message(head, body);
+            }
+            Received::Quiet(quiet_ns) => {
+                self.writer.borrow_mut().flush();
+                self.newest_ns = self.newest_ns.max(quiet_ns);
+                self.quiet_ns = Some(quiet_ns);
+            }
+            Received::Idle | Received::Over => {}
+        }
+        received
+    }
+
+    fn end(&mut self) {
+        self.source.end();
+        self.write_quiet();
+    }
+
+    fn survey(&self) -> &Survey {
+        self.source.survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        self.source.lost()
+    }
+}

@@ -1,0 +1,135 @@
+//! What a source tells is written so that it can be read again with the same events.
+
+use std::cell::RefCell;
+use std::fs;
+use std::rc::Rc;
+
+use bags::{Bag, BagWriter, Definition, Events, Found, Head, Received, Recorder, Source, Survey, Topic};
+use proptest::prelude::*;
+
+use crate::messages::{TWIST, twist};
+use crate::reading::{line, mapping, nothing};
+
+/// A step of a source that is made up.
+#[derive(Clone, Debug)]
+enum Step {
+    /// A message on the topic with this index, so many milliseconds later.
+    Message(usize, i64),
+    Quiet(i64),
+    Idle,
+    /// The time at which something was lost comes first, as a bridge has it.
+    Lost(i64),
+}
+
+/// A source that is made up: it does these steps, and then is idle.
+struct MadeUp {
+    steps: std::vec::IntoIter<Step>,
+    is_losing: bool,
+    now_ns: i64,
+    survey: Survey,
+    lost: Vec<String>,
+}
+
+impl MadeUp {
+    fn new(steps: Vec<Step>) -> Self {
+        let mut survey = Survey::default();
+        survey.add(topic(0));
+        let start_ns = 1_700_000_000_000_000_000;
+        Self { steps: steps.into_iter(), is_losing: false, now_ns: start_ns, survey, lost: Vec::new() }
+    }
+}
+
+/// Only the first topic is known from the start.
+fn topic(index: usize) -> Topic {
+    let (kind, text) = (TWIST.0.to_owned(), TWIST.1.to_owned());
+    let definition = Some(Definition { language: "ros2msg".to_owned(), text });
+    Topic { name: ["/a", "/b"][index].to_owned(), kind, encoding: "cdr".to_owned(), definition, hash: None }
+}
+
+impl Source for MadeUp {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        if std::mem::take(&mut self.is_losing) {
+            self.lost.push(format!("loss {}", self.lost.len()));
+        }
+        match self.steps.next().unwrap_or(Step::Idle) {
+            Step::Idle => Received::Idle,
+            Step::Message(index, ms) => {
+                self.now_ns += ms * 1_000_000;
+                let topic = self.survey.add(topic(index));
+                *body = twist(self.now_ns as f64);
+                Received::Message(Head { topic, log_ns: self.now_ns, publish_ns: self.now_ns - 1000 })
+            }
+            Step::Quiet(ms) => {
+                self.now_ns += ms * 1_000_000;
+                Received::Quiet(self.now_ns)
+            }
+            Step::Lost(ms) => {
+                self.now_ns += ms * 1_000_000;
+                self.is_losing = true;
+                Received::Quiet(self.now_ns)
+            }
+        }
+    }
+
+    fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    fn lost(&self) -> &[String] {
+        &self.lost
+    }
+}
+
+fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
+    let mapping = mapping(text);
+    let compiled = mapping.compile(survey, None, &nothing).unwrap_or_else(|problems| panic!("{}", problems.plain()));
+    let topology = compiled.topology.clone();
+    let mut events = Events::new(source, &mapping, compiled, &nothing);
+    let (mut lines, mut idle) = (Vec::new(), 0);
+    while let Some(found) = events.next() {
+        idle = if found == Found::Idle { idle + 1 } else { 0 };
+        if idle > 100 {
+            events.end();
+        }
+        lines.extend((found != Found::Idle).then(|| line(found, &topology)));
+    }
+    lines.extend(events.notes());
+    lines
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        4 => (0..2_usize, 0..700_i64).prop_map(|(topic, ms)| Step::Message(topic, ms)),
+        2 => (0..2500_i64).prop_map(Step::Quiet),
+        1 => Just(Step::Idle),
+        1 => (0..300_i64).prop_map(Step::Lost),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    #[test]
+    fn a_recording_has_the_same_events_and_gaps(
+        steps in prop::collection::vec(step(), 0..40),
+        reorder_s in prop::sample::select(vec!["0", "0.1", "1"]),
+        times in prop::sample::select(vec!["log", "publish"]),
+    ) {
+        let text = format!(
+            "tick_s = 0.25\nreorder_s = {reorder_s}\ntime = \"{times}\"\n[[messages]]\ntopic = \"/a\"\nfrom = \"a\"\n\
+             to = \"m\"\nfields = {{ x = \"linear.x\" }}\n[[messages]]\ntopic = \"/b\"\ntype = \"geometry_msgs/msg/Twist\"\n\
+             from = \"b\"\nto = \"m\"\nfields = {{ x = \"linear.x\" }}\n"
+        );
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        let (file, source) = (fs::File::create(&path).expect("a file"), MadeUp::new(steps));
+        let survey = source.survey().clone();
+        let writer = Rc::new(RefCell::new(BagWriter::begin(file).expect("room for a file")));
+        let source = Box::new(Recorder::new(source, Rc::clone(&writer)));
+        let live = events(source, &survey, &text);
+        writer.borrow_mut().finish().expect("room for the end");
+        let bag = Bag::open(&path).expect("a bag");
+        let messages = Box::new(bag.messages_on(mapping(&text).topics()));
+        prop_assert_eq!(live, events(messages, bag.survey(), &text));
+    }
+}

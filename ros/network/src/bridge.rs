@@ -1,0 +1,372 @@
+//! A client of Foxglove's WebSocket protocol.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, ErrorKind};
+use std::net::{TcpStream, ToSocketAddrs as _};
+use std::time::{Duration, Instant};
+
+use bags::{Head, Received, Source, Survey, Topic};
+use tungstenite::client::IntoClientRequest as _;
+use tungstenite::http::{HeaderValue, Uri};
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Message, WebSocket};
+
+use crate::clock::{Clock, now, sleep};
+use crate::protocol::{Data, ERROR, NAMES, Said, subscribe};
+
+/// How long one call waits for a message: so late may a deadline be noticed that nothing else brings to light.
+const PATIENCE: Duration = Duration::from_millis(2);
+
+/// How long a server may take to answer a connection.
+const ANSWER: Duration = Duration::from_secs(5);
+
+/// How long a server may take to say which topics it has.
+const TOPICS: Duration = Duration::from_millis(500);
+
+/// How long a server may take to take its leave.
+const FAREWELL: Duration = Duration::from_millis(200);
+
+/// How long to wait before trying to connect again.
+const AGAIN: Duration = Duration::from_secs(1);
+
+/// The largest message: no map or image is larger.
+const LARGEST: usize = 1 << 26;
+
+/// So many topics are known at most, with definitions of so many bytes; a server that advertises more is wrong, or
+/// hostile.
+const MOST_TOPICS: usize = 10_000;
+const MOST_DEFINED: usize = 1 << 26;
+
+/// So many losses are described at most: after the first, any message may be missing anyway.
+const MOST_LOST: usize = 100;
+
+/// What `foxglove_bridge` says in the warning that it leaves out messages, at most once in a while.
+const FULL: &str = "buffer limit";
+
+/// The port of `foxglove_bridge`.
+const PORT: u16 = 8765;
+
+/// Why there is no connection.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// It is no address of a bridge.
+    #[error("{0} is not the address of a bridge")]
+    Address(String),
+    /// It would need encryption.
+    #[error("{0} asks for an encrypted connection, which this program cannot open")]
+    Encrypted(String),
+    /// Nobody answers, or somebody who speaks another protocol.
+    #[error("{address} does not answer as a Foxglove bridge: {reason}")]
+    Silent {
+        /// The address.
+        address: String,
+        /// What went wrong.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// How to fix it.
+    #[must_use]
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Address(_) => "for example `ws://robot.local:8765`",
+            Self::Encrypted(_) => {
+                "forward the port: `ssh -L 8765:localhost:8765 ROBOT`, and name `ws://localhost:8765`"
+            }
+            Self::Silent { .. } => "start it on the robot: `ros2 launch foxglove_bridge foxglove_bridge_launch.xml`",
+        }
+    }
+}
+
+/// A connection to a bridge. It is a source of the messages on some topics, or on all.
+///
+/// A message's time is when it is received, by a clock of this machine that never goes back; it was sent at the
+/// bridge's stamp. A connection that breaks is opened again, and what may have been missed meanwhile is lost.
+pub struct Bridge {
+    uri: Uri,
+    connection: Option<Connection>,
+    clock: Clock,
+    survey: Survey,
+    /// The names of the wanted topics; none for all.
+    wanted: Option<BTreeSet<String>>,
+    /// The size of all definitions, in bytes.
+    defined: usize,
+    lost: Vec<String>,
+    /// What will be lost with the next call, which comes after the time at which the connection broke.
+    breaking: Option<String>,
+    /// When to try again to connect.
+    again: Instant,
+    name: String,
+    has_advertised: bool,
+}
+
+/// An open connection.
+struct Connection {
+    socket: WebSocket<TcpStream>,
+    /// The topics by the numbers of their subscriptions.
+    topics: BTreeMap<u32, usize>,
+    /// The numbers of subscriptions by the server's channels.
+    subscriptions: BTreeMap<u64, u32>,
+}
+
+impl Bridge {
+    /// Connects to a bridge, for topics with these names, or for all.
+    ///
+    /// # Errors
+    /// If the address is wrong, or no bridge answers.
+    pub fn connect(address: &str, wanted: Option<BTreeSet<String>>) -> Result<Self, Error> {
+        let wrong = || Error::Address(address.to_owned());
+        let uri: Uri = address.parse().map_err(|_| wrong())?;
+        match (uri.scheme_str(), uri.host()) {
+            (Some("ws"), Some(_)) => {}
+            (Some("wss"), Some(_)) => return Err(Error::Encrypted(address.to_owned())),
+            _ => return Err(wrong()),
+        }
+        let mut bridge = Self {
+            uri,
+            connection: None,
+            clock: Clock::start(),
+            survey: Survey::default(),
+            wanted,
+            defined: 0,
+            lost: Vec::new(),
+            breaking: None,
+            again: now(),
+            name: String::new(),
+            has_advertised: false,
+        };
+        let silent = |reason: String| Error::Silent { address: address.to_owned(), reason };
+        let mut connection = Connection::open(&bridge.uri).map_err(silent)?;
+        // The first thing that a bridge says is who it is, as no other server does, and then what its topics are.
+        let asked = now();
+        while bridge.name.is_empty() || !bridge.has_advertised && asked.elapsed() < TOPICS {
+            match connection.socket.read() {
+                Ok(message) => bridge.hear(&message, &mut connection, &mut Vec::new()).map(drop).map_err(silent)?,
+                Err(error) if is_pause(&error) && asked.elapsed() < ANSWER => {}
+                Err(error) => return Err(silent(error.to_string())),
+            }
+        }
+        bridge.connection = Some(connection);
+        Ok(bridge)
+    }
+
+    /// What the bridge calls itself.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the server says in a frame. Returns the message of a topic, whose body it writes to `body`.
+    fn hear(
+        &mut self,
+        message: &Message,
+        connection: &mut Connection,
+        body: &mut Vec<u8>,
+    ) -> Result<Option<Head>, String> {
+        match message {
+            Message::Text(text) => {
+                let said = serde_json::from_str(text.as_str());
+                self.take(said.map_err(|error| format!("it says what no bridge says: {error}"))?, connection)?;
+            }
+            Message::Binary(frame) => {
+                let Some(Data { subscription, sent_ns, body: bytes }) = Data::of(frame) else { return Ok(None) };
+                let Some(topic) = connection.topics.get(&subscription) else { return Ok(None) };
+                body.clear();
+                body.extend_from_slice(bytes);
+                let log_ns = self.clock.now_ns();
+                self.survey.count(*topic, log_ns);
+                let publish_ns = i64::try_from(sent_ns).unwrap_or(i64::MAX);
+                return Ok(Some(Head { topic: *topic, log_ns, publish_ns }));
+            }
+            Message::Close(_) => return Err("it has closed the connection".to_owned()),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    /// Takes note of channels, and asks for the messages of those that are wanted.
+    fn take(&mut self, said: Said, connection: &mut Connection) -> Result<(), String> {
+        match said {
+            Said::ServerInfo { name } => {
+                self.name = if name.is_empty() { "a bridge without a name".to_owned() } else { name };
+            }
+            Said::Advertise { channels } => {
+                self.has_advertised = true;
+                let mut asked = Vec::new();
+                for channel in channels {
+                    let (id, topic) = (channel.id, channel.into_topic());
+                    if self.wanted.as_ref().is_none_or(|wanted| wanted.contains(&topic.name)) {
+                        asked.push((connection.subscribe(id, self.index(topic)?)?, id));
+                    }
+                }
+                connection.ask(&asked)?;
+            }
+            Said::Unadvertise { channel_ids } => channel_ids.iter().for_each(|id| connection.forget(*id)),
+            Said::Status { level, message } if level >= ERROR || message.contains(FULL) => {
+                self.lose(format!("the bridge says: {message}"));
+            }
+            Said::Status { .. } | Said::Other => {}
+        }
+        Ok(())
+    }
+
+    fn index(&mut self, topic: Topic) -> Result<usize, String> {
+        let known = self.survey.topics.len();
+        let text = topic.definition.as_ref().map_or(0, |definition| definition.text.len());
+        let size = topic.name.len() + topic.kind.len() + text;
+        let index = self.survey.add(topic);
+        if index == known {
+            self.defined += size;
+        }
+        let is_too_much = index >= MOST_TOPICS || self.defined > MOST_DEFINED;
+        if is_too_much { Err("it advertises more than any robot has".to_owned()) } else { Ok(index) }
+    }
+
+    fn lose(&mut self, what: String) {
+        match self.lost.len() {
+            ..MOST_LOST => self.lost.push(what),
+            MOST_LOST => self.lost.push("more was lost later".to_owned()),
+            _ => {}
+        }
+    }
+
+    /// Connects again, if it is time to. All topics are asked for again once they are advertised.
+    fn reconnect(&mut self) -> Option<Connection> {
+        let rest = self.again.saturating_duration_since(now());
+        if !rest.is_zero() {
+            sleep(rest.min(PATIENCE));
+            return None;
+        }
+        self.again = now() + AGAIN;
+        Connection::open(&self.uri).ok()
+    }
+}
+
+impl Source for Bridge {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        if let Some(lost) = self.breaking.take() {
+            self.lose(lost);
+        }
+        let Some(mut connection) = self.connection.take().or_else(|| self.reconnect()) else {
+            return Received::Quiet(self.clock.now_ns());
+        };
+        let asked = now();
+        loop {
+            let heard = match connection.socket.read() {
+                Ok(message) => self.hear(&message, &mut connection, body),
+                Err(error) if is_pause(&error) => {
+                    self.connection = Some(connection);
+                    // Nothing that has arrived is still waiting to be read.
+                    return Received::Quiet(self.clock.now_ns());
+                }
+                Err(error) => Err(error.to_string()),
+            };
+            match heard {
+                Ok(None) if asked.elapsed() < PATIENCE => {}
+                Ok(None) => {
+                    self.connection = Some(connection);
+                    return Received::Idle;
+                }
+                Ok(Some(head)) => {
+                    self.connection = Some(connection);
+                    return Received::Message(head);
+                }
+                Err(reason) => {
+                    let now_ns = self.clock.now_ns();
+                    self.again = now() + AGAIN;
+                    self.breaking = Some(format!(
+                        "the connection to {} broke at {}: {reason}; what came until it was back is missing",
+                        self.uri,
+                        bags::moment(now_ns)
+                    ));
+                    return Received::Quiet(now_ns);
+                }
+            }
+        }
+    }
+
+    fn end(&mut self) {
+        let Some(Connection { mut socket, .. }) = self.connection.take() else { return };
+        // Nobody is left to hear of an error; but the server ought to hear that this is the end.
+        let _ = socket.close(None).and_then(|()| Ok(socket.get_ref().set_read_timeout(Some(FAREWELL))?));
+        let asked = now();
+        while asked.elapsed() < FAREWELL && socket.read().is_ok() {}
+    }
+
+    fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    fn lost(&self) -> &[String] {
+        &self.lost
+    }
+}
+
+impl Connection {
+    fn open(uri: &Uri) -> Result<Self, String> {
+        let host = uri.host().unwrap_or_default().trim_matches(['[', ']']);
+        let addresses = (host, uri.port_u16().unwrap_or(PORT)).to_socket_addrs().map_err(in_words)?;
+        let mut reason = "it has no address".to_owned();
+        for address in addresses {
+            match TcpStream::connect_timeout(&address, ANSWER) {
+                Ok(stream) => return Self::shake_hands(uri, stream),
+                Err(error) => reason = in_words(error),
+            }
+        }
+        Err(reason)
+    }
+
+    fn shake_hands(uri: &Uri, stream: TcpStream) -> Result<Self, String> {
+        let prepare = || {
+            stream.set_read_timeout(Some(ANSWER))?;
+            stream.set_write_timeout(Some(ANSWER))?;
+            stream.set_nodelay(true)
+        };
+        prepare().map_err(in_words)?;
+        let mut request = uri.into_client_request().map_err(|error| error.to_string())?;
+        request.headers_mut().insert("Sec-WebSocket-Protocol", HeaderValue::from_static(NAMES));
+        let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
+        let shaken = tungstenite::client::client_with_config(request, stream, Some(config));
+        let (socket, _) = shaken.map_err(|error| error.to_string())?;
+        socket.get_ref().set_read_timeout(Some(PATIENCE)).map_err(in_words)?;
+        Ok(Self { socket, topics: BTreeMap::new(), subscriptions: BTreeMap::new() })
+    }
+
+    /// The number of a channel's subscription, under which its messages will come.
+    fn subscribe(&mut self, channel: u64, topic: usize) -> Result<u32, String> {
+        let next = self.topics.last_key_value().map_or(0, |(last, _)| last + 1);
+        let number = *self.subscriptions.entry(channel).or_insert(next);
+        self.topics.insert(number, topic);
+        let is_too_much = self.topics.len() > MOST_TOPICS;
+        if is_too_much { Err("it advertises more than any robot has".to_owned()) } else { Ok(number) }
+    }
+
+    fn forget(&mut self, channel: u64) {
+        if let Some(number) = self.subscriptions.remove(&channel) {
+            self.topics.remove(&number);
+        }
+    }
+
+    fn ask(&mut self, subscriptions: &[(u32, u64)]) -> Result<(), String> {
+        if subscriptions.is_empty() {
+            return Ok(());
+        }
+        self.socket.send(Message::text(subscribe(subscriptions))).map_err(|error| error.to_string())
+    }
+}
+
+/// Whether nothing has come within the time that one call waits, or a signal has come instead.
+fn is_pause(error: &tungstenite::Error) -> bool {
+    let tungstenite::Error::Io(error) = error else { return false };
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
+
+fn in_words(error: io::Error) -> String {
+    match error.kind() {
+        ErrorKind::ConnectionRefused => "the connection is refused".to_owned(),
+        ErrorKind::TimedOut | ErrorKind::WouldBlock => "it does not answer in time".to_owned(),
+        _ => error.to_string(),
+    }
+}

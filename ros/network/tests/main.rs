@@ -1,0 +1,194 @@
+//! What users of the crate see, beside servers that are made here: wrong ones, hostile ones, and none at all.
+//! `foreign.py` starts those that others have written.
+
+use std::collections::BTreeSet;
+use std::net::{TcpListener, TcpStream};
+use std::thread::JoinHandle;
+
+use bags::{Received, Source as _};
+use network::{Bridge, Error};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tungstenite::{Message, WebSocket};
+
+/// A server that says all this to one client, then waits until the client leaves.
+fn server(said: Vec<Message>) -> (String, JoinHandle<Vec<Value>>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let served = std::thread::spawn(move || {
+        let mut socket = accepted(listener.accept().expect("a client").0);
+        for message in said {
+            if socket.send(message).is_err() {
+                break;
+            }
+        }
+        let mut asked = Vec::new();
+        while let Ok(message) = socket.read() {
+            asked.extend(message.to_text().ok().and_then(|text| serde_json::from_str(text).ok()));
+        }
+        asked
+    });
+    (address, served)
+}
+
+#[expect(clippy::result_large_err, reason = "tungstenite's own type")]
+fn accepted(stream: TcpStream) -> WebSocket<TcpStream> {
+    let choose = |request: &Request, mut response: Response| -> Result<Response, ErrorResponse> {
+        assert_eq!(request.headers()["sec-websocket-protocol"], "foxglove.sdk.v1, foxglove.websocket.v1");
+        let name = "foxglove.websocket.v1".parse().expect("a header");
+        response.headers_mut().insert("sec-websocket-protocol", name);
+        Ok(response)
+    };
+    tungstenite::accept_hdr(stream, choose).expect("a handshake")
+}
+
+fn text(value: &Value) -> Message {
+    Message::text(value.to_string())
+}
+
+fn info() -> Message {
+    text(&json!({ "op": "serverInfo", "name": "a robot", "capabilities": ["time"] }))
+}
+
+fn channel(id: u64, topic: &str) -> Value {
+    json!({ "id": id, "topic": topic, "encoding": "cdr", "schemaName": "std_msgs/msg/Bool", "schema": "bool data" })
+}
+
+fn advertise(channels: &[Value]) -> Message {
+    text(&json!({ "op": "advertise", "channels": channels }))
+}
+
+fn data(subscription: u32, sent_ns: u64, body: &[u8]) -> Message {
+    Message::binary([&[1], &subscription.to_le_bytes()[..], &sent_ns.to_le_bytes(), body].concat())
+}
+
+/// The bodies of the messages that come until the connection breaks, with the names of their topics and their stamps.
+fn heard(bridge: &mut Bridge) -> Vec<(String, i64, Vec<u8>)> {
+    let (mut all, mut body) = (Vec::new(), Vec::new());
+    while bridge.lost().is_empty() {
+        if let Received::Message(head) = bridge.receive(&mut body) {
+            all.push((bridge.survey().topics[head.topic].name.clone(), head.publish_ns, body.clone()));
+        }
+    }
+    all
+}
+
+#[test]
+fn the_wanted_topics_are_asked_for_and_heard() {
+    let said = vec![
+        info(),
+        advertise(&[channel(7, "/stop"), channel(9, "/image")]),
+        data(0, 5, &[0, 1, 0, 0, 1]),
+        // A node was started again: its topic has another channel.
+        text(&json!({ "op": "unadvertise", "channelIds": [7] })),
+        data(0, 6, &[2]),
+        advertise(&[channel(11, "/stop")]),
+        data(0, 7, &[3]),
+        // Nobody asked for these.
+        data(5, 8, &[4]),
+        Message::binary(vec![2, 0, 0, 0, 0, 0, 0, 0, 0]),
+        text(&json!({ "op": "connectionGraphUpdate", "publishedTopics": [] })),
+        Message::Close(None),
+    ];
+    let (address, served) = server(said);
+    let wanted = BTreeSet::from(["/stop".to_owned()]);
+    let mut bridge = Bridge::connect(&address, Some(wanted)).expect("a bridge");
+    assert_eq!((bridge.name(), bridge.survey().topics.len()), ("a robot", 1));
+    let expected = [("/stop".to_owned(), 5, vec![0, 1, 0, 0, 1]), ("/stop".to_owned(), 7, vec![3])];
+    assert_eq!(heard(&mut bridge), expected);
+    assert!(bridge.lost()[0].contains("broke at"), "{:?}", bridge.lost());
+    drop(bridge);
+    let asked = served.join().expect("a server that ends");
+    let subscriptions = |id: u64| json!({ "op": "subscribe", "subscriptions": [{ "id": 0, "channelId": id }] });
+    assert_eq!(asked, [subscriptions(7), subscriptions(11)]);
+}
+
+#[test]
+fn a_bridge_that_is_full_or_reports_an_error_loses_something() {
+    let status = |level: u8, message: &str| text(&json!({ "op": "status", "level": level, "message": message }));
+    let harmless = [status(0, "hello"), status(1, "no definition of x/msg/Y")];
+    for loss in [status(1, "Send buffer limit reached"), status(2, "subscription failed")] {
+        let said = [&[info()][..], &harmless, &[advertise(&[channel(1, "/a")]), data(0, 1, &[1]), loss]].concat();
+        let (address, _) = server(said);
+        let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+        assert_eq!(heard(&mut bridge).len(), 1);
+        assert!(bridge.lost()[0].starts_with("the bridge says: S") || bridge.lost()[0].ends_with("failed"));
+    }
+}
+
+#[test]
+fn what_no_robot_has_ends_the_connection() {
+    let many: Vec<Value> = (0..10_001).map(|id| channel(id, &format!("/{id}"))).collect();
+    let again: Vec<Value> = (0..10_001).map(|id| channel(id, "/same")).collect();
+    let long = json!({ "id": 1, "topic": "/a", "encoding": "cdr", "schemaName": "x".repeat(1 << 20), "schema": "" });
+    let big = |id: u64| json!({ "id": id, "topic": "/a", "encoding": "cdr", "schemaName": format!("p/msg/T{id}"), "schema": " ".repeat(40 << 20) });
+    for said in [vec![advertise(&many)], vec![advertise(&again)], vec![advertise(&[big(1)]), advertise(&[big(2)])]] {
+        let (address, _) = server([vec![info(), advertise(&[channel(1, "/b")])], said].concat());
+        let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+        assert_eq!(heard(&mut bridge), []);
+        assert!(bridge.lost()[0].contains("it advertises more than any robot has"), "{:?}", bridge.lost());
+    }
+    let (address, _) = server(vec![info(), advertise(&[long]), Message::Close(None)]);
+    assert!(Bridge::connect(&address, None).is_ok_and(|bridge| bridge.survey().topics.len() == 1));
+}
+
+#[test]
+fn who_is_no_bridge_is_refused() {
+    let refused = |address: &str| Bridge::connect(address, None).err().expect("an error");
+    for address in ["", "robot", "robot:8765", "http://robot:8765", "ws://"] {
+        assert!(matches!(refused(address), Error::Address(_)), "{address}");
+    }
+    assert!(matches!(refused("wss://robot:8765"), Error::Encrypted(_)));
+    // Nobody listens there, or a server of other things.
+    let free = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a free port");
+    assert!(refused(&format!("ws://{free}")).to_string().contains("the connection is refused"));
+    for said in [vec![Message::text("{}")], vec![Message::text("hello")], vec![Message::Close(None)]] {
+        let (address, _) = server(said);
+        assert!(matches!(refused(&address), Error::Silent { .. }));
+    }
+    let web = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", web.local_addr().expect("an address"));
+    let served = std::thread::spawn(move || {
+        let (mut stream, _) = web.accept().expect("a client");
+        std::io::Write::write_all(&mut stream, b"HTTP/1.1 200 OK\r\ncontent-length: 2\r\n\r\nhi").expect("a client");
+    });
+    assert!(matches!(refused(&address), Error::Silent { .. }));
+    served.join().expect("a server that ends");
+}
+
+/// A frame that a server may send, right or wrong.
+fn frame() -> impl Strategy<Value = Message> {
+    let texts = [
+        json!({ "op": "advertise", "channels": [channel(1, "/a"), channel(2, "/b")] }).to_string(),
+        json!({ "op": "unadvertise", "channelIds": [1] }).to_string(),
+        json!({ "op": "status", "level": 1, "message": "hm" }).to_string(),
+        info().to_string(),
+    ];
+    let mutated = (0..texts.len(), any::<prop::sample::Index>(), any::<char>()).prop_map(move |(which, at, by)| {
+        let mut letters: Vec<char> = texts[which].chars().collect();
+        let at = at.index(letters.len());
+        letters[at] = by;
+        Message::text(letters.into_iter().collect::<String>())
+    });
+    let bytes = prop::collection::vec(any::<u8>(), 0..40);
+    prop_oneof![
+        mutated,
+        bytes.clone().prop_map(Message::binary),
+        (0..3_u32, any::<u64>(), bytes).prop_map(|(subscription, sent_ns, body)| data(subscription, sent_ns, &body)),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn no_frame_is_too_wrong(frames in prop::collection::vec(frame(), 0..60)) {
+        let first = vec![info(), advertise(&[channel(1, "/a")])];
+        let (address, served) = server([first, frames, vec![Message::Close(None)]].concat());
+        let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+        heard(&mut bridge);
+        drop(bridge);
+        prop_assert!(served.join().is_ok());
+    }
+}

@@ -1,0 +1,135 @@
+//! Properties judged on messages of ROS 2, wherever they come from: a bag, one that is being written, or a robot.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use bags::{Events, Mapping, Received, Source, Survey};
+use campaigns::Error;
+use diagnostics::from_disk;
+use monitors::{Property, Violation};
+use recording::Doubts;
+use trials::replay::way::Way;
+
+use super::announcer::Announcer;
+use super::around::Around;
+use super::judge::{Judged, Verified, load};
+use crate::monitor::System;
+use crate::output::note;
+
+/// The file with the violations, beside the report.
+const VIOLATIONS: &str = "violations.mcap";
+
+/// Messages with their mapping, and what is asked about them.
+pub(crate) struct Mapped<'m> {
+    /// The path of what they are from, or its name.
+    pub(crate) path: &'m Path,
+    /// What that is, in words.
+    pub(crate) about: String,
+    pub(crate) mapping: &'m Mapping,
+    /// The mapping as it is written.
+    pub(crate) text: String,
+    pub(crate) properties: &'m [PathBuf],
+    pub(crate) scenario: Option<&'m str>,
+    /// The folder of the report, if there is one.
+    pub(crate) folder: Option<&'m Path>,
+    /// The command that judges them again.
+    pub(crate) command: String,
+    /// Where the robot was, if there is a map.
+    pub(crate) way: Option<Way>,
+    pub(crate) announcer: Option<Announcer>,
+}
+
+impl Mapped<'_> {
+    /// Judges the messages of a source until it is over, or until they are to end. `survey` is what was known of the
+    /// source before the first of them.
+    pub(crate) fn judge(
+        self,
+        survey: &Survey,
+        source: Box<dyn Source>,
+        is_to_end: &dyn Fn() -> bool,
+    ) -> Result<Verified, Error> {
+        let Self { path, mapping, folder, .. } = self;
+        let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
+        let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
+        let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
+        let mut properties = load(self.properties, &system)?;
+        let mut events = Events::new(source, mapping, compiled, &from_disk);
+        // What the mapping leaves out is often what its channels cannot carry.
+        let doubts = Doubts::about_any_messages(&properties, &system.topology);
+        let around = Around { way: self.way, is_by_log: mapping.is_by_log(), ..Around::default() };
+        let mut has_ended = false;
+        let found = std::iter::from_fn(|| {
+            if !has_ended && is_to_end() {
+                events.end();
+                has_ended = true;
+            }
+            let found = events.next();
+            around.start_ns.set(events.start_ns());
+            around.newest_log_ns.set(events.newest_log_ns());
+            found.map(Ok)
+        });
+        let judged = Judged {
+            command: self.command,
+            path,
+            folder,
+            about: self.about,
+            mapping: self.text,
+            system: &system,
+            around: &around,
+            announcer: self.announcer,
+        };
+        let (end, unsure) = judged.judge(found, &mut properties, doubts)?;
+        if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
+            write_violations(&properties, start_ns, folder)?;
+        }
+        let notes = survey.lost.iter().cloned().chain(events.notes()).collect();
+        let unheard = vec![None; properties.len()];
+        Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
+    }
+}
+
+/// A mapping file, and its text.
+pub(crate) fn load_mapping(path: &Path) -> Result<(Mapping, String), Error> {
+    let text = diagnostics::text_from_disk(path).unwrap_or_default();
+    Ok((Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?, text))
+}
+
+/// Reads until each topic is known whose type must be known before the channels are, or until it is to end.
+pub(crate) fn await_topics(source: &mut impl Source, mapping: &Mapping, is_to_end: &dyn Fn() -> bool) {
+    let (mut body, mut said) = (Vec::new(), None);
+    while let Some(topic) = mapping.awaited(source.survey()) {
+        match source.receive(&mut body) {
+            Received::Over => return,
+            _ if is_to_end() => return,
+            Received::Message(_) => {}
+            Received::Idle | Received::Quiet(_) if said.as_deref() != Some(topic) => {
+                note(&format!("waiting for {topic}, unless the mapping names its `type`"));
+                said = Some(topic.to_owned());
+            }
+            Received::Idle | Received::Quiet(_) => {}
+        }
+    }
+}
+
+/// Writes the violations, at their times in the bag, for tools that show the bag.
+fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
+    let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
+    let monitors = properties.iter().filter_map(|property| Some((&*property.name, property.scope_monitor()?)));
+    let violations = monitors.flat_map(|(name, monitor)| {
+        let all = monitor.violations().into_iter().flat_map(|all| all.first.clone());
+        all.map(move |violation| (name, violation)).collect::<Vec<_>>()
+    });
+    let violations: Vec<(&str, Violation)> = violations.collect();
+    let path = folder.join(VIOLATIONS);
+    let unwritten = |source| Error::from(diagnostics::Error::Write { path: path.clone(), source });
+    if violations.is_empty() {
+        // One of an earlier call would speak of other verdicts.
+        return match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(unwritten(error)),
+            _ => Ok(()),
+        };
+    }
+    let file = recording::write_violations(Vec::new(), start, &violations);
+    Ok(diagnostics::write_whole(&path, file.map_err(unwritten)?)?)
+}

@@ -1,0 +1,140 @@
+//! The binary judges properties beside a robot that runs, by its bridge. `ros/network/tests/foreign.py` does the same
+//! with the bridges of others.
+
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::thread::JoinHandle;
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tungstenite::{Message, WebSocket};
+
+use crate::steward::{refusal, steward};
+
+/// A folder with a mapping and properties.
+fn files() -> (TempDir, String, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("room for a file");
+        path.to_str().expect("a path in UTF-8").to_owned()
+    };
+    let entry = |topic: &str, from: &str, field: &str| {
+        format!("[[messages]]\ntopic = \"{topic}\"\nfrom = \"{from}\"\nto = \"base\"\nfields = {{ x = \"{field}\" }}\n")
+    };
+    let mapping = format!(
+        "tick_s = 0.1\nreorder_s = 0\n{}{}",
+        entry("/charge", "battery", "data"),
+        entry("/stop", "operator", "data")
+    );
+    let properties = "property charged := always (battery, base, m.x >= 20)\n\
+        property answered := always ((operator, base, m.x = true) implies time_until (battery, base, true) <= 0.3 s)\n";
+    let (mapping, properties) = (write("robot.toml", &mapping), write("safety.scope", properties));
+    (folder, mapping, properties)
+}
+
+/// A bridge of a robot whose charge falls to 19.5 with its third message; then it is stopped, and says nothing more.
+fn bridge(clients: usize) -> (String, JoinHandle<()>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let serve = move || {
+        for _ in 0..clients {
+            let mut socket = accepted(listener.accept().expect("a client").0);
+            let channel = |id: u64, topic: &str, kind: &str, schema: &str| json!({ "id": id, "topic": topic, "encoding": "cdr", "schemaName": kind, "schema": schema });
+            let channels = [
+                channel(1, "/charge", "std_msgs/msg/Float32", "float32 data"),
+                channel(2, "/stop", "std_msgs/msg/Bool", "bool data"),
+            ];
+            say(&mut socket, &json!({ "op": "serverInfo", "name": "a robot" }));
+            say(&mut socket, &json!({ "op": "advertise", "channels": channels }));
+            let asked = socket.read().expect("a request").into_text().expect("a text");
+            assert!(asked.contains("subscribe"), "{asked}");
+            for (topic, body) in [30.0, 25.0, 19.5].map(|charge: f32| (0_u32, charge.to_le_bytes().to_vec())) {
+                send(&mut socket, topic, &body);
+            }
+            send(&mut socket, 1, &[1]);
+            while socket.read().is_ok() {}
+        }
+    };
+    (address, std::thread::spawn(serve))
+}
+
+#[expect(clippy::result_large_err, reason = "tungstenite's own type")]
+fn accepted(stream: TcpStream) -> WebSocket<TcpStream> {
+    let choose = |_: &Request, mut response: Response| -> Result<Response, ErrorResponse> {
+        let name = "foxglove.sdk.v1".parse().expect("a header");
+        response.headers_mut().insert("sec-websocket-protocol", name);
+        Ok(response)
+    };
+    tungstenite::accept_hdr(stream, choose).expect("a handshake")
+}
+
+fn say(socket: &mut WebSocket<TcpStream>, text: &Value) {
+    socket.send(Message::text(text.to_string())).expect("a client");
+}
+
+fn send(socket: &mut WebSocket<TcpStream>, subscription: u32, body: &[u8]) {
+    let frame = [&[1], &subscription.to_le_bytes()[..], &5_u64.to_le_bytes(), &[0, 1, 0, 0], body].concat();
+    socket.send(Message::binary(frame)).expect("a client");
+}
+
+#[test]
+fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
+    let (folder, mapping, properties) = files();
+    let (address, served) = bridge(2);
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path in UTF-8").to_owned();
+    let asked = ["--map-channels", &mapping, "--property", &properties, "--json"];
+    let (recording, out, hooked) = (path("run.mcap"), path("out"), path("hooked"));
+    let hook = format!("cat >> {hooked}");
+    let more = ["--record", &recording, "--out", &out, "--seconds", "1", "--on-violation", &hook];
+    let output = steward(&[&["watch", "--foxglove", &address][..], &asked, &more].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines: Vec<Value> =
+        String::from_utf8(output.stdout).expect("text").lines().map(|line| line.parse().expect("JSON")).collect();
+    let what = |line: &Value| (line["property"].clone(), line["verdict"].clone());
+    let [charged, answered, last] = lines.as_slice() else { panic!("{lines:?}") };
+    assert_eq!(what(charged), ("charged".into(), "violated".into()));
+    assert_eq!(charged["witness"]["step"], 3);
+    // Nothing is said any more: it is time that shows it, before the end.
+    assert_eq!(what(answered), ("answered".into(), "violated".into()));
+    assert!(answered["time_s"].as_f64().is_some_and(|time_s| (0.3..0.7).contains(&time_s)), "{answered}");
+    assert_eq!(last["loss"], "unknown");
+    assert!(last["notes"].to_string().contains("as the bridge told it"), "{last}");
+    let verified = steward(&[&["verify", &recording][..], &asked].concat());
+    let verified: Value = serde_json::from_slice(&verified.stdout).expect("JSON");
+    assert_eq!((&verified["monitors"], &verified["start_s"]), (&last["monitors"], &last["start_s"]));
+    if cfg!(unix) {
+        let called: Vec<Value> = std::fs::read_to_string(&hooked)
+            .expect("the command was called")
+            .lines()
+            .map(|line| line.parse().expect("JSON"))
+            .collect();
+        assert_eq!(called.len(), 2, "{called:?}");
+        assert!(called.contains(charged) && called.contains(answered), "{called:?}");
+    }
+    let page = std::fs::read_to_string(Path::new(&out).join("report.html")).expect("a page");
+    assert!(page.contains("A robot, by ws://127.0.0.1"), "it says of what it is");
+
+    let output = steward(&["watch", "--foxglove", &address, "--list"]);
+    let listed = String::from_utf8(output.stdout).expect("text");
+    assert!(listed.contains("# /charge  std_msgs/msg/Float32         3"), "{listed}");
+    std::fs::write(&mapping, listed).expect("room for a mapping");
+    std::fs::write(&properties, "property p := always (charge, monitor, m.data > 0)\n").expect("room for a property");
+    let verified = steward(&["verify", &recording, "--map-channels", &mapping, "--property", &properties]);
+    assert_eq!(verified.status.code(), Some(0), "the proposal is a mapping");
+    served.join().expect("a bridge that ends");
+}
+
+#[test]
+fn what_cannot_be_watched_is_refused() {
+    let (_folder, mapping, properties) = files();
+    let refused = |address: &str, mapping: &[&str]| {
+        refusal(&[&["watch", "--foxglove", address, "--property", &properties][..], mapping].concat())
+    };
+    assert!(refused("ws://127.0.0.1:1", &[]).contains("--list"), "it proposes a mapping");
+    let mapped = ["--map-channels", mapping.as_str()];
+    assert!(refused("robot:8765", &mapped).contains("is not the address of a bridge"));
+    assert!(refused("wss://robot", &mapped).contains("forward the port"));
+    assert!(refused("ws://127.0.0.1:1", &mapped).contains("foxglove_bridge_launch.xml"));
+}
