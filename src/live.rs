@@ -74,6 +74,29 @@ impl BoardArgs {
     }
 }
 
+impl BoardArgs {
+    /// Whether a page was requested.
+    pub(crate) fn is_live(&self) -> bool {
+        self.live
+    }
+
+    /// Shows a recording that is being written, as long as the program goes on.
+    pub(crate) fn follow(&self, recording: &Path) -> Result<(), Error> {
+        let cockpit = Cockpit::replay(&[recording.to_owned()], self.port).map_err(refused)?;
+        let address = cockpit.address();
+        note(&format!("the progress is shown at {address}"));
+        if !self.no_open {
+            browser::open(&address);
+        }
+        std::thread::spawn(move || {
+            if let Err(error) = cockpit.serve() {
+                note(&format!("the page is no longer shown: {error}"));
+            }
+        });
+        Ok(())
+    }
+}
+
 /// Serves the page until the program is interrupted.
 pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
     let port = args.page.port;

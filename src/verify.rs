@@ -4,8 +4,9 @@ pub(crate) mod announcer;
 mod args;
 mod around;
 pub(crate) mod bag;
-mod growing;
+pub(crate) mod growing;
 mod judge;
+mod live_page;
 mod logs;
 pub(crate) mod mapped;
 #[cfg(test)]
@@ -177,13 +178,14 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
     let judged = Judged {
         command: args.command(path),
-        path,
+        name: judge::name(path),
         folder,
         about,
         mapping: String::new(),
         system: &system,
         around: &Around::default(),
         announcer: args.announcer(),
+        board: None,
     };
     let (end, unsure) = judged.judge(events.chain(rest), &mut properties, doubts)?;
     let skipped = (log.skipped() > 0)

@@ -12,14 +12,16 @@ use std::time::{Duration, Instant};
 use bags::{BagWriter, Recorder, Source};
 use campaigns::Error;
 use clap::Args;
-use network::Bridge;
+use network::{Bridge, Robot};
 use reports::html::quoted;
 use serde_json::json;
 
 use crate::interrupt;
+use crate::live::BoardArgs;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
 use crate::verify::announcer::Announcer;
 use crate::verify::bag::contents;
+use crate::verify::growing::pause;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
 use crate::verify::{self, bag};
 
@@ -56,8 +58,10 @@ pub(crate) struct WatchArgs {
     /// Starts CMD with each violation, in a shell; it reads the verdict from its standard input, as JSON
     #[arg(long, value_name = "CMD")]
     on_violation: Option<String>,
+    #[command(flatten)]
+    board: BoardArgs,
     /// Lists what the robot tells instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation", "live"])]
     list: bool,
     /// Prints lines of JSON instead of text, or the list as JSON
     #[arg(long)]
@@ -69,9 +73,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
     let path = Path::new(&args.foxglove);
     if args.list {
-        let contents = contents(&heard(args)?);
-        if args.json { print_json(&bag::as_json(&contents, path)) } else { print(&bag::in_words(&contents)) }?;
-        return Ok(ExitCode::SUCCESS);
+        return list(args);
     }
     let Some(mapping) = &args.map_channels else {
         let message = "there is no mapping from the robot's messages to channels";
@@ -93,7 +95,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         None => Box::new(bridge),
     };
     let mapped = Mapped {
-        path,
+        name: args.foxglove.clone(),
         about: format!("A robot, by {}", args.foxglove),
         mapping: &mapping,
         text,
@@ -103,6 +105,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         command: args.command(),
         way: None,
         announcer: Some(Announcer::new(args.json, args.on_violation.clone())),
+        board: Some(&args.board).filter(|board| board.is_live()),
     };
     let mut verified = mapped.judge(&survey, source, &is_to_end)?;
     if let Some((file, path)) = recorded.zip(args.record.as_ref()) {
@@ -116,6 +119,12 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         print_json_line(&report)?;
     } else {
         print_wrapped(verify::in_words(&verified))?;
+    }
+    if args.board.is_live() && interrupt::flow().is_continue() {
+        note("Ctrl-C ends the page");
+        while interrupt::flow().is_continue() {
+            pause();
+        }
     }
     Ok(ExitCode::from(u8::from(verified.is_bad())))
 }
@@ -139,8 +148,8 @@ fn connect(args: &WatchArgs, topics: Option<BTreeSet<String>>) -> Result<Bridge,
     Bridge::connect(&args.foxglove, topics).map_err(|error| Error::refused(error.to_string(), error.help()))
 }
 
-/// What a robot tells of itself within a short time.
-fn heard(args: &WatchArgs) -> Result<bags::Survey, Error> {
+/// Prints what a robot tells of itself within a short time.
+fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     let mut bridge = connect(args, None)?;
     let (is_to_end, mut body) = (ends_after(Some(LISTEN.as_secs_f64()))?, Vec::new());
     while !is_to_end() {
@@ -149,7 +158,25 @@ fn heard(args: &WatchArgs) -> Result<bags::Survey, Error> {
     bridge.end();
     let mut survey = bridge.survey().clone();
     survey.lost.extend(bridge.lost().iter().cloned());
-    Ok(survey)
+    let (contents, Robot { nodes, services }) = (contents(&survey), bridge.robot());
+    let actions = survey.topics.iter().filter_map(|topic| topic.name.strip_suffix("/_action/status"));
+    if args.json {
+        let mut listed = bag::as_json(&contents, Path::new(&args.foxglove));
+        listed["nodes"] = json!(nodes);
+        listed["actions"] = actions.collect();
+        let of = |(name, kind): (&String, &Option<String>)| json!({ "name": name, "type": kind });
+        listed["services"] = services.iter().map(of).collect();
+        print_json(&listed)?;
+    } else {
+        let nodes = nodes.iter().map(|name| format!("# node     {name}\n"));
+        let actions = actions.map(|name| format!("# action   {name}\n"));
+        let of = |(name, kind): (&String, &Option<String>)| {
+            format!("# service  {name}  {}", kind.as_deref().unwrap_or_default()).trim_end().to_owned() + "\n"
+        };
+        let text: String = nodes.chain(actions).chain(services.iter().map(of)).collect();
+        print(&(text + &bag::in_words(&contents)))?;
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Whether to end: once the time is over, or when the program is asked to.

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::steward::{binary, refusal, report, steward};
 
 #[path = "../scenarios/cockpit/tests/browser.rs"]
-mod browser;
+pub(crate) mod browser;
 
 use browser::{Page, Socket, ask, hear, until};
 

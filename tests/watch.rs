@@ -1,8 +1,10 @@
 //! The binary judges properties beside a robot that runs, by its bridge. `ros/network/tests/foreign.py` does the same
 //! with the bridges of others.
 
+use std::io::{BufRead as _, BufReader};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::thread::JoinHandle;
 
 use serde_json::{Value, json};
@@ -10,7 +12,8 @@ use tempfile::TempDir;
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
 use tungstenite::{Message, WebSocket};
 
-use crate::steward::{refusal, steward};
+use crate::live::browser::{Page, until};
+use crate::steward::{binary, refusal, steward};
 
 /// A folder with a mapping and properties.
 fn files() -> (TempDir, String, String) {
@@ -105,12 +108,14 @@ fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
     let verified: Value = serde_json::from_slice(&verified.stdout).expect("JSON");
     assert_eq!((&verified["monitors"], &verified["start_s"]), (&last["monitors"], &last["start_s"]));
     if cfg!(unix) {
-        let called: Vec<Value> = std::fs::read_to_string(&hooked)
-            .expect("the command was called")
-            .lines()
-            .map(|line| line.parse().expect("JSON"))
-            .collect();
-        assert_eq!(called.len(), 2, "{called:?}");
+        // Nobody waits for the command, except this test.
+        let called = loop {
+            let text = std::fs::read_to_string(&hooked).unwrap_or_default();
+            if text.lines().count() == 2 && text.ends_with('\n') {
+                break text.lines().map(|line| line.parse().expect("JSON")).collect::<Vec<Value>>();
+            }
+            std::thread::yield_now();
+        };
         assert!(called.contains(charged) && called.contains(answered), "{called:?}");
     }
     let page = std::fs::read_to_string(Path::new(&out).join("report.html")).expect("a page");
@@ -123,6 +128,35 @@ fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
     std::fs::write(&properties, "property p := always (charge, monitor, m.data > 0)\n").expect("room for a property");
     let verified = steward(&["verify", &recording, "--map-channels", &mapping, "--property", &properties]);
     assert_eq!(verified.status.code(), Some(0), "the proposal is a mapping");
+    served.join().expect("a bridge that ends");
+}
+
+#[test]
+fn the_page_shows_what_is_heard_until_it_is_no_longer_wanted() {
+    let (_folder, mapping, properties) = files();
+    let (address, served) = bridge(1);
+    let asked = ["--map-channels", &mapping, "--property", &properties, "--seconds", "1", "--live", "--no-open"];
+    let mut child = Command::new(binary())
+        .args(["watch", "--foxglove", &address])
+        .args(asked)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let mut notes = BufReader::new(child.stderr.take().expect("a pipe")).lines().map(|line| line.expect("text"));
+    let shown = notes.find_map(|note| note.strip_prefix("note: the progress is shown at ").map(str::to_owned));
+    let shown = shown.expect("an address");
+    let page = Page::new(&shown, &shown);
+    let mut socket = page.socket(&page.pilot);
+    let is_shown = |known: &Value| {
+        let verdicts = known["verdicts"].as_str().unwrap_or_default();
+        ["charged", "answered", "violated"].iter().all(|word| verdicts.contains(word))
+    };
+    until(&mut socket, is_shown);
+    // Also after the end, until Ctrl-C.
+    until(&mut socket, |known| known["grows"] == false);
+    assert!(notes.any(|note| note == "note: Ctrl-C ends the page"));
+    child.kill().and_then(|()| child.wait()).expect("it ends");
     served.join().expect("a bridge that ends");
 }
 

@@ -11,7 +11,7 @@ use trials::replay::way::way;
 
 use super::args::VerifyArgs;
 use super::growing::{STILL_WRITTEN, pause};
-use super::judge::Verified;
+use super::judge::{Verified, name};
 use super::mapped::{Mapped, await_topics, load_mapping};
 use crate::interrupt;
 
@@ -37,7 +37,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     };
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let mapped = Mapped {
-        path,
+        name: name(path),
         about: format!("A ROS 2 bag{start}"),
         mapping: &mapping,
         text,
@@ -47,6 +47,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         command: args.command(path),
         way,
         announcer: args.announcer(),
+        board: None,
     };
     let is_to_end = || args.follow && interrupt::flow().is_break();
     let mut verified = mapped.judge(&survey, source, &is_to_end)?;

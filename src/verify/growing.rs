@@ -18,7 +18,7 @@ pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows
 const LONGEST_LINE: usize = 1 << 20;
 
 #[expect(clippy::disallowed_methods, reason = "waits for another program")]
-pub(super) fn pause() {
+pub(crate) fn pause() {
     std::thread::sleep(PAUSE);
 }
 

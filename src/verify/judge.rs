@@ -13,6 +13,8 @@ use runs::FITS;
 
 use super::announcer::Announcer;
 use super::around::Around;
+use super::live_page::LivePage;
+use crate::live::BoardArgs;
 use crate::monitor::System;
 use crate::output::warn;
 
@@ -121,11 +123,16 @@ pub(super) fn load(files: &[PathBuf], system: &System) -> Result<Vec<Property>, 
     Ok(properties)
 }
 
+/// The name of a log.
+pub(super) fn name(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 /// A log that is to be judged.
 pub(super) struct Judged<'l> {
     /// The command that judges it again.
     pub(super) command: String,
-    pub(super) path: &'l Path,
+    pub(super) name: String,
     /// The folder of its report, if there is one.
     pub(super) folder: Option<&'l Path>,
     /// What it is, in words.
@@ -136,6 +143,8 @@ pub(super) struct Judged<'l> {
     pub(super) around: &'l Around,
     /// Says verdicts as they fall, if that is wanted.
     pub(super) announcer: Option<Announcer>,
+    /// Shows everything on a page meanwhile, if that is wanted.
+    pub(super) board: Option<&'l BoardArgs>,
 }
 
 impl Judged<'_> {
@@ -148,33 +157,33 @@ impl Judged<'_> {
         doubts: Doubts,
     ) -> Result<Judgment, Error> {
         let announcer = self.announcer.take();
-        match self.folder {
-            None => judge_in_words(events, properties, doubts, self.around, announcer),
-            Some(folder) => self.report(folder, events, properties, doubts, announcer),
+        match (self.folder, self.board) {
+            (None, None) => judge_in_words(events, properties, doubts, self.around, announcer),
+            _ => self.show(events, properties, doubts, announcer),
         }
     }
 
-    fn report(
+    /// The same with all records, for those who look at them.
+    fn show(
         &self,
-        folder: &Path,
         events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
         mut announcer: Option<Announcer>,
     ) -> Result<Judgment, Error> {
-        let Self { path, around, system, .. } = self;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
+        let Self { around, system, .. } = self;
+        let outputs = Outputs { folder: self.folder.map(Path::to_owned), ..Outputs::default() };
         refuse_campaign(&outputs)?;
         let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
         let origin = Origin { text, recorded, ..Origin::default() };
-        let about = [name, self.about.clone()];
+        let about = [self.name.clone(), self.about.clone()];
         let (mut judge, mut header, start) =
             Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
         around.describe(&mut header);
         let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
         let mut view = RunView::new(header, start).expect(FITS);
         let mut presentation = Presentation::begin(&view, &outputs)?;
+        let mut page = self.board.map(|board| LivePage::begin(&view, board)).transpose()?;
         let mut events = events.peekable();
         while let Some(event) = events.next() {
             match event? {
@@ -184,10 +193,14 @@ impl Judged<'_> {
                         presentation.follow(&view)?;
                     }
                     view.apply(judge.step(event, properties)).expect(FITS);
+                    if let Some(page) = &mut page {
+                        page.follow(&view)?;
+                    }
                 }
                 Found::LeftOut(Gap { why, channel }) => judge.miss(&why, channel, properties),
                 Found::Idle => {
                     announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
+                    page.iter_mut().try_for_each(LivePage::show)?;
                     continue;
                 }
             }
@@ -205,6 +218,9 @@ impl Judged<'_> {
         }
         view.set_began(around.start_ns.get().and_then(bags::date));
         presentation.finish(&view)?;
+        if let Some(page) = page {
+            page.finish(&view)?;
+        }
         Ok((judge.end(), judge.unsure().to_vec()))
     }
 }

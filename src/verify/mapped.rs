@@ -14,6 +14,7 @@ use trials::replay::way::Way;
 use super::announcer::Announcer;
 use super::around::Around;
 use super::judge::{Judged, Verified, load};
+use crate::live::BoardArgs;
 use crate::monitor::System;
 use crate::output::note;
 
@@ -22,8 +23,8 @@ const VIOLATIONS: &str = "violations.mcap";
 
 /// Messages with their mapping, and what is asked about them.
 pub(crate) struct Mapped<'m> {
-    /// The path of what they are from, or its name.
-    pub(crate) path: &'m Path,
+    /// The name of what they are from.
+    pub(crate) name: String,
     /// What that is, in words.
     pub(crate) about: String,
     pub(crate) mapping: &'m Mapping,
@@ -38,6 +39,8 @@ pub(crate) struct Mapped<'m> {
     /// Where the robot was, if there is a map.
     pub(crate) way: Option<Way>,
     pub(crate) announcer: Option<Announcer>,
+    /// The page that shows everything meanwhile, if there is one.
+    pub(crate) board: Option<&'m BoardArgs>,
 }
 
 impl Mapped<'_> {
@@ -49,7 +52,7 @@ impl Mapped<'_> {
         source: Box<dyn Source>,
         is_to_end: &dyn Fn() -> bool,
     ) -> Result<Verified, Error> {
-        let Self { path, mapping, folder, .. } = self;
+        let Self { mapping, folder, .. } = self;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
         let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
@@ -71,13 +74,14 @@ impl Mapped<'_> {
         });
         let judged = Judged {
             command: self.command,
-            path,
+            name: self.name,
             folder,
             about: self.about,
             mapping: self.text,
             system: &system,
             around: &around,
             announcer: self.announcer,
+            board: self.board,
         };
         let (end, unsure) = judged.judge(found, &mut properties, doubts)?;
         if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {

@@ -108,7 +108,7 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
     let about = "Time between ticks, in seconds. The first tick comes with the first mapped message.";
     let tick = root.seconds("tick_s").about(about).above_0().default(Duration::from_secs(1));
     let log = Spanned { value: "log".to_owned(), span: root.span().clone() };
-    let about = "The time of a message: when it was recorded, when it was sent, or the value of a field.";
+    let about = "The time of a message: when it was recorded or received, when it was sent, or the value of a field.";
     let time = root.text("time").about(about).words(TIME).spanned().default(log);
     let reorder = root.seconds("reorder_s").about(
         "How long to wait for messages that arrive late, in seconds. Messages that arrive even later get the time \

@@ -12,7 +12,7 @@ use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Message, WebSocket};
 
 use crate::clock::{Clock, now, sleep};
-use crate::protocol::{Data, ERROR, NAMES, Said, subscribe};
+use crate::protocol::{Data, ERROR, GRAPH, NAMES, Said, subscribe, subscribe_graph};
 
 /// How long one call waits for a message: so late may a deadline be noticed that nothing else brings to light.
 const PATIENCE: Duration = Duration::from_millis(2);
@@ -100,6 +100,16 @@ pub struct Bridge {
     again: Instant,
     name: String,
     has_advertised: bool,
+    robot: Robot,
+}
+
+/// What a bridge tells of a robot beside topics: as far as it knows, and only if all topics are wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Robot {
+    /// The names of its nodes.
+    pub nodes: BTreeSet<String>,
+    /// Its services, with their types; none is known of a service that only the graph of nodes names.
+    pub services: BTreeMap<String, Option<String>>,
 }
 
 /// An open connection.
@@ -136,6 +146,7 @@ impl Bridge {
             again: now(),
             name: String::new(),
             has_advertised: false,
+            robot: Robot::default(),
         };
         let silent = |reason: String| Error::Silent { address: address.to_owned(), reason };
         let mut connection = Connection::open(&bridge.uri).map_err(silent)?;
@@ -156,6 +167,12 @@ impl Bridge {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What the bridge tells of the robot beside topics.
+    #[must_use]
+    pub fn robot(&self) -> &Robot {
+        &self.robot
     }
 
     /// What the server says in a frame. Returns the message of a topic, whose body it writes to `body`.
@@ -189,7 +206,10 @@ impl Bridge {
     /// Takes note of channels, and asks for the messages of those that are wanted.
     fn take(&mut self, said: Said, connection: &mut Connection) -> Result<(), String> {
         match said {
-            Said::ServerInfo { name } => {
+            Said::ServerInfo { name, capabilities } => {
+                if self.wanted.is_none() && capabilities.iter().any(|capability| capability == GRAPH) {
+                    connection.say(subscribe_graph())?;
+                }
                 self.name = if name.is_empty() { "a bridge without a name".to_owned() } else { name };
             }
             Said::Advertise { channels } => {
@@ -204,6 +224,19 @@ impl Bridge {
                 connection.ask(&asked)?;
             }
             Said::Unadvertise { channel_ids } => channel_ids.iter().for_each(|id| connection.forget(*id)),
+            Said::AdvertiseServices { services } => {
+                let kinds = services.into_iter().map(|service| (service.name, Some(service.kind)));
+                self.robot.services.extend(kinds.take(MOST_TOPICS));
+            }
+            Said::ConnectionGraphUpdate { published_topics, subscribed_topics, advertised_services } => {
+                for service in &advertised_services {
+                    self.robot.services.entry(service.name.clone()).or_default();
+                }
+                let publishers = published_topics.into_iter().flat_map(|topic| topic.publisher_ids);
+                let subscribers = subscribed_topics.into_iter().flat_map(|topic| topic.subscriber_ids);
+                let providers = advertised_services.into_iter().flat_map(|service| service.provider_ids);
+                self.robot.nodes.extend(publishers.chain(subscribers).chain(providers).take(MOST_TOPICS));
+            }
             Said::Status { level, message } if level >= ERROR || message.contains(FULL) => {
                 self.lose(format!("the bridge says: {message}"));
             }
@@ -353,7 +386,11 @@ impl Connection {
         if subscriptions.is_empty() {
             return Ok(());
         }
-        self.socket.send(Message::text(subscribe(subscriptions))).map_err(|error| error.to_string())
+        self.say(subscribe(subscriptions))
+    }
+
+    fn say(&mut self, text: String) -> Result<(), String> {
+        self.socket.send(Message::text(text)).map_err(|error| error.to_string())
     }
 }
 

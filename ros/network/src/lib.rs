@@ -11,4 +11,4 @@ mod bridge;
 mod clock;
 mod protocol;
 
-pub use bridge::{Bridge, Error};
+pub use bridge::{Bridge, Error, Robot};

@@ -17,17 +17,69 @@ pub(crate) enum Said {
     ServerInfo {
         #[serde(default)]
         name: String,
+        #[serde(default)]
+        capabilities: Vec<String>,
     },
     /// Further channels.
     Advertise { channels: Vec<Channel> },
     /// Channels that are no more.
     #[serde(rename_all = "camelCase")]
     Unadvertise { channel_ids: Vec<u64> },
+    /// Services.
+    AdvertiseServices { services: Vec<Service> },
+    /// Which nodes there are, and what they offer; what it does not mention is as before.
+    #[serde(rename_all = "camelCase")]
+    ConnectionGraphUpdate {
+        #[serde(default)]
+        published_topics: Vec<Publishers>,
+        #[serde(default)]
+        subscribed_topics: Vec<Subscribers>,
+        #[serde(default)]
+        advertised_services: Vec<Providers>,
+    },
     /// What it wants to be known.
     Status { level: u8, message: String },
     /// Whatever a listener need not know.
     #[serde(other)]
     Other,
+}
+
+/// A service.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Service {
+    pub(crate) name: String,
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+}
+
+/// The nodes that publish on a topic.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Publishers {
+    pub(crate) publisher_ids: Vec<String>,
+}
+
+/// The nodes that subscribe to a topic.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Subscribers {
+    pub(crate) subscriber_ids: Vec<String>,
+}
+
+/// The nodes that offer a service.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Providers {
+    pub(crate) name: String,
+    pub(crate) provider_ids: Vec<String>,
+}
+
+/// The capability of a server that knows nodes.
+pub(crate) const GRAPH: &str = "connectionGraph";
+
+/// The request for the nodes.
+pub(crate) fn subscribe_graph() -> String {
+    json!({ "op": "subscribeConnectionGraph" }).to_string()
 }
 
 /// A status of this level, or of a higher one, is an error.

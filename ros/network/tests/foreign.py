@@ -6,14 +6,16 @@ what it says is listed, planted violations are found at the right message and, w
 right time; nothing is published; a bridge that is started again leaves no verdict as it was; and `steward verify` of
 what was recorded gives the same verdicts.
 """
-import asyncio, json, struct, subprocess, sys, tempfile, threading, time
+import asyncio, atexit, json, socket, struct, subprocess, sys, tempfile, threading, time
 from pathlib import Path
 
 import foxglove
 from foxglove_websocket.server import FoxgloveServer, FoxgloveServerListener
 
 STEWARD = sys.argv[1]
-PORT = 18765
+with socket.socket() as free:
+    free.bind(("127.0.0.1", 0))
+    PORT = free.getsockname()[1]
 ADDRESS = f"ws://127.0.0.1:{PORT}"
 TYPES = {
     "/battery": ("robot_msgs/msg/Battery", "float32 percentage\n"),
@@ -70,13 +72,20 @@ class Sdk(foxglove.ServerListener):
                                     schema=foxglove.Schema(name=kind, encoding="ros2msg", data=text.encode()))
             for topic, (kind, text) in TYPES.items()
         }
-        capabilities = [foxglove.Capability.ClientPublish]
+        capabilities = [foxglove.Capability.ClientPublish, foxglove.Capability.ConnectionGraph]
         self.server = foxglove.start_server(host="127.0.0.1", port=PORT, name="a robot", context=self.context,
                                             server_listener=self, capabilities=capabilities,
                                             supported_encodings=["cdr"])
+        graph = foxglove.ConnectionGraph()
+        graph.set_published_topic("/battery", ["/driver"])
+        graph.set_advertised_service("/dock", ["/dock_server"])
+        self.server.publish_connection_graph(graph)
 
     def on_subscribe(self, client, channel):
         self.heard.add(channel.topic)
+
+    def on_unsubscribe(self, client, channel):
+        self.heard.discard(channel.topic)
 
     def on_client_advertise(self, client, channel):
         self.said.append(channel)
@@ -116,6 +125,9 @@ class Older(FoxgloveServerListener):
     async def on_subscribe(self, server, channel_id):
         self.heard.add(self.ids[channel_id])
 
+    async def on_unsubscribe(self, server, channel_id):
+        self.heard.discard(self.ids[channel_id])
+
     async def on_client_advertise(self, server, channel):
         self.said.append(channel)
 
@@ -146,6 +158,7 @@ class Watch:
         self.asked = ["--map-channels", f"{folder}/robot.toml", "--property", f"{folder}/safety.scope", "--json"]
         self.child = subprocess.Popen([STEWARD, "watch", "--foxglove", ADDRESS, *self.asked, *more], text=True,
                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        atexit.register(self.child.kill)
         self.lines = []
         self.reader = threading.Thread(target=self.read, daemon=True)
         self.reader.start()
@@ -175,7 +188,9 @@ def check(server_kind, folder):
     for topic, (kind, _) in TYPES.items():
         assert any(topic in line and kind in line for line in listed.stdout.splitlines()), listed
         assert f'topic = "{topic}"\ntype = "{kind}"' in listed.stdout, "a topic that says nothing may not be waited for"
-    server.heard.clear()
+    if server_kind is Sdk:
+        assert "# node     /driver" in listed.stdout and "# service  /dock" in listed.stdout, listed.stdout
+    wait_for("nobody listens", lambda: not server.heard)
 
     recording = f"{folder}/run.mcap"
     watch = Watch(folder, "--record", recording, "--on-violation", f"cat >> {folder}/hook")
@@ -187,7 +202,9 @@ def check(server_kind, folder):
     [violated] = watch.said("low_is_slow", "violated")
     # The battery's 31st message, after as many of the other topic.
     assert violated["witness"]["step"] == 62, violated
-    assert json.loads(Path(f"{folder}/hook").read_text()) == violated
+    hooked = Path(f"{folder}/hook")
+    wait_for("the command", lambda: hooked.exists() and hooked.read_text().endswith("\n"))
+    assert json.loads(hooked.read_text()) == violated
     # Nothing is said any more: time alone shows that it does not stop.
     server.send(*stop(True))
     wait_for("the deadline", lambda: watch.said("stops", "violated"))
@@ -196,7 +213,7 @@ def check(server_kind, folder):
     assert [monitor["verdict"] for monitor in last["monitors"]] == ["violated", "violated", "satisfied"], last
     assert last["monitors"] == verified(watch, recording), "of the recording"
 
-    server.heard.clear()
+    wait_for("nobody listens", lambda: not server.heard)
     watch = Watch(folder, "--record", recording)
     wait_for("all topics are listened to", lambda: server.heard == set(TYPES))
     server.send(*speed(0.4))

@@ -105,6 +105,36 @@ fn the_wanted_topics_are_asked_for_and_heard() {
 }
 
 #[test]
+fn who_wants_to_know_everything_hears_of_nodes_and_services_too() {
+    let said = [
+        text(&json!({ "op": "serverInfo", "name": "a robot", "capabilities": ["connectionGraph"] })),
+        advertise(&[]),
+        text(
+            &json!({ "op": "advertiseServices", "services": [{ "id": 1, "name": "/dock", "type": "std_srvs/srv/Trigger" }] }),
+        ),
+        text(&json!({
+            "op": "connectionGraphUpdate",
+            "publishedTopics": [{ "name": "/scan", "publisherIds": ["/laser"] }],
+            "subscribedTopics": [{ "name": "/scan", "subscriberIds": ["/amcl", "/laser"] }],
+            "advertisedServices": [{ "name": "/dock", "providerIds": ["/dock_server"] }, { "name": "/x", "providerIds": [] }],
+        })),
+        Message::Close(None),
+    ];
+    for (wanted, asks) in [(None, true), (Some(BTreeSet::new()), false)] {
+        let (address, served) = server(said.to_vec());
+        let mut bridge = Bridge::connect(&address, wanted).expect("a bridge");
+        heard(&mut bridge);
+        let robot = bridge.robot().clone();
+        assert_eq!(robot.nodes.iter().collect::<Vec<_>>(), ["/amcl", "/dock_server", "/laser"]);
+        assert_eq!(robot.services["/dock"].as_deref(), Some("std_srvs/srv/Trigger"));
+        assert_eq!(robot.services["/x"], None);
+        drop(bridge);
+        let asked = served.join().expect("a server that ends");
+        assert_eq!(!asked.is_empty(), asks, "{asked:?}");
+    }
+}
+
+#[test]
 fn a_bridge_that_is_full_or_reports_an_error_loses_something() {
     let status = |level: u8, message: &str| text(&json!({ "op": "status", "level": level, "message": message }));
     let harmless = [status(0, "hello"), status(1, "no definition of x/msg/Y")];

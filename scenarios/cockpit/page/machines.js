@@ -18,6 +18,7 @@ export class Machines {
     const names = [...this.all.keys()].map(name => option(name, name));
     this.choice.replaceChildren(option('', 'the active ones'), ...names);
     this.choice.closest('label').hidden = !machines.length;
+    $('processes').hidden = !processes.length;
     this.place.replaceChildren(...[...this.all.values()].map(({ figure }) => figure));
   }
 

@@ -30,6 +30,7 @@ export class Tree {
     this.nodes = nodes;
     this.opened = new Set();
     this.find.closest('label').hidden = nodes.length < 20;
+    $('behavior').hidden = !nodes.length;
   }
 
   show({ tree, outcomes, locations }) {
