@@ -44,7 +44,7 @@ pub(crate) struct PageArgs {
     no_open: bool,
 }
 
-/// Whether a page shows how many runs are finished, and on which port.
+/// Whether there is a page, and on which port.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BoardArgs {
     /// Shows the progress on a page in the browser
@@ -84,7 +84,7 @@ impl BoardArgs {
     pub(crate) fn follow(&self, recording: &Path) -> Result<(), Error> {
         let cockpit = Cockpit::replay(&[recording.to_owned()], self.port).map_err(refused)?;
         let address = cockpit.address();
-        note(&format!("the progress is shown at {address}"));
+        note(&format!("the page is at {address}"));
         if !self.no_open {
             browser::open(&address);
         }

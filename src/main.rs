@@ -112,7 +112,7 @@ enum Command {
     Report(report::ReportArgs),
     /// Checks event logs of runs and ROS 2 bags against properties
     Verify(verify::VerifyArgs),
-    /// Judges properties beside a robot that runs
+    /// Checks a running ROS 2 robot against properties
     Watch(watch::WatchArgs),
     /// Behavior trees: checks files, shows them, ticks them without a robot
     #[command(subcommand)]

@@ -36,7 +36,7 @@ use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, print_json_line, print_wrapped};
 use around::Around;
 use growing::{Growing, STILL_WRITTEN};
-use judge::{Judged, Verified, load, recorded, unheard};
+use judge::{Judged, Judgment, Verified, load, recorded, unheard};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
@@ -187,7 +187,9 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         announcer: args.announcer(),
         board: None,
     };
-    let (end, unsure) = judged.judge(events.chain(rest), &mut properties, doubts)?;
+    let judgment = judged.judge(events.chain(rest), &mut properties, doubts)?;
+    let later = judgment.notes(&properties);
+    let Judgment { end, unsure, .. } = judgment;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let missing = log.missing().map(str::to_owned);
@@ -197,7 +199,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         None => vec![None; properties.len()],
     };
     let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
-    let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(stopped).collect();
+    let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).collect();
     Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
 }
 

@@ -1,4 +1,4 @@
-//! `steward watch`: properties judged beside a robot that runs.
+//! `steward watch`: checks a running robot against properties.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -29,9 +29,9 @@ use crate::verify::{self, bag};
 const LISTEN: Duration = Duration::from_secs(2);
 
 /// What verdicts leave open that rest on a bridge's word.
-const AS_TOLD: &str = "as the bridge told it: a bridge that is too slow leaves out messages and need not say so";
+const AS_TOLD: &str = "as the bridge told it: a bridge that is too slow drops messages, and may not report it";
 
-/// A robot that runs, and the properties to judge.
+/// A running robot, and the properties to check.
 #[derive(Debug, Args)]
 pub(crate) struct WatchArgs {
     /// Listens to the robot's Foxglove bridge: `ws://HOST:8765`
@@ -84,10 +84,15 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         return Err(Error::refused(message, help));
     };
     let (mapping, text) = load_mapping(mapping)?;
-    let mut bridge = connect(args, Some(mapping.topics().map(str::to_owned).collect()))?;
+    let topics: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
+    let mut bridge = connect(args, Some(topics.clone()))?;
     note(&format!("listening to {}", bridge.name()));
     let is_to_end = ends_after(args.seconds)?;
-    await_topics(&mut bridge, &mapping, &is_to_end);
+    if await_topics(&mut bridge, &mapping, &is_to_end) {
+        // What is latched comes again.
+        bridge.end();
+        bridge = connect(args, Some(topics))?;
+    }
     let survey = bridge.survey().clone();
     let recorded = args.record.as_deref().map(record).transpose()?;
     let source: Box<dyn Source> = match &recorded {
@@ -96,7 +101,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     };
     let mapped = Mapped {
         name: args.foxglove.clone(),
-        about: format!("A robot, by {}", args.foxglove),
+        about: format!("A robot, as the bridge at {} told it", args.foxglove),
         mapping: &mapping,
         text,
         properties: &args.properties,
@@ -108,9 +113,9 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         board: Some(&args.board).filter(|board| board.is_live()),
     };
     let mut verified = mapped.judge(&survey, source, &is_to_end)?;
-    if let Some((file, path)) = recorded.zip(args.record.as_ref()) {
-        file.borrow_mut().finish().map_err(|source| unwritten(path, source))?;
-    }
+    let written = recorded
+        .zip(args.record.as_ref())
+        .map_or(Ok(()), |(file, path)| file.borrow_mut().finish().map_err(|source| unwritten(path, source)));
     verified.notes.push(AS_TOLD.to_owned());
     verified.notes.iter().for_each(|text| note(text));
     if args.json {
@@ -120,6 +125,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     } else {
         print_wrapped(verify::in_words(&verified))?;
     }
+    written?;
     if args.board.is_live() && interrupt::flow().is_continue() {
         note("Ctrl-C ends the page");
         while interrupt::flow().is_continue() {
@@ -158,18 +164,17 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     bridge.end();
     let mut survey = bridge.survey().clone();
     survey.lost.extend(bridge.lost().iter().cloned());
-    let (contents, Robot { nodes, services }) = (contents(&survey), bridge.robot());
-    let actions = survey.topics.iter().filter_map(|topic| topic.name.strip_suffix("/_action/status"));
+    let (contents, Robot { nodes, actions, services }) = (contents(&survey), bridge.robot());
     if args.json {
         let mut listed = bag::as_json(&contents, Path::new(&args.foxglove));
         listed["nodes"] = json!(nodes);
-        listed["actions"] = actions.collect();
+        listed["actions"] = json!(actions);
         let of = |(name, kind): (&String, &Option<String>)| json!({ "name": name, "type": kind });
         listed["services"] = services.iter().map(of).collect();
         print_json(&listed)?;
     } else {
         let nodes = nodes.iter().map(|name| format!("# node     {name}\n"));
-        let actions = actions.map(|name| format!("# action   {name}\n"));
+        let actions = actions.iter().map(|name| format!("# action   {name}\n"));
         let of = |(name, kind): (&String, &Option<String>)| {
             format!("# service  {name}  {}", kind.as_deref().unwrap_or_default()).trim_end().to_owned() + "\n"
         };

@@ -1,4 +1,4 @@
-//! The binary says verdicts as they fall, while a log is being written.
+//! The binary reports verdicts as they are reached, while a log is being written.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -118,7 +118,7 @@ fn a_bag_whose_topics_have_not_all_appeared_is_waited_for() {
     let arguments = ["verify", &growing, "--property", &properties, "--map-channels", &mapping, "--json", "--follow"];
     rewrite(Path::new(&recorded.path("nav2.mcap")), File::create(&growing).expect("a file"), |_| {});
     let refused = refusal(&arguments);
-    assert!(refused.contains("the bag contains no topic `/stop`"), "it is over: {refused}");
+    assert!(refused.contains("there is no topic `/stop`"), "it is over: {refused}");
     // If the mapping says what the topic carries, it need not appear.
     let text = std::fs::read_to_string(&mapping).expect("a mapping");
     let text = text.replace("topic = \"/stop\"", "topic = \"/stop\"\ntype = \"std_msgs/msg/Bool\"");

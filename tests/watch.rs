@@ -119,7 +119,7 @@ fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
         assert!(called.contains(charged) && called.contains(answered), "{called:?}");
     }
     let page = std::fs::read_to_string(Path::new(&out).join("report.html")).expect("a page");
-    assert!(page.contains("A robot, by ws://127.0.0.1"), "it says of what it is");
+    assert!(page.contains("A robot, as the bridge at ws://127.0.0.1"), "it says of what it is");
 
     let output = steward(&["watch", "--foxglove", &address, "--list"]);
     let listed = String::from_utf8(output.stdout).expect("text");
@@ -144,7 +144,7 @@ fn the_page_shows_what_is_heard_until_it_is_no_longer_wanted() {
         .spawn()
         .expect("the binary starts");
     let mut notes = BufReader::new(child.stderr.take().expect("a pipe")).lines().map(|line| line.expect("text"));
-    let shown = notes.find_map(|note| note.strip_prefix("note: the progress is shown at ").map(str::to_owned));
+    let shown = notes.find_map(|note| note.strip_prefix("note: the page is at ").map(str::to_owned));
     let shown = shown.expect("an address");
     let page = Page::new(&shown, &shown);
     let mut socket = page.socket(&page.pilot);

@@ -1,19 +1,20 @@
-//! Verdicts as they fall, while the log is still being written.
+//! Verdicts as they are reached, while the log is still being written.
 
-use std::io::{ErrorKind, Write as _};
+use std::io::{Write as _, stderr};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use campaigns::Error;
 use channels::Verdict;
 use monitors::Property;
+use recording::Doubts;
 use serde_json::{Value, json};
 
 use super::around::Around;
 use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
-/// Says each verdict once it has fallen, and how far behind the log it is; shows what is undecided, on a terminal.
+/// Reports each verdict as soon as it is reached, with its delay; shows undecided properties on a terminal.
 pub(crate) struct Announcer {
     is_json: bool,
     /// The command that is started with each violation.
@@ -49,18 +50,21 @@ impl Announcer {
         &mut self,
         time: Duration,
         properties: &[Property],
-        unsure: &[Option<String>],
+        doubts: &Doubts,
         around: &Around,
     ) -> Result<(), Error> {
         self.time = time;
         self.said.resize_with(properties.len(), Said::default);
         for (index, property) in properties.iter().enumerate() {
             let said = &mut self.said[index];
+            // One that rests on what channels can carry is no verdict yet: a message that they cannot may be left out.
+            let settled = doubts.verdict(index, property);
+            let why = doubts.all()[index].as_deref().or(doubts.later()[index].as_deref());
             let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
             said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
             let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
             let count = violations.map_or(0, |violations| violations.count);
-            let verdict = match (property.monitor.verdict(), &unsure[index]) {
+            let verdict = match (settled, why) {
                 (_, Some(_)) => Some("unsure"),
                 (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
                     Some("holds again")
@@ -72,7 +76,7 @@ impl Announcer {
             let is_new = verdict != said.verdict || verdict == Some("violated") && count > said.violations;
             (said.verdict, said.violations) = (verdict, count);
             if let Some(verdict) = verdict.filter(|_| is_new) {
-                self.say(property, verdict, unsure[index].as_deref(), around)?;
+                self.say(property, verdict, why, around)?;
             }
         }
         self.show(properties, around);
@@ -107,7 +111,7 @@ impl Announcer {
             return self.line.pause(|| print_json_line(&line));
         }
         let at = at_ns.map_or_else(String::new, |at_ns| format!("  at {}", bags::moment(at_ns)));
-        let behind = behind_s.map_or_else(String::new, |behind_s| format!(", said {behind_s:.1} s later"));
+        let behind = behind_s.map_or_else(String::new, |behind_s| format!(", reported {behind_s:.1} s later"));
         let mut text = format!("{:>9.3} s  {}  {verdict}{at}{behind}\n", self.time.as_secs_f64(), property.name);
         text.extend(unsure.map(|why| format!("  {why}\n")));
         text.extend(witness.map(ToString::to_string));
@@ -119,15 +123,16 @@ impl Announcer {
         self.hooked.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
         let Some(hook) = &self.hook else { return };
         let (shell, option) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
-        let started = Command::new(shell).args([option, hook]).stdin(Stdio::piped()).spawn();
-        let called = started.and_then(|mut child| {
-            let input = child.stdin.take();
-            self.hooked.push(child);
-            // So short a text fits into the pipe: nobody waits until it is read.
-            input.map_or(Ok(()), |mut input| writeln!(input, "{verdict}"))
-        });
-        if let Some(error) = called.err().filter(|error| error.kind() != ErrorKind::BrokenPipe) {
-            self.line.pause(|| note(&format!("`{hook}` could not be called: {error}")));
+        // What it says is none of our output.
+        let started = Command::new(shell).args([option, hook]).stdin(Stdio::piped()).stdout(stderr()).spawn();
+        match started {
+            Ok(mut child) => {
+                let (input, line) = (child.stdin.take(), format!("{verdict}\n"));
+                // It may read late, or never.
+                std::thread::spawn(move || input.map(|mut input| input.write_all(line.as_bytes())));
+                self.hooked.push(child);
+            }
+            Err(error) => self.line.pause(|| note(&format!("`{hook}` could not be called: {error}"))),
         }
     }
 

@@ -31,8 +31,8 @@ pub(crate) struct VerifyArgs {
     /// Writes the verdicts to FILE, as JUnit XML: a suite for each log
     #[arg(long, value_name = "FILE")]
     pub(crate) junit: Option<PathBuf>,
-    /// Reads on while the log is being written, until its end or Ctrl-C, and prints verdicts as they fall: for event
-    /// logs, and bags in MCAP files
+    /// Follows a log that is still being written, an event log or a bag in MCAP files, until its end or Ctrl-C, and
+    /// prints verdicts as they are reached
     #[arg(long)]
     pub(crate) follow: bool,
     /// Lists the contents of bags instead, and proposes a mapping
@@ -45,7 +45,7 @@ pub(crate) struct VerifyArgs {
 }
 
 impl VerifyArgs {
-    /// What says verdicts as they fall, if that is wanted.
+    /// What reports verdicts as they are reached, if that is wanted.
     pub(crate) fn announcer(&self) -> Option<Announcer> {
         self.follow.then(|| Announcer::new(self.json, None))
     }

@@ -22,7 +22,7 @@ pub(crate) fn pause() {
     std::thread::sleep(PAUSE);
 }
 
-/// The whole lines of an event log. Where it ends, waits for more: standard input until it is closed, a file until the
+/// The whole lines of an event log. Where it ends, waits for more: a pipe until it is closed, a file until the
 /// program is asked to end.
 pub(super) struct Growing {
     input: Input,
@@ -33,19 +33,27 @@ pub(super) struct Growing {
 
 enum Input {
     File(File),
-    Stdin(Receiver<io::Result<Vec<u8>>>),
+    /// Standard input, or a pipe with a name.
+    Pipe(Receiver<io::Result<Vec<u8>>>),
 }
 
 impl Growing {
     pub(super) fn open(log: &Path) -> io::Result<Self> {
-        let input = if log == Path::new("-") { Input::Stdin(stdin()) } else { Input::File(File::open(log)?) };
+        let input = match log {
+            log if log == Path::new("-") => Input::Pipe(blocks(|| Ok(io::stdin()))),
+            log if std::fs::metadata(log)?.is_file() => Input::File(File::open(log)?),
+            log => {
+                let log = log.to_owned();
+                Input::Pipe(blocks(move || File::open(log)))
+            }
+        };
         Ok(Self { input, lines: Vec::new(), is_over: false })
     }
 
     /// Reads what has been written, if only after a pause.
     fn more(&mut self) -> io::Result<()> {
         match &mut self.input {
-            Input::Stdin(blocks) => match blocks.recv_timeout(PAUSE) {
+            Input::Pipe(blocks) => match blocks.recv_timeout(PAUSE) {
                 Ok(block) => self.lines.extend(block?),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => self.is_over = true,
@@ -84,13 +92,17 @@ impl Read for Growing {
     }
 }
 
-/// Standard input, read by a thread of its own: the system does not interrupt it.
-fn stdin() -> Receiver<io::Result<Vec<u8>>> {
+/// What a pipe has, read by a thread of its own: the system interrupts neither its opening nor its reading.
+fn blocks<R: Read>(open: impl FnOnce() -> io::Result<R> + Send + 'static) -> Receiver<io::Result<Vec<u8>>> {
     let (sender, receiver) = sync_channel(4);
     std::thread::spawn(move || {
+        let mut input = match open() {
+            Ok(input) => input,
+            Err(error) => return drop(sender.send(Err(error))),
+        };
         loop {
             let mut block = vec![0; 1 << 16];
-            let read = io::stdin().lock().read(&mut block);
+            let read = input.read(&mut block);
             let is_last = !matches!(read, Ok(1..));
             let read = read.map(|length| {
                 block.truncate(length);

@@ -97,8 +97,26 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
     properties.iter().map(unheard).collect()
 }
 
-/// How far a log goes, and which verdicts are unsure, and why.
-pub(super) type Judgment = (LogEnd, Vec<Option<String>>);
+/// How far a log goes, and which verdicts are unsure, and why; also which violations after the first.
+pub(super) struct Judgment {
+    pub(super) end: LogEnd,
+    pub(super) unsure: Vec<Option<String>>,
+    later: Vec<Option<String>>,
+}
+
+impl Judgment {
+    fn of(end: LogEnd, doubts: &Doubts) -> Self {
+        Self { end, unsure: doubts.all().to_vec(), later: doubts.later().to_vec() }
+    }
+
+    /// Which violations after the first are unsure, in words.
+    pub(super) fn notes(&self, properties: &[Property]) -> Vec<String> {
+        let of = |(property, why): (&Property, &Option<String>)| {
+            Some(format!("whether {} was violated again is unsure: {}", property.name, why.as_ref()?))
+        };
+        properties.iter().zip(&self.later).filter_map(of).collect()
+    }
+}
 
 /// The requested properties.
 pub(super) fn load(files: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
@@ -141,7 +159,7 @@ pub(super) struct Judged<'l> {
     pub(super) mapping: String,
     pub(super) system: &'l System,
     pub(super) around: &'l Around,
-    /// Says verdicts as they fall, if that is wanted.
+    /// Reports verdicts as they are reached, if that is wanted.
     pub(super) announcer: Option<Announcer>,
     /// Shows everything on a page meanwhile, if that is wanted.
     pub(super) board: Option<&'l BoardArgs>,
@@ -205,7 +223,7 @@ impl Judged<'_> {
                 }
             }
             if let Some(announcer) = &mut announcer {
-                announcer.follow(view.time(), properties, judge.unsure(), around)?;
+                announcer.follow(view.time(), properties, judge.doubts(), around)?;
             }
             // The last step is recorded with the end.
             if events.peek().is_none() {
@@ -221,7 +239,7 @@ impl Judged<'_> {
         if let Some(page) = page {
             page.finish(&view)?;
         }
-        Ok((judge.end(), judge.unsure().to_vec()))
+        Ok(Judgment::of(judge.end(), judge.doubts()))
     }
 }
 
@@ -250,8 +268,8 @@ pub(super) fn judge_in_words(
         }
         if let Some(announcer) = &mut announcer {
             let time = end.last.map_or(Duration::ZERO, |last| last.time);
-            announcer.follow(time, properties, doubts.all(), around)?;
+            announcer.follow(time, properties, &doubts, around)?;
         }
     }
-    Ok((end, doubts.all().to_vec()))
+    Ok(Judgment::of(end, &doubts))
 }

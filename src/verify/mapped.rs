@@ -13,7 +13,7 @@ use trials::replay::way::Way;
 
 use super::announcer::Announcer;
 use super::around::Around;
-use super::judge::{Judged, Verified, load};
+use super::judge::{Judged, Judgment, Verified, load};
 use crate::live::BoardArgs;
 use crate::monitor::System;
 use crate::output::note;
@@ -23,9 +23,9 @@ const VIOLATIONS: &str = "violations.mcap";
 
 /// Messages with their mapping, and what is asked about them.
 pub(crate) struct Mapped<'m> {
-    /// The name of what they are from.
+    /// The name of the source, for the report.
     pub(crate) name: String,
-    /// What that is, in words.
+    /// What the source is, for the report.
     pub(crate) about: String,
     pub(crate) mapping: &'m Mapping,
     /// The mapping as it is written.
@@ -52,6 +52,7 @@ impl Mapped<'_> {
         source: Box<dyn Source>,
         is_to_end: &dyn Fn() -> bool,
     ) -> Result<Verified, Error> {
+        let source = Box::new(Ending { source, is_to_end });
         let Self { mapping, folder, .. } = self;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
@@ -61,12 +62,7 @@ impl Mapped<'_> {
         // What the mapping leaves out is often what its channels cannot carry.
         let doubts = Doubts::about_any_messages(&properties, &system.topology);
         let around = Around { way: self.way, is_by_log: mapping.is_by_log(), ..Around::default() };
-        let mut has_ended = false;
         let found = std::iter::from_fn(|| {
-            if !has_ended && is_to_end() {
-                events.end();
-                has_ended = true;
-            }
             let found = events.next();
             around.start_ns.set(events.start_ns());
             around.newest_log_ns.set(events.newest_log_ns());
@@ -83,13 +79,38 @@ impl Mapped<'_> {
             announcer: self.announcer,
             board: self.board,
         };
-        let (end, unsure) = judged.judge(found, &mut properties, doubts)?;
+        let judgment = judged.judge(found, &mut properties, doubts)?;
         if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
             write_violations(&properties, start_ns, folder)?;
         }
-        let notes = survey.lost.iter().cloned().chain(events.notes()).collect();
+        let notes = survey.lost.iter().cloned().chain(events.notes()).chain(judgment.notes(&properties)).collect();
         let unheard = vec![None; properties.len()];
+        let Judgment { end, unsure, .. } = judgment;
         Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
+    }
+}
+
+/// A source that is over as soon as it is to end.
+struct Ending<'e> {
+    source: Box<dyn Source>,
+    is_to_end: &'e dyn Fn() -> bool,
+}
+
+impl Source for Ending<'_> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        if (self.is_to_end)() {
+            self.source.end();
+            return Received::Over;
+        }
+        self.source.receive(body)
+    }
+
+    fn survey(&self) -> &Survey {
+        self.source.survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        self.source.lost()
     }
 }
 
@@ -99,21 +120,24 @@ pub(crate) fn load_mapping(path: &Path) -> Result<(Mapping, String), Error> {
     Ok((Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?, text))
 }
 
-/// Reads until each topic is known whose type must be known before the channels are, or until it is to end.
-pub(crate) fn await_topics(source: &mut impl Source, mapping: &Mapping, is_to_end: &dyn Fn() -> bool) {
-    let (mut body, mut said) = (Vec::new(), None);
+/// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end. Returns
+/// whether it had to.
+pub(crate) fn await_topics(source: &mut impl Source, mapping: &Mapping, is_to_end: &dyn Fn() -> bool) -> bool {
+    let (mut body, mut said, mut has_waited) = (Vec::new(), None, false);
     while let Some(topic) = mapping.awaited(source.survey()) {
+        has_waited = true;
         match source.receive(&mut body) {
-            Received::Over => return,
-            _ if is_to_end() => return,
+            Received::Over => break,
+            _ if is_to_end() => break,
             Received::Message(_) => {}
             Received::Idle | Received::Quiet(_) if said.as_deref() != Some(topic) => {
-                note(&format!("waiting for {topic}, unless the mapping names its `type`"));
+                note(&format!("waiting for the topic {topic}; with its `type` in the mapping, it need not exist yet"));
                 said = Some(topic.to_owned());
             }
             Received::Idle | Received::Quiet(_) => {}
         }
     }
+    has_waited
 }
 
 /// Writes the violations, at their times in the bag, for tools that show the bag.

@@ -17,7 +17,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Archive, Doubts, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
 
 use super::around::Around;
-use super::judge::judge_in_words;
+use super::judge::{Judgment, judge_in_words};
 
 const MAPPING: &str = "[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nwhole = \"whole\"\n\
                        natural = \"natural\"\nlevel = \"level\"\ncode = { path = \"codes[0]\", symbols = { 7 = \"seven\", 8 = \"eight\" } }\n";
@@ -283,7 +283,8 @@ fn verdicts(
     topology: &Topology,
 ) -> Vec<(Outcome, Verdict, bool)> {
     let doubts = Doubts::about_any_messages(properties, topology);
-    let Ok((_, unsure)) = judge_in_words(found.map(Ok), properties, doubts, &Around::default(), None) else {
+    let Ok(Judgment { unsure, .. }) = judge_in_words(found.map(Ok), properties, doubts, &Around::default(), None)
+    else {
         panic!("no event is an error")
     };
     let verdict = |(property, unsure): (&Property, Option<String>)| {

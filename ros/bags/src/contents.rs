@@ -7,7 +7,7 @@ use ros_messages::{Constant, Value};
 
 use crate::definitions::Definitions;
 use crate::path::{End, ValueField, leaves};
-use crate::storage::{Survey, Topic};
+use crate::storage::{Survey, Topic, is_note};
 
 /// What a bag contains.
 #[derive(Clone, Debug)]
@@ -51,6 +51,7 @@ impl Contents {
             .topics
             .iter()
             .zip(&survey.counts)
+            .filter(|(topic, _)| !is_note(topic))
             .map(|(topic, messages)| {
                 let defined = definitions.defined(topic);
                 let found = defined.as_ref().map(|defined| leaves(&defined.layout)).unwrap_or_default();

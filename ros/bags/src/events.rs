@@ -22,7 +22,7 @@ const LONGEST_PAUSE: i64 = 10_000_000;
 /// The first mapped message and the first tick are at time 0. Messages that do not become events are
 /// [counted](Self::notes), and the first of each channel comes as [`Found::LeftOut`].
 pub struct Events<'r> {
-    source: Box<dyn Source>,
+    source: Box<dyn Source + 'r>,
     mapping: Mapping,
     read: ReadFile<'r>,
     compiled: Compiled,
@@ -106,7 +106,7 @@ impl<'r> Events<'r> {
     /// The events of a source. The mapping was compiled for its first topics, or for all; `read` reads the files that
     /// define the types of topics which appear later.
     #[must_use]
-    pub fn new(source: Box<dyn Source>, mapping: &Mapping, compiled: Compiled, read: ReadFile<'r>) -> Self {
+    pub fn new(source: Box<dyn Source + 'r>, mapping: &Mapping, compiled: Compiled, read: ReadFile<'r>) -> Self {
         let ns = |duration: Duration| i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX);
         Self {
             source,
@@ -131,12 +131,6 @@ impl<'r> Events<'r> {
             known_gaps: BTreeSet::new(),
             late: (0, 0),
         }
-    }
-
-    /// No further message is read: what has been read follows, and then the events are over.
-    pub fn end(&mut self) {
-        self.source.end();
-        self.is_over = true;
     }
 
     /// When the message read last was recorded, in nanoseconds since 1970.
@@ -185,7 +179,7 @@ impl<'r> Events<'r> {
             Received::Idle => return false,
             Received::Quiet(quiet_ns) => {
                 // Silence says nothing of stamps that messages bring with them.
-                if self.mapping.is_received() {
+                if self.mapping.is_received() && !self.is_far_off(quiet_ns) {
                     self.quiet_ns = quiet_ns;
                     self.newest_ns = self.newest_ns.max(quiet_ns);
                 }

@@ -79,8 +79,8 @@ impl Mapping {
         self.messages.iter().map(|mapped| mapped.topic.value.as_str())
     }
 
-    /// The first mapped topic that a source does not have yet although the mapping does not name its type: only then is
-    /// it known which messages its channel carries.
+    /// The first mapped topic that a source lacks and whose type the mapping does not name: until it appears, the
+    /// fields of its channel are unknown.
     #[must_use]
     pub fn awaited(&self, survey: &Survey) -> Option<&str> {
         let is_known = |name: &str| survey.topics.iter().any(|topic| topic.name == name);
@@ -135,7 +135,7 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
 fn mapped(table: Table<'_>) -> Option<Mapped> {
     let text = |key, about| table.text(key).about(about).spanned();
     let topic = text("topic", "The topic; also one of a service or an action: `/go/_action/status`.").required();
-    let about = "The type of the messages, for a topic that may have none: otherwise, `--follow` waits for the first.";
+    let about = "The type of the messages. With it, `watch` need not wait until the topic exists, nor `--follow` for its first message.";
     let kind = text("type", about).optional();
     let from = text("from", "The process that sends.").required();
     let to = text("to", "The process that receives.").required();

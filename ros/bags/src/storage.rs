@@ -17,6 +17,7 @@ use source::Wanted;
 
 pub use files::is_bag;
 pub use following::Following;
+pub(crate) use source::is_note;
 pub use source::{Received, Source};
 pub use survey::{Definition, Head, Survey, Topic};
 pub use writer::{BagWriter, Recorder};

@@ -90,6 +90,26 @@ fn the_files_of_a_bag_follow_one_another_until_rosbag2_has_written_its_metadata(
 }
 
 #[test]
+fn a_file_that_is_missing_at_the_end_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("room for a file");
+    write("bag_1.mcap", &written(&[("/cmd_vel", TWIST, 1, twist(0.0))], chunked(100)));
+    write(
+        "metadata.yaml",
+        b"rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.mcap\n    - bag_1.mcap\n",
+    );
+    let mut following = Following::open(folder.path(), ["/cmd_vel"]).expect("a folder");
+    assert_eq!(received(&mut following), (vec![1], Received::Over));
+    assert_eq!(following.lost(), ["bag_0.mcap is missing, although metadata.yaml lists it"]);
+    fs::remove_file(folder.path().join("metadata.yaml")).expect("a file");
+    let mut following = following.restart().expect("the same folder");
+    assert_eq!(received(&mut following), (vec![1], Received::Idle));
+    fs::remove_dir_all(folder.path()).expect("a folder");
+    assert_eq!(received(&mut following), (vec![], Received::Over));
+    assert!(following.lost()[0].starts_with("cannot read"), "{:?}", following.lost());
+}
+
+#[test]
 fn a_file_that_is_not_closed_or_changes_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bag_0.mcap");

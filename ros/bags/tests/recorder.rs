@@ -15,13 +15,16 @@ use crate::reading::{line, mapping, nothing};
 enum Step {
     /// A message on the topic with this index, so many milliseconds later.
     Message(usize, i64),
+    /// One that is cut off.
+    Wrong(i64),
     Quiet(i64),
     Idle,
-    /// The time at which something was lost comes first, as a bridge has it.
+    /// Something is lost, with the next step or at once.
     Lost(i64),
+    Broken,
 }
 
-/// A source that is made up: it does these steps, and then is idle.
+/// A source that is made up: it does these steps, and then is over.
 struct MadeUp {
     steps: std::vec::IntoIter<Step>,
     is_losing: bool,
@@ -51,19 +54,31 @@ impl Source for MadeUp {
         if std::mem::take(&mut self.is_losing) {
             self.lost.push(format!("loss {}", self.lost.len()));
         }
-        match self.steps.next().unwrap_or(Step::Idle) {
-            Step::Idle => Received::Idle,
-            Step::Message(index, ms) => {
+        match self.steps.next() {
+            None => Received::Over,
+            Some(Step::Idle) => Received::Idle,
+            Some(Step::Broken) => {
+                self.lost.push(format!("loss {}", self.lost.len()));
+                Received::Idle
+            }
+            Some(Step::Message(index, ms)) => {
                 self.now_ns += ms * 1_000_000;
                 let topic = self.survey.add(topic(index));
+                self.survey.count(topic, self.now_ns);
                 *body = twist(self.now_ns as f64);
                 Received::Message(Head { topic, log_ns: self.now_ns, publish_ns: self.now_ns - 1000 })
             }
-            Step::Quiet(ms) => {
+            Some(Step::Wrong(ms)) => {
+                self.now_ns += ms * 1_000_000;
+                *body = twist(0.5)[..9].to_vec();
+                self.survey.count(0, self.now_ns);
+                Received::Message(Head { topic: 0, log_ns: self.now_ns, publish_ns: self.now_ns })
+            }
+            Some(Step::Quiet(ms)) => {
                 self.now_ns += ms * 1_000_000;
                 Received::Quiet(self.now_ns)
             }
-            Step::Lost(ms) => {
+            Some(Step::Lost(ms)) => {
                 self.now_ns += ms * 1_000_000;
                 self.is_losing = true;
                 Received::Quiet(self.now_ns)
@@ -80,19 +95,34 @@ impl Source for MadeUp {
     }
 }
 
+/// A source that is told when it is over, as a robot is that is no longer watched.
+struct Told<S>(S);
+
+impl<S: Source> Source for Told<S> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        let received = self.0.receive(body);
+        if received == Received::Over {
+            self.0.end();
+        }
+        received
+    }
+
+    fn survey(&self) -> &Survey {
+        self.0.survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        self.0.lost()
+    }
+}
+
 fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
     let mapping = mapping(text);
     let compiled = mapping.compile(survey, None, &nothing).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
     let mut events = Events::new(source, &mapping, compiled, &nothing);
-    let (mut lines, mut idle) = (Vec::new(), 0);
-    while let Some(found) = events.next() {
-        idle = if found == Found::Idle { idle + 1 } else { 0 };
-        if idle > 100 {
-            events.end();
-        }
-        lines.extend((found != Found::Idle).then(|| line(found, &topology)));
-    }
+    let found = events.by_ref().filter(|found| *found != Found::Idle);
+    let mut lines: Vec<String> = found.map(|found| line(found, &topology)).collect();
     lines.extend(events.notes());
     lines
 }
@@ -102,7 +132,9 @@ fn step() -> impl Strategy<Value = Step> {
         4 => (0..2_usize, 0..700_i64).prop_map(|(topic, ms)| Step::Message(topic, ms)),
         2 => (0..2500_i64).prop_map(Step::Quiet),
         1 => Just(Step::Idle),
+        1 => (0..3000_i64).prop_map(Step::Wrong),
         1 => (0..300_i64).prop_map(Step::Lost),
+        1 => Just(Step::Broken),
     ]
 }
 
@@ -125,7 +157,7 @@ proptest! {
         let (file, source) = (fs::File::create(&path).expect("a file"), MadeUp::new(steps));
         let survey = source.survey().clone();
         let writer = Rc::new(RefCell::new(BagWriter::begin(file).expect("room for a file")));
-        let source = Box::new(Recorder::new(source, Rc::clone(&writer)));
+        let source = Box::new(Told(Recorder::new(source, Rc::clone(&writer))));
         let live = events(source, &survey, &text);
         writer.borrow_mut().finish().expect("room for the end");
         let bag = Bag::open(&path).expect("a bag");

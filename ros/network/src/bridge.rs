@@ -9,16 +9,27 @@ use bags::{Head, Received, Source, Survey, Topic};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::http::{HeaderValue, Uri};
 use tungstenite::protocol::WebSocketConfig;
-use tungstenite::{Message, WebSocket};
+use tungstenite::{HandshakeError, Message, WebSocket};
 
 use crate::clock::{Clock, now, sleep};
 use crate::protocol::{Data, ERROR, GRAPH, NAMES, Said, subscribe, subscribe_graph};
 
-/// How long one call waits for a message: so late may a deadline be noticed that nothing else brings to light.
+/// How long one call waits for a message.
 const PATIENCE: Duration = Duration::from_millis(2);
+
+/// How long after one ping the next is sent: a deadline that passes in silence is noticed at most so late.
+const PING: Duration = Duration::from_millis(50);
+
+/// How long a server may say nothing, not even answer a ping.
+const DEAD: Duration = Duration::from_secs(5);
 
 /// How long a server may take to answer a connection.
 const ANSWER: Duration = Duration::from_secs(5);
+
+const TOO_MUCH: &str = "it advertises more than 10,000 topics, or more than 64 MiB of definitions";
+
+/// What the names of an action's topics and services have after its own.
+const ACTION: &str = "/_action/";
 
 /// How long a server may take to say which topics it has.
 const TOPICS: Duration = Duration::from_millis(500);
@@ -29,18 +40,17 @@ const FAREWELL: Duration = Duration::from_millis(200);
 /// How long to wait before trying to connect again.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// The largest message: no map or image is larger.
+/// A larger message ends the connection: this bounds the memory that a server can claim.
 const LARGEST: usize = 1 << 26;
 
-/// So many topics are known at most, with definitions of so many bytes; a server that advertises more is wrong, or
-/// hostile.
+/// The most topics that are accepted, and the most bytes of their names and definitions.
 const MOST_TOPICS: usize = 10_000;
 const MOST_DEFINED: usize = 1 << 26;
 
-/// So many losses are described at most: after the first, any message may be missing anyway.
+/// The most losses that are described: after the first, any message may be missing anyway.
 const MOST_LOST: usize = 100;
 
-/// What `foxglove_bridge` says in the warning that it leaves out messages, at most once in a while.
+/// Part of the warning with which `foxglove_bridge` before 3.2 reports dropped messages, at most every few seconds.
 const FULL: &str = "buffer limit";
 
 /// The port of `foxglove_bridge`.
@@ -82,8 +92,10 @@ impl Error {
 
 /// A connection to a bridge. It is a source of the messages on some topics, or on all.
 ///
-/// A message's time is when it is received, by a clock of this machine that never goes back; it was sent at the
-/// bridge's stamp. A connection that breaks is opened again, and what may have been missed meanwhile is lost.
+/// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
+/// bridge's stamp. It is quiet only as long as the bridge answers pings. A connection that breaks, or that answers no
+/// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic may have said between
+/// two of its publishers.
 pub struct Bridge {
     uri: Uri,
     connection: Option<Connection>,
@@ -94,8 +106,8 @@ pub struct Bridge {
     /// The size of all definitions, in bytes.
     defined: usize,
     lost: Vec<String>,
-    /// What will be lost with the next call, which comes after the time at which the connection broke.
-    breaking: Option<String>,
+    /// The topics that were offered, and are no longer.
+    gone: BTreeSet<String>,
     /// When to try again to connect.
     again: Instant,
     name: String,
@@ -108,8 +120,28 @@ pub struct Bridge {
 pub struct Robot {
     /// The names of its nodes.
     pub nodes: BTreeSet<String>,
+    /// The names of its actions.
+    pub actions: BTreeSet<String>,
     /// Its services, with their types; none is known of a service that only the graph of nodes names.
     pub services: BTreeMap<String, Option<String>>,
+}
+
+impl Robot {
+    /// Takes note of a service, or of the action that a name belongs to.
+    fn name(&mut self, name: String, kind: Option<String>) {
+        if self.services.len() + self.actions.len() >= MOST_TOPICS {
+            return;
+        }
+        match name.split_once(ACTION) {
+            Some((action, _)) => {
+                self.actions.insert(action.to_owned());
+            }
+            None => {
+                let known = self.services.entry(name).or_default();
+                *known = known.take().or(kind);
+            }
+        }
+    }
 }
 
 /// An open connection.
@@ -119,6 +151,10 @@ struct Connection {
     topics: BTreeMap<u32, usize>,
     /// The numbers of subscriptions by the server's channels.
     subscriptions: BTreeMap<u64, u32>,
+    /// When the server last said anything, and when the last ping was sent, also in nanoseconds since 1970.
+    heard: Instant,
+    pinged: (Instant, i64),
+    is_answered: bool,
 }
 
 impl Bridge {
@@ -142,7 +178,7 @@ impl Bridge {
             wanted,
             defined: 0,
             lost: Vec::new(),
-            breaking: None,
+            gone: BTreeSet::new(),
             again: now(),
             name: String::new(),
             has_advertised: false,
@@ -155,8 +191,11 @@ impl Bridge {
         while bridge.name.is_empty() || !bridge.has_advertised && asked.elapsed() < TOPICS {
             match connection.socket.read() {
                 Ok(message) => bridge.hear(&message, &mut connection, &mut Vec::new()).map(drop).map_err(silent)?,
-                Err(error) if is_pause(&error) && asked.elapsed() < ANSWER => {}
+                Err(error) if is_pause(&error) => {}
                 Err(error) => return Err(silent(error.to_string())),
+            }
+            if bridge.name.is_empty() && asked.elapsed() > ANSWER {
+                return Err(silent("it does not say who it is".to_owned()));
             }
         }
         bridge.connection = Some(connection);
@@ -185,7 +224,10 @@ impl Bridge {
         match message {
             Message::Text(text) => {
                 let said = serde_json::from_str(text.as_str());
-                self.take(said.map_err(|error| format!("it says what no bridge says: {error}"))?, connection)?;
+                self.take(
+                    said.map_err(|error| format!("it sent a message that is not of the protocol: {error}"))?,
+                    connection,
+                )?;
             }
             Message::Binary(frame) => {
                 let Some(Data { subscription, sent_ns, body: bytes }) = Data::of(frame) else { return Ok(None) };
@@ -203,6 +245,34 @@ impl Bridge {
         Ok(None)
     }
 
+    /// What comes next over the connection; why it is broken, if it is.
+    fn hear_next(&mut self, connection: &mut Connection, body: &mut Vec<u8>) -> Result<Received, String> {
+        connection.ping(self.clock.now_ns())?;
+        let asked = now();
+        // Whatever else a server says must not keep the caller from its other work.
+        while asked.elapsed() < PATIENCE {
+            let message = match connection.socket.read() {
+                Ok(message) => message,
+                Err(error) if is_pause(&error) && connection.is_dead() => {
+                    return Err(format!("it has said nothing for {} s", DEAD.as_secs()));
+                }
+                Err(error) if is_pause(&error) => break,
+                Err(error) => return Err(error.to_string()),
+            };
+            connection.heard = now();
+            let is_answer = |payload: &[u8]| payload == connection.pinged.1.to_le_bytes();
+            if matches!(&message, Message::Pong(payload) if !connection.is_answered && is_answer(payload)) {
+                // What the server had said before it answered has come.
+                connection.is_answered = true;
+                return Ok(Received::Quiet(connection.pinged.1));
+            }
+            if let Some(head) = self.hear(&message, connection, body)? {
+                return Ok(Received::Message(head));
+            }
+        }
+        Ok(Received::Idle)
+    }
+
     /// Takes note of channels, and asks for the messages of those that are wanted.
     fn take(&mut self, said: Said, connection: &mut Connection) -> Result<(), String> {
         match said {
@@ -217,25 +287,36 @@ impl Bridge {
                 let mut asked = Vec::new();
                 for channel in channels {
                     let (id, topic) = (channel.id, channel.into_topic());
+                    if self.gone.remove(&topic.name) {
+                        let when = bags::moment(self.clock.now_ns());
+                        self.lose(format!(
+                            "{} was offered again at {when}: what it said before may be missing",
+                            topic.name
+                        ));
+                    }
                     if self.wanted.as_ref().is_none_or(|wanted| wanted.contains(&topic.name)) {
                         asked.push((connection.subscribe(id, self.index(topic)?)?, id));
                     }
                 }
                 connection.ask(&asked)?;
             }
-            Said::Unadvertise { channel_ids } => channel_ids.iter().for_each(|id| connection.forget(*id)),
+            Said::Unadvertise { channel_ids } => {
+                let topics = channel_ids.iter().filter_map(|id| connection.forget(*id));
+                self.gone.extend(topics.map(|topic| self.survey.topics[topic].name.clone()));
+            }
             Said::AdvertiseServices { services } => {
-                let kinds = services.into_iter().map(|service| (service.name, Some(service.kind)));
-                self.robot.services.extend(kinds.take(MOST_TOPICS));
+                services.into_iter().for_each(|service| self.robot.name(service.name, Some(service.kind)));
             }
             Said::ConnectionGraphUpdate { published_topics, subscribed_topics, advertised_services } => {
-                for service in &advertised_services {
-                    self.robot.services.entry(service.name.clone()).or_default();
-                }
+                let topics = published_topics.iter().filter(|topic| topic.name.contains(ACTION));
+                let names =
+                    topics.map(|topic| &topic.name).chain(advertised_services.iter().map(|service| &service.name));
+                names.for_each(|name| self.robot.name(name.clone(), None));
                 let publishers = published_topics.into_iter().flat_map(|topic| topic.publisher_ids);
                 let subscribers = subscribed_topics.into_iter().flat_map(|topic| topic.subscriber_ids);
                 let providers = advertised_services.into_iter().flat_map(|service| service.provider_ids);
-                self.robot.nodes.extend(publishers.chain(subscribers).chain(providers).take(MOST_TOPICS));
+                let room = MOST_TOPICS.saturating_sub(self.robot.nodes.len());
+                self.robot.nodes.extend(publishers.chain(subscribers).chain(providers).take(room));
             }
             Said::Status { level, message } if level >= ERROR || message.contains(FULL) => {
                 self.lose(format!("the bridge says: {message}"));
@@ -254,7 +335,7 @@ impl Bridge {
             self.defined += size;
         }
         let is_too_much = index >= MOST_TOPICS || self.defined > MOST_DEFINED;
-        if is_too_much { Err("it advertises more than any robot has".to_owned()) } else { Ok(index) }
+        if is_too_much { Err(TOO_MUCH.to_owned()) } else { Ok(index) }
     }
 
     fn lose(&mut self, what: String) {
@@ -279,43 +360,22 @@ impl Bridge {
 
 impl Source for Bridge {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        if let Some(lost) = self.breaking.take() {
-            self.lose(lost);
-        }
         let Some(mut connection) = self.connection.take().or_else(|| self.reconnect()) else {
-            return Received::Quiet(self.clock.now_ns());
+            return Received::Idle;
         };
-        let asked = now();
-        loop {
-            let heard = match connection.socket.read() {
-                Ok(message) => self.hear(&message, &mut connection, body),
-                Err(error) if is_pause(&error) => {
-                    self.connection = Some(connection);
-                    // Nothing that has arrived is still waiting to be read.
-                    return Received::Quiet(self.clock.now_ns());
-                }
-                Err(error) => Err(error.to_string()),
-            };
-            match heard {
-                Ok(None) if asked.elapsed() < PATIENCE => {}
-                Ok(None) => {
-                    self.connection = Some(connection);
-                    return Received::Idle;
-                }
-                Ok(Some(head)) => {
-                    self.connection = Some(connection);
-                    return Received::Message(head);
-                }
-                Err(reason) => {
-                    let now_ns = self.clock.now_ns();
-                    self.again = now() + AGAIN;
-                    self.breaking = Some(format!(
-                        "the connection to {} broke at {}: {reason}; what came until it was back is missing",
-                        self.uri,
-                        bags::moment(now_ns)
-                    ));
-                    return Received::Quiet(now_ns);
-                }
+        match self.hear_next(&mut connection, body) {
+            Ok(received) => {
+                self.connection = Some(connection);
+                received
+            }
+            Err(reason) => {
+                self.again = now() + AGAIN;
+                self.gone.clear();
+                let (uri, when) = (&self.uri, bags::moment(self.clock.now_ns()));
+                self.lose(format!(
+                    "the connection to {uri} broke at {when}: {reason}; what came until it was back is missing"
+                ));
+                Received::Idle
             }
         }
     }
@@ -341,7 +401,7 @@ impl Connection {
     fn open(uri: &Uri) -> Result<Self, String> {
         let host = uri.host().unwrap_or_default().trim_matches(['[', ']']);
         let addresses = (host, uri.port_u16().unwrap_or(PORT)).to_socket_addrs().map_err(in_words)?;
-        let mut reason = "it has no address".to_owned();
+        let mut reason = "the host's name has no address".to_owned();
         for address in addresses {
             match TcpStream::connect_timeout(&address, ANSWER) {
                 Ok(stream) => return Self::shake_hands(uri, stream),
@@ -362,9 +422,13 @@ impl Connection {
         request.headers_mut().insert("Sec-WebSocket-Protocol", HeaderValue::from_static(NAMES));
         let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
         let shaken = tungstenite::client::client_with_config(request, stream, Some(config));
-        let (socket, _) = shaken.map_err(|error| error.to_string())?;
+        let (socket, _) = shaken.map_err(|error| match error {
+            HandshakeError::Interrupted(_) => "it does not answer in time".to_owned(),
+            HandshakeError::Failure(error) => error.to_string(),
+        })?;
         socket.get_ref().set_read_timeout(Some(PATIENCE)).map_err(in_words)?;
-        Ok(Self { socket, topics: BTreeMap::new(), subscriptions: BTreeMap::new() })
+        let (topics, subscriptions) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { socket, topics, subscriptions, heard: now(), pinged: (now(), 0), is_answered: true })
     }
 
     /// The number of a channel's subscription, under which its messages will come.
@@ -373,13 +437,27 @@ impl Connection {
         let number = *self.subscriptions.entry(channel).or_insert(next);
         self.topics.insert(number, topic);
         let is_too_much = self.topics.len() > MOST_TOPICS;
-        if is_too_much { Err("it advertises more than any robot has".to_owned()) } else { Ok(number) }
+        if is_too_much { Err(TOO_MUCH.to_owned()) } else { Ok(number) }
     }
 
-    fn forget(&mut self, channel: u64) {
-        if let Some(number) = self.subscriptions.remove(&channel) {
-            self.topics.remove(&number);
+    /// Forgets a channel, and returns its topic.
+    fn forget(&mut self, channel: u64) -> Option<usize> {
+        self.topics.remove(&self.subscriptions.remove(&channel)?)
+    }
+
+    /// Asks whether the server is still there, if that is due.
+    fn ping(&mut self, now_ns: i64) -> Result<(), String> {
+        if self.is_answered && self.pinged.0.elapsed() > PING {
+            (self.pinged, self.is_answered) = ((now(), now_ns), false);
+            let payload = now_ns.to_le_bytes().to_vec();
+            return self.socket.send(Message::Ping(payload.into())).map_err(|error| error.to_string());
         }
+        Ok(())
+    }
+
+    /// Whether the server has not even answered a ping, although there was time to read the answer.
+    fn is_dead(&self) -> bool {
+        !self.is_answered && self.heard.max(self.pinged.0).elapsed() > DEAD
     }
 
     fn ask(&mut self, subscriptions: &[(u32, u64)]) -> Result<(), String> {

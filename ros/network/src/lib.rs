@@ -4,8 +4,8 @@
 //! middleware and any host, with nothing but the bridge on the robot. It only listens. It is a [`bags::Source`], so
 //! that [`bags::Events`] makes events of its messages as it does of those of a bag.
 //!
-//! A bridge leaves out messages when it, or whoever reads from it, is too slow, and does not say so. What is judged by
-//! its messages is judged as the bridge told it.
+//! A bridge drops messages when it, or whoever reads from it, is too slow, and need not say so. Verdicts rest on what
+//! it forwards.
 
 mod bridge;
 mod clock;

@@ -6,7 +6,7 @@ use bags::{Definition, Topic};
 use serde::Deserialize;
 use serde_json::json;
 
-/// The names of the protocol: that of Foxglove's SDK, and that of older servers. They differ in what they call it.
+/// The subprotocols to offer: the SDK's name, and that of older servers. The messages are the same.
 pub(crate) const NAMES: &str = "foxglove.sdk.v1, foxglove.websocket.v1";
 
 /// What a server says in a text.
@@ -56,6 +56,7 @@ pub(crate) struct Service {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Publishers {
+    pub(crate) name: String,
     pub(crate) publisher_ids: Vec<String>,
 }
 

@@ -66,7 +66,7 @@ fn data(subscription: u32, sent_ns: u64, body: &[u8]) -> Message {
 /// The bodies of the messages that come until the connection breaks, with the names of their topics and their stamps.
 fn heard(bridge: &mut Bridge) -> Vec<(String, i64, Vec<u8>)> {
     let (mut all, mut body) = (Vec::new(), Vec::new());
-    while bridge.lost().is_empty() {
+    while !bridge.lost().last().is_some_and(|lost| lost.contains("broke at")) {
         if let Received::Message(head) = bridge.receive(&mut body) {
             all.push((bridge.survey().topics[head.topic].name.clone(), head.publish_ns, body.clone()));
         }
@@ -97,7 +97,8 @@ fn the_wanted_topics_are_asked_for_and_heard() {
     assert_eq!((bridge.name(), bridge.survey().topics.len()), ("a robot", 1));
     let expected = [("/stop".to_owned(), 5, vec![0, 1, 0, 0, 1]), ("/stop".to_owned(), 7, vec![3])];
     assert_eq!(heard(&mut bridge), expected);
-    assert!(bridge.lost()[0].contains("broke at"), "{:?}", bridge.lost());
+    assert_eq!(bridge.lost().len(), 2, "{:?}", bridge.lost());
+    assert!(bridge.lost()[0].starts_with("/stop was offered again at"), "{:?}", bridge.lost());
     drop(bridge);
     let asked = served.join().expect("a server that ends");
     let subscriptions = |id: u64| json!({ "op": "subscribe", "subscriptions": [{ "id": 0, "channelId": id }] });
@@ -114,9 +115,9 @@ fn who_wants_to_know_everything_hears_of_nodes_and_services_too() {
         ),
         text(&json!({
             "op": "connectionGraphUpdate",
-            "publishedTopics": [{ "name": "/scan", "publisherIds": ["/laser"] }],
+            "publishedTopics": [{ "name": "/scan", "publisherIds": ["/laser"] }, { "name": "/go/_action/status", "publisherIds": [] }],
             "subscribedTopics": [{ "name": "/scan", "subscriberIds": ["/amcl", "/laser"] }],
-            "advertisedServices": [{ "name": "/dock", "providerIds": ["/dock_server"] }, { "name": "/x", "providerIds": [] }],
+            "advertisedServices": [{ "name": "/dock", "providerIds": ["/dock_server"] }, { "name": "/x", "providerIds": [] }, { "name": "/go/_action/send_goal", "providerIds": [] }],
         })),
         Message::Close(None),
     ];
@@ -127,11 +128,45 @@ fn who_wants_to_know_everything_hears_of_nodes_and_services_too() {
         let robot = bridge.robot().clone();
         assert_eq!(robot.nodes.iter().collect::<Vec<_>>(), ["/amcl", "/dock_server", "/laser"]);
         assert_eq!(robot.services["/dock"].as_deref(), Some("std_srvs/srv/Trigger"));
-        assert_eq!(robot.services["/x"], None);
+        assert_eq!((&robot.services["/x"], robot.services.len()), (&None, 2));
+        assert_eq!(robot.actions.iter().collect::<Vec<_>>(), ["/go"]);
         drop(bridge);
         let asked = served.join().expect("a server that ends");
         assert_eq!(!asked.is_empty(), asks, "{asked:?}");
     }
+}
+
+/// The server never answers a ping, as if the network were gone: it does not read.
+#[test]
+fn silence_passes_no_time_unless_the_bridge_answers() {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let served = std::thread::spawn(move || {
+        let mut socket = accepted(listener.accept().expect("a client").0);
+        socket.send(info()).and_then(|()| socket.send(advertise(&[channel(1, "/a")]))).expect("a client");
+        socket
+    });
+    let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+    let mut socket = served.join().expect("a server");
+    let mut body = Vec::new();
+    while bridge.lost().is_empty() {
+        assert_eq!(bridge.receive(&mut body), Received::Idle);
+    }
+    assert!(bridge.lost()[0].contains("it has said nothing for 5 s"), "{:?}", bridge.lost());
+    // One that reads answers.
+    drop(socket.read());
+    let (address, served) = server(vec![info(), advertise(&[channel(1, "/a")])]);
+    let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+    let mut quiet = Vec::new();
+    while quiet.len() < 3 {
+        match bridge.receive(&mut body) {
+            Received::Quiet(at_ns) => quiet.push(at_ns),
+            received => assert_eq!(received, Received::Idle),
+        }
+    }
+    assert!(quiet.is_sorted(), "{quiet:?}");
+    bridge.end();
+    served.join().expect("a server that ends");
 }
 
 #[test]
@@ -139,7 +174,8 @@ fn a_bridge_that_is_full_or_reports_an_error_loses_something() {
     let status = |level: u8, message: &str| text(&json!({ "op": "status", "level": level, "message": message }));
     let harmless = [status(0, "hello"), status(1, "no definition of x/msg/Y")];
     for loss in [status(1, "Send buffer limit reached"), status(2, "subscription failed")] {
-        let said = [&[info()][..], &harmless, &[advertise(&[channel(1, "/a")]), data(0, 1, &[1]), loss]].concat();
+        let rest = [advertise(&[channel(1, "/a")]), data(0, 1, &[1]), loss, Message::Close(None)];
+        let said = [&[info()][..], &harmless, &rest].concat();
         let (address, _) = server(said);
         let mut bridge = Bridge::connect(&address, None).expect("a bridge");
         assert_eq!(heard(&mut bridge).len(), 1);
@@ -157,7 +193,7 @@ fn what_no_robot_has_ends_the_connection() {
         let (address, _) = server([vec![info(), advertise(&[channel(1, "/b")])], said].concat());
         let mut bridge = Bridge::connect(&address, None).expect("a bridge");
         assert_eq!(heard(&mut bridge), []);
-        assert!(bridge.lost()[0].contains("it advertises more than any robot has"), "{:?}", bridge.lost());
+        assert!(bridge.lost()[0].contains("it advertises more than 10,000 topics"), "{:?}", bridge.lost());
     }
     let (address, _) = server(vec![info(), advertise(&[long]), Message::Close(None)]);
     assert!(Bridge::connect(&address, None).is_ok_and(|bridge| bridge.survey().topics.len() == 1));

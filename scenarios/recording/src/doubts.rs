@@ -9,6 +9,8 @@ use monitors::{Formula, Property, ScopeMonitor};
 #[derive(Debug)]
 pub struct Doubts {
     why: Vec<Option<String>>,
+    /// Why violations after the first are unsure, of properties that had been violated.
+    later: Vec<Option<String>>,
     /// For each property, the monitor that tells whether missing messages could change its verdict; without one, the
     /// property's own does.
     judges: Vec<Option<ScopeMonitor>>,
@@ -18,7 +20,12 @@ impl Doubts {
     /// Nothing is missing for this many properties. What may be missing later is within the domains of the channels.
     #[must_use]
     pub fn none(properties: usize) -> Self {
-        Self { why: vec![None; properties], judges: std::iter::repeat_with(|| None).take(properties).collect() }
+        let nothing = vec![None; properties];
+        Self {
+            why: nothing.clone(),
+            later: nothing,
+            judges: std::iter::repeat_with(|| None).take(properties).collect(),
+        }
     }
 
     /// Nothing is missing. What may be missing later can be any message, such as one that is missing because its
@@ -36,7 +43,8 @@ impl Doubts {
             let judge = judge.expect("whether a formula can be monitored does not depend on the domains");
             (!judge.foresees_as(monitor)).then_some(judge)
         };
-        Self { why: vec![None; properties.len()], judges: properties.iter().map(judge).collect() }
+        let nothing = vec![None; properties.len()];
+        Self { why: nothing.clone(), later: nothing, judges: properties.iter().map(judge).collect() }
     }
 
     /// The monitors that must see every event, besides those of the properties.
@@ -53,11 +61,21 @@ impl Doubts {
             if self.verdict(index, property) == Verdict::Inconclusive && !is_elsewhere {
                 self.why[index].get_or_insert_with(|| why.to_owned());
             }
+            if self.verdict(index, property) == Verdict::False && judged(property).is_none() {
+                self.later[index].get_or_insert_with(|| why.to_owned());
+            }
         }
     }
 
+    /// Why violations after the first are unsure, of properties that had been violated when messages went missing.
+    #[must_use]
+    pub fn later(&self) -> &[Option<String>] {
+        &self.later
+    }
+
     /// The verdict that no missing message can change, or else inconclusive.
-    fn verdict(&self, index: usize, property: &Property) -> Verdict {
+    #[must_use]
+    pub fn verdict(&self, index: usize, property: &Property) -> Verdict {
         self.judges[index].as_ref().map_or_else(|| property.monitor.verdict(), Monitor::verdict)
     }
 

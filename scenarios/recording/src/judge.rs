@@ -93,10 +93,10 @@ impl Judge {
         self.doubts.miss(why, channel, properties);
     }
 
-    /// Why each verdict is unsure, if it is.
+    /// What missing messages make unsure.
     #[must_use]
-    pub fn unsure(&self) -> &[Option<String>] {
-        self.doubts.all()
+    pub fn doubts(&self) -> &Doubts {
+        &self.doubts
     }
 
     fn record(&self, time: Duration, happenings: Vec<Happening>, details: Details) -> Step {

@@ -73,7 +73,7 @@ fn verdicts_that_missing_messages_could_change_are_unsure() {
             view.apply(judge.step(event, &mut properties)).unwrap();
         }
     }
-    assert_eq!(judge.unsure(), [None, Some("a gap of 2 s".to_owned())]);
+    assert_eq!(judge.doubts().all(), [None, Some("a gap of 2 s".to_owned())]);
     view.finish(judge.finish(&properties)).unwrap();
     let outcomes: Vec<Outcome> = view.monitors().map(|monitor| monitor.outcome()).collect();
     assert_eq!(outcomes, [Outcome::Violated, Outcome::Inconclusive]);

@@ -217,7 +217,7 @@ impl Mapping {
         if shape.is_none() {
             let mut names: Vec<&str> = all.iter().map(|topic| topic.name.as_str()).collect();
             names.sort_unstable();
-            let problem = mapped.topic.span.problem(format!("the bag contains no topic `{}`", mapped.topic.value));
+            let problem = mapped.topic.span.problem(format!("there is no topic `{}`", mapped.topic.value));
             problems.push(problem.with_label("this topic").with_help(nearest_or_all(
                 &mapped.topic.value,
                 "topics",

@@ -89,7 +89,7 @@ fn in_order(name: &str) -> (String, u64, String) {
 }
 
 /// The files that rosbag2's metadata lists.
-fn listed(metadata: &str) -> Vec<String> {
+pub(super) fn listed(metadata: &str) -> Vec<String> {
     let lines = metadata.lines().skip_while(|line| line.trim() != "relative_file_paths:").skip(1);
     let names = lines.map_while(|line| line.trim().strip_prefix("- "));
     names.map(|name| name.trim().trim_matches(['"', '\'']).to_owned()).collect()

@@ -6,7 +6,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::files::{METADATA, names};
+use super::files::{METADATA, listed, names};
 use super::mcap::McapReader;
 use super::source::{Received, Source, Wanted, received};
 use super::survey::Survey;
@@ -24,6 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// has been closed, and a folder when rosbag2 has also written its metadata.
 pub struct Following {
     path: PathBuf,
+    is_folder: bool,
     /// The names of the folder's files that have been opened; if the path is a file, whether it has been.
     opened: BTreeSet<String>,
     current: Option<(PathBuf, McapReader)>,
@@ -57,6 +58,7 @@ impl Following {
 
     fn begin(path: PathBuf, wanted: Wanted, survey: Survey) -> Result<Self, Error> {
         let mut following = Self {
+            is_folder: path.is_dir(),
             path,
             opened: BTreeSet::new(),
             current: None,
@@ -90,7 +92,7 @@ impl Following {
 
     /// The name and the path of the next file, if there is one.
     fn next_file(&self) -> Result<Option<(String, PathBuf)>, Error> {
-        if !self.path.is_dir() {
+        if !self.is_folder {
             return Ok(self.opened.is_empty().then(|| (String::new(), self.path.clone())));
         }
         let names = names(&self.path)?;
@@ -104,8 +106,8 @@ impl Following {
     /// Whether no further file is to be expected.
     fn is_complete(&self) -> bool {
         let is_gone = |path: &Path| fs::metadata(path).is_err_and(|error| error.kind() == ErrorKind::NotFound);
-        match self.path.is_dir() {
-            true => self.path.join(METADATA).exists(),
+        match self.is_folder {
+            true => self.path.join(METADATA).exists() || is_gone(&self.path),
             false => !self.opened.is_empty() && self.current.is_none() || is_gone(&self.path),
         }
     }
@@ -121,6 +123,18 @@ impl Following {
             return Received::Idle;
         }
         self.end(Some(format!("{} was never closed: its end is missing", file.display())))
+    }
+
+    /// What is missing although everything that is there has been read, in words.
+    fn missing(&self) -> Option<String> {
+        if !self.is_folder {
+            return None;
+        }
+        let Ok(metadata) = fs::read_to_string(self.path.join(METADATA)) else {
+            return Some(format!("{} was removed while it was followed", self.path.display()));
+        };
+        let missing = listed(&metadata).into_iter().find(|name| !self.opened.contains(name))?;
+        Some(format!("{missing} is missing, although {METADATA} lists it"))
     }
 
     fn end(&mut self, lost: Option<String>) -> Received {
@@ -140,8 +154,10 @@ impl Source for Following {
                         Ok(false) => return self.rest(&path),
                         Err(error) => return self.end(Some(error.to_string())),
                     },
-                    Ok(None) if self.is_complete() => return self.end(None),
-                    Ok(None) => return Received::Idle,
+                    Ok(None) if !self.is_complete() => return Received::Idle,
+                    // The last file may have been written in between.
+                    Ok(None) if self.next_file().is_ok_and(|next| next.is_some()) => continue,
+                    Ok(None) => return self.end(self.missing()),
                     Err(error) => return self.end(Some(error.to_string())),
                 }
             };

@@ -365,6 +365,8 @@ impl Walk {
         if rest < HEAD {
             return Ok(false);
         }
+        // Some writers correct the length of a chunk when it is complete, so what was read before does not count.
+        self.file.seek(SeekFrom::Start(at))?;
         let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
         self.file.seek_relative(-(HEAD as i64))?;
         Ok(rest - HEAD >= length)

@@ -6,7 +6,8 @@ use ros_messages::CdrReader;
 
 use super::survey::{Head, Survey, Topic};
 
-/// Where messages come from: a [bag](super::Messages), or a recording that is [still being written](super::Following).
+/// Where messages come from: a [bag](super::Messages), a recording that is [still being written](super::Following), or
+/// a robot.
 pub trait Source {
     /// Reads the next message into `body`.
     fn receive(&mut self, body: &mut Vec<u8>) -> Received;
@@ -25,7 +26,7 @@ pub enum Received {
     Message(Head),
     /// Nothing yet: more may come later.
     Idle,
-    /// Nothing yet, and nothing that was received before this time, in nanoseconds since 1970.
+    /// Nothing now: every message received before this time, in nanoseconds since 1970, has been returned.
     Quiet(i64),
     /// Nothing more.
     Over,
@@ -45,7 +46,7 @@ impl Wanted {
         match self {
             Self::Known(wanted) => survey.topics.iter().position(|known| known == topic).filter(|index| wanted[*index]),
             Self::Named(names) => {
-                let is_wanted = names.contains(&topic.name) || [QUIET, LOST].contains(&topic.name.as_str());
+                let is_wanted = names.contains(&topic.name) || is_note(topic);
                 is_wanted.then(|| survey.add(topic.clone()))
             }
         }
@@ -57,6 +58,11 @@ pub(super) const QUIET: &str = "/steward/quiet";
 
 /// The topic of its note that something is lost: a string that says what.
 pub(super) const LOST: &str = "/steward/lost";
+
+/// Whether a topic has such notes.
+pub(crate) fn is_note(topic: &Topic) -> bool {
+    [QUIET, LOST].contains(&topic.name.as_str())
+}
 
 /// What has been read from a file: a message, or one of these notes. What is lost is added to `lost`.
 pub(super) fn received(head: Head, survey: &Survey, body: &[u8], lost: &mut Vec<String>) -> Option<Received> {

@@ -14,8 +14,8 @@ use super::survey::{Head, Survey, Topic};
 
 /// An MCAP file of the messages that a source tells, of what it has lost, and of how long it was quiet at last.
 ///
-/// Each message is a record of its own: the file can be [followed](super::Following), and nothing that has been
-/// written is lost if the program ends.
+/// Each message is a record of its own: the file can be [followed](super::Following), and a program that is killed
+/// loses only what it had not flushed.
 pub struct BagWriter<W: Write + Seek> {
     writer: Writer<W>,
     /// The channels of topics, by their indices, and of notes, by their names.
@@ -114,6 +114,7 @@ pub struct Recorder<S, W: Write + Seek> {
     quiet_ns: Option<i64>,
     lost: usize,
     newest_ns: i64,
+    has_begun: bool,
     /// How many topics have been written.
     topics: usize,
 }
@@ -121,11 +122,23 @@ pub struct Recorder<S, W: Write + Seek> {
 impl<S: Source, W: Write + Seek> Recorder<S, W> {
     /// Writes the messages of a source. The file is ended by [`BagWriter::finish`].
     pub fn new(source: S, writer: Rc<RefCell<BagWriter<W>>>) -> Self {
-        Self { source, writer, quiet_ns: None, lost: 0, newest_ns: 0, topics: 0 }
+        Self { source, writer, quiet_ns: None, lost: 0, newest_ns: 0, has_begun: false, topics: 0 }
+    }
+
+    /// Writes what has been lost since the last call.
+    fn write_lost(&mut self, at_ns: i64) {
+        let lost = self.source.lost().get(self.lost..).unwrap_or_default().to_vec();
+        if !lost.is_empty() {
+            // What had come before it became known is judged without it.
+            self.write_quiet();
+            self.lost += lost.len();
+            lost.iter().for_each(|what| self.writer.borrow_mut().note(LOST, at_ns, what));
+        }
     }
 
     fn write_quiet(&mut self) {
-        if let Some(quiet_ns) = self.quiet_ns.take() {
+        // Before the first message, no time passes.
+        if let Some(quiet_ns) = self.quiet_ns.take().filter(|_| self.has_begun) {
             self.writer.borrow_mut().note(QUIET, quiet_ns, "");
         }
     }
@@ -139,16 +152,18 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
             self.writer.borrow_mut().know(index, topic);
         }
         self.topics = self.source.survey().topics.len();
-        let lost = self.source.lost().get(self.lost..).unwrap_or_default().to_vec();
-        if !lost.is_empty() {
-            // What had come before it became known is judged without it.
-            self.write_quiet();
-            self.lost += lost.len();
-            lost.iter().for_each(|what| self.writer.borrow_mut().note(LOST, self.newest_ns, what));
+        match received {
+            // A file begins with its first message.
+            Received::Message(head) if !self.has_begun => self.write_lost(head.log_ns),
+            _ if self.has_begun => self.write_lost(self.newest_ns),
+            _ => {}
         }
         match received {
             Received::Message(head) => {
                 self.newest_ns = self.newest_ns.max(head.log_ns);
+                // Silence makes ticks before the message, which need not become an event.
+                self.write_quiet();
+                self.has_begun = true;
                 self.writer.borrow_mut().message(head, body);
             }
             Received::Quiet(quiet_ns) => {
@@ -163,6 +178,7 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
 
     fn end(&mut self) {
         self.source.end();
+        self.write_lost(self.newest_ns);
         self.write_quiet();
     }
 
