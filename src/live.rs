@@ -65,16 +65,18 @@ impl BoardArgs {
             return Ok(None);
         }
         let board = Board::open(title, self.port).map_err(refused)?;
-        let address = board.address();
-        note(&format!("the progress is shown at {address}"));
-        if !self.no_open {
-            browser::open(&address);
-        }
+        self.show("the progress is shown", &board.address());
         Ok(Some(board))
     }
-}
 
-impl BoardArgs {
+    /// Says where the page is, and opens it.
+    fn show(&self, what: &str, address: &str) {
+        note(&format!("{what} at {address}"));
+        if !self.no_open {
+            browser::open(address);
+        }
+    }
+
     /// Whether a page was requested.
     pub(crate) fn is_live(&self) -> bool {
         self.live
@@ -83,11 +85,7 @@ impl BoardArgs {
     /// Shows a recording that is being written, as long as the program goes on.
     pub(crate) fn follow(&self, recording: &Path) -> Result<(), Error> {
         let cockpit = Cockpit::replay(&[recording.to_owned()], self.port).map_err(refused)?;
-        let address = cockpit.address();
-        note(&format!("the page is at {address}"));
-        if !self.no_open {
-            browser::open(&address);
-        }
+        self.show("the page is", &cockpit.address());
         std::thread::spawn(move || {
             if let Err(error) = cockpit.serve() {
                 note(&format!("the page is no longer shown: {error}"));

@@ -37,6 +37,9 @@ fn what_does_not_fit_the_bag_is_refused_at_its_place() {
         problems("/go", "\"goal_id.uuid\""),
     ];
     insta::assert_snapshot!(all.concat());
+    let text = "[[messages]]\ntopic = \"/a\"\ntype = \"foo\"\nfrom = \"a\"\nto = \"b\"\nfields = { x = \"y\" }\n";
+    let problem = mapping(text).compile(bag.survey(), None, &nothing).expect_err("no type").plain();
+    assert!(problem.starts_with("mapping.toml:3:8: `foo` is not the name of a type"), "{problem}");
     // It is defined if the right folder is given.
     let action = "int8 to\n---\nbool done\n---\nfloat32 left\n";
     let read = |path: &Path| match path.ends_with("share/odd_msgs/action/Go.action") {

@@ -248,7 +248,11 @@ impl Mapping {
                 defined.layout
             }
             Err(undefined) => {
-                let problem = mapped.topic.span.problem(undefined.why).with_label("this topic");
+                let (place, label) = match &mapped.kind {
+                    Some(kind) => (&kind.span, "this type"),
+                    None => (&mapped.topic.span, "this topic"),
+                };
+                let problem = place.problem(undefined.why).with_label(label);
                 problems.push(problem.with_help(undefined.help));
                 return None;
             }

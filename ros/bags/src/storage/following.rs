@@ -125,7 +125,7 @@ impl Following {
         self.end(Some(format!("{} was never closed: its end is missing", file.display())))
     }
 
-    /// What is missing although everything that is there has been read, in words.
+    /// Which listed file was never found, or that the folder is gone, in words.
     fn missing(&self) -> Option<String> {
         if !self.is_folder {
             return None;
