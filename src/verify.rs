@@ -8,11 +8,14 @@ pub(crate) mod growing;
 mod judge;
 mod live_page;
 mod logs;
+#[cfg(test)]
+mod loss;
 pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
@@ -22,8 +25,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::{Contents, Found, Gap};
+use bags::{Contents, Found};
 use campaigns::Error;
+use channels::Gap;
 use monitors::{Channels, EventLog, LogError, Property};
 use recording::{Doubts, Header, LoggedRecording, Recording, RecordingError};
 use reports::report::ViolationsReport;
@@ -81,7 +85,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         match inspected {
             Inspected::Verdicts(verified) => print_wrapped(in_words(&verified))?,
             // It is meant to be pasted, so its lines are not wrapped.
-            Inspected::Contents(contents) => print(&bag::in_words(&contents))?,
+            Inspected::Contents(contents) => print(&bag::in_words(&contents, &BTreeMap::new()))?,
         }
     }
     logs::sort(&mut lines);
@@ -173,7 +177,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
     let events = events_of(&mut log, refused);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
-    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
+    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let doubts = Doubts::none(properties.len());
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
     let judged = Judged {
@@ -221,7 +225,7 @@ fn events_of<R: BufRead>(
             None => Some(Ok(Found::Event(event))),
             Some(why) => {
                 (is_known, after_gap) = (true, Some(event));
-                Some(Ok(Found::LeftOut(Gap { why: why.to_owned(), channel: None })))
+                Some(Ok(Found::LeftOut(Gap::of_anything(why))))
             }
         }
     })

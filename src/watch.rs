@@ -1,7 +1,10 @@
 //! `steward watch`: checks a running robot against properties.
 
+mod black_box;
+mod target;
+
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -9,34 +12,32 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use bags::{BagWriter, Recorder, Source};
+use bags::{BagWriter, Mapping, Recorder, Source};
 use campaigns::Error;
 use clap::Args;
-use network::{Bridge, Robot};
+use network::{Live, Robot};
 use reports::html::quoted;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::interrupt;
 use crate::live::BoardArgs;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
-use crate::verify::announcer::Announcer;
+use crate::verify::announcer::{Alarm, Announcer};
 use crate::verify::bag::contents;
 use crate::verify::growing::pause;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
 use crate::verify::{self, bag};
+use black_box::{BlackBox, Kept};
+use target::{TargetArgs, refused};
 
-/// How long a robot is listened to for a list: long enough for what comes once a second.
-const LISTEN: Duration = Duration::from_secs(2);
-
-/// What verdicts leave open that rest on a bridge's word.
-const AS_TOLD: &str = "as the bridge told it: a bridge that is too slow drops messages, and may not report it";
+/// How long a robot is listened to for a list: long enough to find its nodes, and to hear what comes once a second.
+const LISTEN: Duration = Duration::from_millis(2500);
 
 /// A running robot, and the properties to check.
 #[derive(Debug, Args)]
 pub(crate) struct WatchArgs {
-    /// Listens to the robot's Foxglove bridge: `ws://HOST:8765`
-    #[arg(long, value_name = "URL")]
-    foxglove: String,
+    #[command(flatten)]
+    target: TargetArgs,
     /// A property file, or the name of a shipped one; may be given more than once
     #[arg(long = "property", value_name = "FILE")]
     properties: Vec<PathBuf>,
@@ -58,10 +59,14 @@ pub(crate) struct WatchArgs {
     /// Starts CMD with each violation, in a shell; it reads the verdict from its standard input, as JSON
     #[arg(long, value_name = "CMD")]
     on_violation: Option<String>,
+    /// Writes the last moments before each violation, such as `60s`, to a file of its own: an MCAP file beside the
+    /// report, or here
+    #[arg(long, value_name = "SPAN", value_parser = black_box::span)]
+    black_box: Option<f64>,
     #[command(flatten)]
     board: BoardArgs,
     /// Lists what the robot tells instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation", "live"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation", "black_box", "live"])]
     list: bool,
     /// Prints lines of JSON instead of text, or the list as JSON
     #[arg(long)]
@@ -71,37 +76,36 @@ pub(crate) struct WatchArgs {
 /// Watches until Ctrl-C, or for as long as asked. Status 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
-    let path = Path::new(&args.foxglove);
     if args.list {
         return list(args);
     }
     let Some(mapping) = &args.map_channels else {
         let message = "there is no mapping from the robot's messages to channels";
-        let help = format!(
-            "add `--map-channels FILE`; `steward watch --foxglove {} --list` proposes such a file",
-            quoted(&args.foxglove)
-        );
+        let help = format!("add `--map-channels FILE`; `{} --list` proposes such a file", args.target.command());
         return Err(Error::refused(message, help));
     };
     let (mapping, text) = load_mapping(mapping)?;
     let topics: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
-    let mut bridge = connect(args, Some(topics.clone()))?;
-    note(&format!("listening to {}", bridge.name()));
+    let mut robot = args.target.connect(Some(topics))?;
+    note(&format!("listening to {}", robot.name()));
     let is_to_end = ends_after(args.seconds)?;
-    if await_topics(&mut bridge, &mapping, &is_to_end) {
-        // What is latched comes again.
-        bridge.end();
-        bridge = connect(args, Some(topics))?;
-    }
-    let survey = bridge.survey().clone();
+    refuse_unknown_calls(&mapping, robot.as_ref())?;
+    await_topics(robot.as_mut(), &mapping, &is_to_end);
+    robot.begin().map_err(refused)?;
+    let (survey, counts_losses) = (robot.survey().clone(), robot.counts_losses());
     let recorded = args.record.as_deref().map(record).transpose()?;
     let source: Box<dyn Source> = match &recorded {
-        Some(file) => Box::new(Recorder::new(bridge, Rc::clone(file))),
-        None => Box::new(bridge),
+        Some(file) => Box::new(Recorder::new(robot, Rc::clone(file))),
+        None => robot,
+    };
+    let kept = args.black_box.map(|span_s| Rc::new(RefCell::new(Kept::new((span_s * 1e9) as i64))));
+    let source: Box<dyn Source> = match &kept {
+        Some(kept) => Box::new(BlackBox { source, kept: Rc::clone(kept) }),
+        None => source,
     };
     let mapped = Mapped {
-        name: args.foxglove.clone(),
-        about: format!("A robot, as the bridge at {} told it", args.foxglove),
+        name: args.target.name(),
+        about: args.target.about(),
         mapping: &mapping,
         text,
         properties: &args.properties,
@@ -109,18 +113,17 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         folder: args.out.as_deref(),
         command: args.command(),
         way: None,
-        announcer: Some(Announcer::new(args.json, args.on_violation.clone())),
+        announcer: Some(Announcer::new(args.json, args.on_violation.clone(), kept.map(|kept| args.alarm(kept)))),
         board: Some(&args.board).filter(|board| board.is_live()),
     };
-    let mut verified = mapped.judge(&survey, source, &is_to_end)?;
+    let verified = mapped.judge(&survey, source, &is_to_end)?;
     let written = recorded
         .zip(args.record.as_ref())
         .map_or(Ok(()), |(file, path)| file.borrow_mut().finish().map_err(|source| unwritten(path, source)));
-    verified.notes.push(AS_TOLD.to_owned());
     verified.notes.iter().for_each(|text| note(text));
     if args.json {
-        let mut report = verify::as_json(&verified, path);
-        report["loss"] = json!("unknown");
+        let mut report = verify::as_json(&verified, Path::new(&args.target.name()));
+        report["loss"] = json!(if counts_losses { "counted" } else { "unknown" });
         print_json_line(&report)?;
     } else {
         print_wrapped(verify::in_words(&verified))?;
@@ -136,11 +139,24 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
 }
 
 impl WatchArgs {
+    /// Writes what is kept at each violation.
+    fn alarm(&self, kept: Rc<RefCell<Kept>>) -> Alarm {
+        let folder = self.out.clone().unwrap_or_default();
+        Box::new(move |property, verdict| {
+            let written = std::fs::create_dir_all(folder.join("."))
+                .and_then(|()| kept.borrow_mut().write(&folder, property, &verdict.to_string()));
+            match written {
+                Ok(path) => path.map(|path| format!("what led to it is in {}", path.display())),
+                Err(error) => Some(format!("what led to it could not be written: {error}")),
+            }
+        })
+    }
+
     /// The command that judges the messages again, if they were recorded, or otherwise watches again.
     fn command(&self) -> String {
         let mut words = match &self.record {
             Some(file) => vec!["steward verify".to_owned(), quoted(&file.to_string_lossy())],
-            None => vec!["steward watch --foxglove".to_owned(), quoted(&self.foxglove)],
+            None => vec![self.target.command()],
         };
         let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
         words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
@@ -150,36 +166,48 @@ impl WatchArgs {
     }
 }
 
-fn connect(args: &WatchArgs, topics: Option<BTreeSet<String>>) -> Result<Bridge, Error> {
-    Bridge::connect(&args.foxglove, topics).map_err(|error| Error::refused(error.to_string(), error.help()))
+/// Refuses a mapping of the calls of a service that its node keeps to itself: requests cannot be listened to without
+/// harm.
+fn refuse_unknown_calls(mapping: &Mapping, robot: &dyn Live) -> Result<(), Error> {
+    let service = mapping.awaited(robot.survey()).and_then(|topic| topic.strip_suffix("/_service_event"));
+    let Some(service) = service.filter(|service| robot.robot().services.contains_key(*service)) else { return Ok(()) };
+    let message = format!("the calls of the service {service} are unknown: its node does not publish them");
+    let help = "turn on its introspection in the node that offers it, `service.configure_introspection(…)`, or in the one that \
+                calls it; or give the topic a `type`: then the watch begins without it";
+    Err(Error::refused(message, help))
 }
 
 /// Prints what a robot tells of itself within a short time.
 fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
-    let mut bridge = connect(args, None)?;
+    let mut live = args.target.connect(None)?;
     let (is_to_end, mut body) = (ends_after(Some(LISTEN.as_secs_f64()))?, Vec::new());
     while !is_to_end() {
-        bridge.receive(&mut body);
+        live.receive(&mut body);
     }
-    bridge.end();
-    let mut survey = bridge.survey().clone();
-    survey.lost.extend(bridge.lost().iter().cloned());
-    let (contents, Robot { nodes, actions, services }) = (contents(&survey), bridge.robot());
+    let Robot { nodes, actions, services, publishers } = live.robot().clone();
+    live.end();
+    let mut survey = live.survey().clone();
+    survey.lost.extend(live.lost().iter().cloned());
+    let contents = contents(&survey);
+    let typed = |all: &BTreeMap<String, Option<String>>| -> Value {
+        all.iter().map(|(name, kind)| json!({ "name": name, "type": kind })).collect()
+    };
     if args.json {
-        let mut listed = bag::as_json(&contents, Path::new(&args.foxglove));
+        let mut listed = bag::as_json(&contents, Path::new(&args.target.name()));
         listed["nodes"] = json!(nodes);
-        listed["actions"] = json!(actions);
-        let of = |(name, kind): (&String, &Option<String>)| json!({ "name": name, "type": kind });
-        listed["services"] = services.iter().map(of).collect();
+        (listed["actions"], listed["services"]) = (typed(&actions), typed(&services));
+        listed["publishers"] = json!(publishers);
         print_json(&listed)?;
     } else {
         let nodes = nodes.iter().map(|name| format!("# node     {name}\n"));
-        let actions = actions.iter().map(|name| format!("# action   {name}\n"));
-        let of = |(name, kind): (&String, &Option<String>)| {
-            format!("# service  {name}  {}", kind.as_deref().unwrap_or_default()).trim_end().to_owned() + "\n"
+        let of = |what: &'static str| {
+            move |(name, kind): (&String, &Option<String>)| {
+                format!("# {what:8} {name}  {}", kind.as_deref().unwrap_or_default()).trim_end().to_owned() + "\n"
+            }
         };
-        let text: String = nodes.chain(actions).chain(services.iter().map(of)).collect();
-        print(&(text + &bag::in_words(&contents)))?;
+        let named = actions.iter().map(of("action")).chain(services.iter().map(of("service")));
+        let text: String = nodes.chain(named).collect();
+        print(&(text + &bag::in_words(&contents, &publishers)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

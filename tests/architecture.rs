@@ -30,7 +30,7 @@ const ROOMS: [(&str, &[&str]); 31] = [
     ("programs", &["channels", "diagnostics", "skills"]),
     ("monitors", &["channels", "diagnostics"]),
     ("bags", &["channels", "diagnostics", "ros_messages"]),
-    ("network", &["bags"]),
+    ("network", &["bags", "ros_messages"]),
     ("batch", &[]),
     ("drawing", &["diagnostics", "maps", "rasters"]),
     ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt"]),

@@ -41,3 +41,23 @@ pub enum EventKind {
         message: Message,
     },
 }
+
+/// Messages that may be missing from a sequence of events.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Gap {
+    /// Which, and why they are missing, in words.
+    pub why: String,
+    /// Their channel; `None` if they may be missing on any.
+    pub channel: Option<ChannelId>,
+    /// Since when they may be missing, if that is before they were missed.
+    pub since: Option<Duration>,
+    /// Whether the gap is said to end: then it lies between two messages of the channel, or before the first.
+    pub ends: bool,
+}
+
+impl Gap {
+    /// From now on, any messages may be missing on any channel.
+    pub fn of_anything(why: impl Into<String>) -> Self {
+        Self { why: why.into(), channel: None, since: None, ends: false }
+    }
+}

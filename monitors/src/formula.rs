@@ -441,6 +441,14 @@ impl Formula {
         }
     }
 
+    /// Whether the formula is about messages on the channel.
+    #[must_use]
+    pub fn is_about(&self, channel: ChannelId) -> bool {
+        let mut is_about = false;
+        self.events(&mut |event| is_about |= event.channel == channel);
+        is_about
+    }
+
     /// Whether the formula has no operators that look ahead or back.
     fn is_of_the_present(&self) -> bool {
         match self {

@@ -34,6 +34,11 @@ impl Property {
     pub fn scope_monitor(&self) -> Option<&ScopeMonitor> {
         scope_monitor(self.monitor.as_ref())
     }
+
+    /// The same, to begin anew.
+    pub fn scope_monitor_mut(&mut self) -> Option<&mut ScopeMonitor> {
+        (self.monitor.as_mut() as &mut dyn std::any::Any).downcast_mut()
+    }
 }
 
 /// The monitor as a [`ScopeMonitor`], if it was made from a SCOPE formula; `None` if it was built by hand.

@@ -181,6 +181,24 @@ impl ScopeMonitor {
         self.recurrence.as_ref().map(|recurrence| recurrence.violations())
     }
 
+    /// Judges only what begins from here on: what is owed, and a violation, are given up; the last messages still
+    /// count. Whatever happened before, a violation from then on is one of the whole run. Returns whether it does so:
+    /// only if the property demands that clauses `always` hold which do not look back.
+    pub fn begin_anew(&mut self) -> bool {
+        let memory = match &self.recurrence {
+            Some(recurrence) => recurrence.memory(),
+            None => Some(self.record.memory()),
+        };
+        let can_begin = self.verdict != Verdict::True && self.synthesis.can_begin_anew();
+        let Some(memory) = memory.filter(|_| can_begin).cloned() else { return false };
+        self.run = self.synthesis.resume(&memory, self.now);
+        self.rules =
+            self.rules.take().map(|rules| CompactRun::resume(Arc::clone(rules.compact()), memory.clone(), self.now));
+        self.record.begin_anew(memory);
+        (self.verdict, self.recurrence) = (Verdict::Inconclusive, None);
+        true
+    }
+
     /// The pending obligations if the run ends now, each with its beginning and deadline; empty unless the outcome is
     /// inconclusive.
     #[must_use]

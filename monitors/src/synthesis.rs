@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use channels::{ChannelId, Message, Topology};
 
-use crate::clause::{Form, Vocabulary, is_prompt, normal_form};
+use crate::clause::{Form, Vocabulary, always, is_prompt, normal_form};
 use crate::engine::{
-    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, Limits, MAX_EVENTS, Operators, Past,
-    Progression, Situation,
+    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, Limits, MAX_EVENTS, Memory, Operators,
+    Past, Progression, Situation,
 };
 use crate::formula::{Formula, FormulaError};
 
@@ -137,6 +137,26 @@ impl Synthesis {
         match &self.machine {
             Machine::Automaton(automaton) => Some(automaton),
             _ => None,
+        }
+    }
+
+    /// Whether the formula only demands that clauses `always` hold which do not look back: then each violation follows
+    /// from the last messages, and from what has happened since any moment before it began.
+    pub(crate) fn can_begin_anew(&self) -> bool {
+        self.past.len() == 0 && always(&self.form).is_some()
+    }
+
+    /// A machine in the middle of a run, at τ = `now`, with nothing pending.
+    pub(crate) fn resume(&self, memory: &Memory, now: u64) -> RunningMonitor {
+        match &self.machine {
+            Machine::Compact(compact) => {
+                RunningMonitor::Compact(CompactRun::resume(Arc::clone(compact), memory.clone(), now))
+            }
+            // An automaton has no such state.
+            Machine::Automaton(_) | Machine::Progression => {
+                let operators = Arc::clone(&self.operators);
+                RunningMonitor::Progression(Progression::resume(operators, None, memory.clone(), now))
+            }
         }
     }
 

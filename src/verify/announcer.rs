@@ -14,12 +14,17 @@ use super::around::Around;
 use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
+/// What is done with a violation, of this property, with this verdict. It returns what is to be said of it.
+pub(crate) type Alarm = Box<dyn FnMut(&str, &Value) -> Option<String>>;
+
 /// Reports each verdict as soon as it is reached, with its delay; shows undecided properties on a terminal.
 pub(crate) struct Announcer {
     is_json: bool,
     /// The command that is started with each violation.
     hook: Option<String>,
     hooked: Vec<Child>,
+    /// What else is to be done with each.
+    alarm: Option<Alarm>,
     line: FollowProgress,
     said: Vec<Said>,
     /// The time of the last event.
@@ -39,10 +44,10 @@ struct Said {
 }
 
 impl Announcer {
-    /// With `hook`, the command that is started with each violation.
-    pub(crate) fn new(is_json: bool, hook: Option<String>) -> Self {
-        let (line, said) = (FollowProgress::new(), Vec::new());
-        Self { is_json, hook, hooked: Vec::new(), line, said, time: Duration::ZERO, has_caught_up: false }
+    /// With the command that is started with each violation, and what else is to be done with it, if anything is.
+    pub(crate) fn new(is_json: bool, hook: Option<String>, alarm: Option<Alarm>) -> Self {
+        let (line, said, hooked) = (FollowProgress::new(), Vec::new(), Vec::new());
+        Self { is_json, hook, hooked, alarm, line, said, time: Duration::ZERO, has_caught_up: false }
     }
 
     /// Says what is new after an event, or since messages are missing.
@@ -59,7 +64,7 @@ impl Announcer {
             let said = &mut self.said[index];
             // One that rests on what channels can carry is no verdict yet: a message that they cannot may be left out.
             let settled = doubts.verdict(index, property);
-            let why = doubts.all()[index].as_deref().or(doubts.later()[index].as_deref());
+            let why = doubts.why(index).or(doubts.why_later(index));
             let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
             said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
             let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
@@ -81,6 +86,14 @@ impl Announcer {
         }
         self.show(properties, around);
         Ok(())
+    }
+
+    /// Says what is to be known of the messages, once there have been some: what is known from the start is said at the
+    /// end.
+    pub(super) fn note(&self, text: &str) {
+        if self.time > Duration::ZERO && !self.is_json {
+            self.line.pause(|| note(text));
+        }
     }
 
     /// Nothing more has been written.
@@ -106,6 +119,9 @@ impl Announcer {
         });
         if verdict == "violated" {
             self.call(&line);
+            if let Some(text) = self.alarm.as_mut().and_then(|alarm| alarm(&property.name, &line)) {
+                self.line.pause(|| note(&text));
+            }
         }
         if self.is_json {
             return self.line.pause(|| print_json_line(&line));

@@ -47,7 +47,7 @@ pub(crate) struct VerifyArgs {
 impl VerifyArgs {
     /// What reports verdicts as they are reached, if that is wanted.
     pub(crate) fn announcer(&self) -> Option<Announcer> {
-        self.follow.then(|| Announcer::new(self.json, None))
+        self.follow.then(|| Announcer::new(self.json, None, None))
     }
 
     /// The command line that checks one of the logs.

@@ -1,5 +1,6 @@
 //! Bags of ROS 2: their contents, and the verdicts of properties on them.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -74,6 +75,10 @@ impl Source for Patient {
     fn lost(&self) -> &[String] {
         self.0.lost()
     }
+
+    fn notes(&self) -> &[String] {
+        self.0.notes()
+    }
 }
 
 /// A recording that is still being written, from its beginning, and what is known of it: it has every topic whose type
@@ -102,8 +107,8 @@ fn refused(error: bags::Error) -> Error {
     Error::refused(error.to_string(), error.help())
 }
 
-/// The list as a comment, and the mapping below it.
-pub(crate) fn in_words(contents: &Contents) -> String {
+/// The list as a comment, and the mapping below it; `publishers` says who publishes on a topic, if that is known.
+pub(crate) fn in_words(contents: &Contents, publishers: &BTreeMap<String, String>) -> String {
     let mut text = String::new();
     let width = |of: fn(&Listed) -> &str| contents.topics.iter().map(|topic| of(topic).len()).max().unwrap_or(0);
     let (names, kinds) = (width(|topic| &topic.name), width(|topic| &topic.kind));
@@ -113,9 +118,10 @@ pub(crate) fn in_words(contents: &Contents) -> String {
     }
     for Listed { name, kind, messages, rate_hz, fields, .. } in &contents.topics {
         let rate = rate_hz.map_or_else(String::new, |rate_hz| format!("{rate_hz:.2} Hz"));
+        let publishers = publishers.get(name).map_or_else(String::new, |who| format!("  {who}"));
         let missing =
             fields.as_ref().err().map_or_else(String::new, |why| format!("  {}", why.replace('\n', "\n#   ")));
-        let line = format!("# {name:names$}  {kind:kinds$}  {messages:>8}  {rate:>10}{missing}");
+        let line = format!("# {name:names$}  {kind:kinds$}  {messages:>8}  {rate:>10}{publishers}{missing}");
         let _ = writeln!(text, "{}", line.trim_end());
     }
     contents.lost.iter().for_each(|lost| text += &format!("# {lost}\n"));

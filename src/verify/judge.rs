@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bags::{Found, Gap};
+use bags::Found;
 use campaigns::{Error, refuse_campaign};
 use channels::Topology;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
@@ -106,7 +106,8 @@ pub(super) struct Judgment {
 
 impl Judgment {
     fn of(end: LogEnd, doubts: &Doubts) -> Self {
-        Self { end, unsure: doubts.all().to_vec(), later: doubts.later().to_vec() }
+        let owned = |why: Option<&str>| why.map(str::to_owned);
+        Self { end, unsure: doubts.all().map(owned).collect(), later: doubts.later().map(owned).collect() }
     }
 
     /// Which violations after the first are unsure, in words.
@@ -215,7 +216,9 @@ impl Judged<'_> {
                         page.follow(&view)?;
                     }
                 }
-                Found::LeftOut(Gap { why, channel }) => judge.miss(&why, channel, properties),
+                Found::LeftOut(gap) => judge.miss(&gap, properties),
+                Found::Resumed(channel) => judge.resume(channel, properties),
+                Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
                 Found::Idle => {
                     announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
                     page.iter_mut().try_for_each(LivePage::show)?;
@@ -258,9 +261,11 @@ pub(super) fn judge_in_words(
                 end.count(&event);
                 properties.iter_mut().for_each(|property| property.monitor.observe(&event));
                 doubts.monitors().for_each(|monitor| monitor.observe(&event));
-                doubts.settle(properties);
+                doubts.settle(event.time, properties);
             }
-            Found::LeftOut(Gap { why, channel }) => doubts.miss(&why, channel, properties),
+            Found::LeftOut(gap) => doubts.miss(&gap, properties),
+            Found::Resumed(channel) => doubts.resume(channel, properties),
+            Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
             Found::Idle => {
                 announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
                 continue;

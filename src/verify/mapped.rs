@@ -112,6 +112,10 @@ impl Source for Ending<'_> {
     fn lost(&self) -> &[String] {
         self.source.lost()
     }
+
+    fn notes(&self) -> &[String] {
+        self.source.notes()
+    }
 }
 
 /// A mapping file, and its text.
@@ -120,16 +124,14 @@ pub(crate) fn load_mapping(path: &Path) -> Result<(Mapping, String), Error> {
     Ok((Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?, text))
 }
 
-/// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end. Returns
-/// whether it had to.
-pub(crate) fn await_topics(source: &mut impl Source, mapping: &Mapping, is_to_end: &dyn Fn() -> bool) -> bool {
-    let (mut body, mut said, mut has_waited) = (Vec::new(), None, false);
+/// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end.
+pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mapping, is_to_end: &dyn Fn() -> bool) {
+    let (mut body, mut said) = (Vec::new(), None);
     while let Some(topic) = mapping.awaited(source.survey()) {
-        has_waited = true;
         match source.receive(&mut body) {
             Received::Over => break,
             _ if is_to_end() => break,
-            Received::Message(_) => {}
+            Received::Message(_) | Received::Lost { .. } => {}
             Received::Idle | Received::Quiet(_) if said.as_deref() != Some(topic) => {
                 note(&format!("waiting for the topic {topic}; with its `type` in the mapping, it need not exist yet"));
                 said = Some(topic.to_owned());
@@ -137,7 +139,6 @@ pub(crate) fn await_topics(source: &mut impl Source, mapping: &Mapping, is_to_en
             Received::Idle | Received::Quiet(_) => {}
         }
     }
-    has_waited
 }
 
 /// Writes the violations, at their times in the bag, for tools that show the bag.

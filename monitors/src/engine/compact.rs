@@ -64,6 +64,8 @@ pub(crate) struct Compact {
     past: Arc<Past>,
     /// `None` if a rule looks back.
     table: Option<TransitionTable<RuleStep>>,
+    /// For each state of the table, what is remembered in it.
+    states: Vec<u64>,
     /// The states from which a violation is still possible.
     live: Vec<bool>,
     /// The rules that an event answers.
@@ -79,7 +81,8 @@ impl Compact {
         let rules = rules(form, vocabulary, alphabet, past)?;
         let is_answered = |rule: &Rule| matches!(rule.timing, Timing::Within { .. });
         let answered = rules.iter().rev().fold(0, |bits, rule| bits << 1 | u16::from(is_answered(rule)));
-        let mut compact = Self { rules, past: Arc::clone(past), table: None, live: vec![true], answered };
+        let mut compact =
+            Self { rules, past: Arc::clone(past), table: None, states: Vec::new(), live: vec![true], answered };
         if past.len() == 0 {
             compact.explore(alphabet)?;
         }
@@ -143,6 +146,7 @@ impl Compact {
             at += 1;
         }
         self.live = live(states.len(), &edges);
+        self.states = states;
         self.table = Some(table);
         Some(())
     }
@@ -258,6 +262,13 @@ impl CompactRun {
         let ticks = compact.rules.iter().map(|rule| rule.timing.at_rest()).collect();
         let memory = compact.past.memory();
         Self { compact, state: 0, memory, now: 0, ticks, broken: None }
+    }
+
+    /// Starts in the middle of a run, at τ = `now`: nothing is pending.
+    pub(crate) fn resume(compact: Arc<Compact>, memory: Memory, now: u64) -> Self {
+        let last = memory.last & compact.remembered();
+        let state = compact.states.iter().position(|known| *known == last).unwrap_or_default() as u16;
+        Self { state, memory, now, ..Self::new(compact) }
     }
 
     pub(crate) fn compact(&self) -> &Arc<Compact> {

@@ -77,6 +77,11 @@ impl Progression {
         }
     }
 
+    /// Everything that matters for what comes, besides the obligations.
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
     /// The clause whose deadline passed before it was met, if that is why the formula is false.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         self.missed.as_ref()

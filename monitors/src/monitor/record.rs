@@ -73,6 +73,14 @@ impl Record {
         }
     }
 
+    /// Nothing is pending, and what had been violated no longer counts.
+    pub(crate) fn begin_anew(&mut self, memory: Memory) {
+        self.memory = memory;
+        self.begun.clear();
+        self.causes.fill(None);
+        self.witness = None;
+    }
+
     /// The events of the formula that the last messages satisfy, and the operators that look back and hold.
     pub(crate) fn last(&self) -> u64 {
         self.memory.last

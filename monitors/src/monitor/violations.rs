@@ -113,6 +113,11 @@ impl Recurrence {
         begun
     }
 
+    /// What has been seen, unless the property is violated for good.
+    pub(super) fn memory(&self) -> Option<&Memory> {
+        Some(self.clauses.first()?.run.memory())
+    }
+
     pub(super) fn violations(&self) -> &Violations {
         &self.violations
     }

@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let monitors = file.properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
     let present = events.by_ref().filter_map(|found| match found {
         Found::Event(event) => Some(Ok::<_, Infallible>(event)),
-        Found::LeftOut(_) | Found::Idle => None,
+        _ => None,
     });
     let Ok(end) = monitors::verify(present, monitors);
     println!("{} messages, {} ticks", end.messages, end.ticks);

@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
+use channels::{ChannelId, Event, EventKind, FieldKind, Gap, Message, Value};
 use diagnostics::ReadFile;
-use ros_messages::Mismatch;
+use ros_messages::{CdrReader, Mismatch};
 
-use crate::mapping::{Compiled, CompiledEntry, FieldRule, Mapping, MessageTime, Number};
+use crate::mapping::{CLOCK, Compiled, CompiledEntry, FieldRule, Mapping, MessageTime, Number};
 use crate::path::{End, Path};
 use crate::storage::{Head, Received, Source};
 
@@ -30,12 +30,16 @@ pub struct Events<'r> {
     /// The last decoded message of each topic, whose memory is reused.
     decoded: Vec<ros_messages::Value>,
     /// What has been read but not returned, by time and order in the bag.
-    waiting: VecDeque<(i64, ChannelId, Message)>,
+    waiting: VecDeque<(i64, Waiting)>,
     /// The latest time read.
     newest_ns: i64,
     /// Until when everything has come, if messages have the times at which they were received.
     quiet_ns: i64,
     is_over: bool,
+    /// What the topic of the clock told last; none if it tells the time of no message.
+    clock_ns: Option<i64>,
+    /// What ended the events early.
+    ended: Option<String>,
     tick_ns: i64,
     reorder_ns: i64,
     /// When the message read last was recorded.
@@ -48,6 +52,12 @@ pub struct Events<'r> {
     /// The channels of messages that were left out, or `None` for anything; those that the caller knows.
     gaps: BTreeMap<Option<ChannelId>, String>,
     known_gaps: BTreeSet<Option<ChannelId>>,
+    /// Gaps that end; the topics, and their entries, whose next message ends one; what was missing in all of them.
+    ending: VecDeque<Gap>,
+    interrupted: BTreeSet<(usize, usize)>,
+    missing: BTreeMap<usize, Missing>,
+    /// How many of the source's notes have been returned.
+    noted: usize,
     /// How many messages came too late, and the greatest delay.
     late: (u64, i64),
 }
@@ -57,19 +67,29 @@ pub struct Events<'r> {
 pub enum Found {
     /// A tick or a message.
     Event(Event),
-    /// From here on, any number of messages may be missing. This comes once for each channel.
+    /// From here on, any number of messages may be missing. This comes once for each channel, if the gap does not end.
     LeftOut(Gap),
+    /// A gap in the messages of this channel is over.
+    Resumed(ChannelId),
+    /// What is to be known of the messages, in words.
+    Noted(String),
     /// Nothing yet: more may come later.
     Idle,
 }
 
-/// Messages that may be missing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Gap {
-    /// The first of them, and why it is missing.
-    pub why: String,
-    /// Their channel; `None` if they may be missing on any.
-    pub channel: Option<ChannelId>,
+/// What waits for what may have to come before it.
+enum Waiting {
+    Message(ChannelId, Message),
+    Resumed(ChannelId),
+}
+
+/// How many messages on a topic are missing.
+struct Missing {
+    count: u64,
+    /// Whether there may be more.
+    is_unknown: bool,
+    /// After what the first of them are missing.
+    first: String,
 }
 
 /// Why a message does not become an event.
@@ -81,6 +101,8 @@ enum Reason {
     Mismatch(Mismatch),
     /// It has no stamp, or one that is far from the others.
     Stamp,
+    /// The clock has told no time.
+    Clock,
     /// A value has no symbol.
     Symbol,
     /// An integer that no value can be without being rounded.
@@ -95,6 +117,7 @@ impl fmt::Display for Reason {
             Self::Topic => f.write_str("the mapping does not fit the topic"),
             Self::Mismatch(mismatch) => write!(f, "the bytes do not fit the definition: {mismatch}"),
             Self::Stamp => f.write_str("the stamp is 0, or far from those of other messages"),
+            Self::Clock => write!(f, "{CLOCK} has told no time yet"),
             Self::Symbol => f.write_str("the mapping has no symbol for the value"),
             Self::Range => f.write_str("the integer does not fit into 64 bits, or not exactly into a real number"),
             Self::Channel => f.write_str("the channel does not carry such a message"),
@@ -119,6 +142,8 @@ impl<'r> Events<'r> {
             newest_ns: i64::MIN,
             quiet_ns: i64::MIN,
             is_over: false,
+            clock_ns: None,
+            ended: None,
             tick_ns: ns(mapping.tick).max(1),
             reorder_ns: ns(mapping.reorder),
             newest_log_ns: None,
@@ -129,6 +154,10 @@ impl<'r> Events<'r> {
             left_out: BTreeMap::new(),
             gaps: BTreeMap::new(),
             known_gaps: BTreeSet::new(),
+            ending: VecDeque::new(),
+            interrupted: BTreeSet::new(),
+            missing: BTreeMap::new(),
+            noted: 0,
             late: (0, 0),
         }
     }
@@ -164,8 +193,12 @@ impl<'r> Events<'r> {
         let topics = &self.source.survey().topics;
         let absent = self.compiled.promised.iter().filter(|name| topics.iter().all(|topic| topic.name != **name));
         let absent = absent.map(|name| format!("there is no topic {name}, so none of its messages is judged"));
-        let lost = self.source.lost().iter().chain(&self.compiled.on_board).cloned();
-        lost.chain(absent).chain(left_out).chain(late).collect()
+        let missing = self.missing.iter().map(|(topic, Missing { count, is_unknown, first })| {
+            let count = (!is_unknown).then_some(*count);
+            format!("{}, the first {first}", missing(count, self.topic(*topic)))
+        });
+        let lost = self.source.lost().iter().chain(self.source.notes()).chain(&self.compiled.on_board).cloned();
+        lost.chain(absent).chain(missing).chain(left_out).chain(late).chain(self.ended.clone()).collect()
     }
 
     fn topic(&self, index: usize) -> &str {
@@ -177,6 +210,10 @@ impl<'r> Events<'r> {
         let head = match self.source.receive(&mut self.body) {
             Received::Message(head) => head,
             Received::Idle => return false,
+            Received::Lost { topic, count, since_ns } => {
+                self.interrupt(topic, count, since_ns);
+                return true;
+            }
             Received::Quiet(quiet_ns) => {
                 // Silence says nothing of stamps that messages bring with them.
                 if self.mapping.is_received() && !self.is_far_off(quiet_ns) {
@@ -191,17 +228,44 @@ impl<'r> Events<'r> {
             }
         };
         self.newest_log_ns = Some(head.log_ns);
+        if self.mapping.has_clock() && self.topic(head.topic) == CLOCK {
+            self.set_clock();
+        }
         self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         self.decoded.resize(self.compiled.entries.len(), ros_messages::Value::Passed);
         for index in 0..self.compiled.entries[head.topic].len() {
             let channel = self.compiled.entries[head.topic][index].0;
             match self.convert(head, index) {
                 Ok(None) => {}
-                Ok(Some((time_ns, message))) => self.put_in_order(time_ns, channel, message),
+                Ok(Some((time_ns, message))) => {
+                    if self.interrupted.remove(&(head.topic, index)) {
+                        self.put_in_order(time_ns, Waiting::Resumed(channel));
+                    }
+                    self.put_in_order(time_ns, Waiting::Message(channel, message));
+                }
                 Err((reason, first)) => self.leave_out(head.topic, channel, reason, first),
             }
         }
         true
+    }
+
+    /// Takes the time from the message just read, `rosgraph_msgs/msg/Clock`.
+    fn set_clock(&mut self) {
+        let stamp = CdrReader::new(&self.body).and_then(|mut reader| {
+            let (s, ns) = (i32::from_le_bytes(reader.number()?), u32::from_le_bytes(reader.number()?));
+            Ok(i64::from(s) * 1_000_000_000 + i64::from(ns))
+        });
+        let Ok(clock_ns) = stamp else { return };
+        if let Some(before_ns) = self.clock_ns.replace(clock_ns).filter(|before_ns| clock_ns < *before_ns) {
+            let [before, now] = [before_ns, clock_ns].map(crate::seconds);
+            self.ended = Some(format!("{CLOCK} went back from {before} s to {now} s, which ends the run"));
+            self.source.end();
+            self.is_over = true;
+        } else {
+            // Whatever follows is later.
+            self.quiet_ns = clock_ns;
+            self.newest_ns = self.newest_ns.max(clock_ns);
+        }
     }
 
     /// The time and the message of the event that an entry of the topic makes of the message just read, if any.
@@ -213,7 +277,7 @@ impl<'r> Events<'r> {
             let when = crate::after_first(head.log_ns, self.source.survey().first_ns());
             (Reason::Mismatch(mismatch), when)
         })?;
-        let Some((time_ns, message)) = event(entry, head, decoded)? else { return Ok(None) };
+        let Some((time_ns, message)) = event(entry, head, self.clock_ns, decoded)? else { return Ok(None) };
         if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) || self.is_far_off(time_ns) {
             return Err((Reason::Stamp, crate::moment(time_ns)));
         }
@@ -231,11 +295,31 @@ impl<'r> Events<'r> {
         !is_first && pause_ns > self.tick_ns.saturating_mul(LONGEST_PAUSE)
     }
 
-    fn put_in_order(&mut self, time_ns: i64, channel: ChannelId, message: Message) {
+    /// Messages on a topic are missing, from here to the next.
+    fn interrupt(&mut self, topic: usize, count: Option<u64>, since_ns: i64) {
+        self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
+        let after = format!("after {}", crate::moment(since_ns));
+        let why = format!("{} {after}", missing(count, self.topic(topic)));
+        // Without a beginning, the time of the first event may be another. Stamps say nothing of receive times.
+        let since_ns = if self.mapping.is_received() { since_ns } else { i64::MIN };
+        let since = Some(self.since_start(since_ns));
+        let ends = self.start_ns.is_some();
+        let all = self.missing.entry(topic).or_insert(Missing { count: 0, is_unknown: false, first: after });
+        all.count = all.count.saturating_add(count.unwrap_or_default());
+        all.is_unknown |= count.is_none();
+        for (index, (channel, entry)) in self.compiled.entries[topic].iter().enumerate() {
+            let is_lossy = entry.as_ref().is_ok_and(|entry| entry.is_lossy);
+            if !is_lossy && self.interrupted.insert((topic, index)) {
+                self.ending.push_back(Gap { why: why.clone(), channel: Some(*channel), since, ends });
+            }
+        }
+    }
+
+    fn put_in_order(&mut self, time_ns: i64, what: Waiting) {
         self.newest_ns = self.newest_ns.max(time_ns);
         // Messages are recorded nearly in the order of their times, so the place is searched from the end.
         let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
-        self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, channel, message));
+        self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, what));
     }
 
     fn leave_out(&mut self, topic: usize, channel: ChannelId, reason: Reason, first: String) {
@@ -253,10 +337,13 @@ impl<'r> Events<'r> {
         let lost = self.source.survey().lost.first().or(self.source.lost().first());
         let (channel, why) = match lost.filter(|_| !self.known_gaps.contains(&None)) {
             Some(lost) => (None, lost.clone()),
-            None => self.gaps.pop_first()?,
+            None => match self.gaps.pop_first() {
+                Some(gap) => gap,
+                None => return self.ending.pop_front(),
+            },
         };
         self.known_gaps.insert(channel);
-        Some(Gap { why, channel })
+        Some(Gap { why, channel, since: None, ends: false })
     }
 
     /// The next tick, if it is due by this time.
@@ -286,6 +373,10 @@ impl Iterator for Events<'_> {
             if let Some(gap) = self.new_gap() {
                 return Some(Found::LeftOut(gap));
             }
+            if let Some(note) = self.source.notes().get(self.noted) {
+                self.noted += 1;
+                return Some(Found::Noted(note.clone()));
+            }
             // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the
             // end. Ticks that are due before it come first; its time is at least that of what has been returned.
             match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
@@ -296,7 +387,11 @@ impl Iterator for Events<'_> {
                     if let Some(tick) = self.tick(now_ns) {
                         return Some(tick);
                     }
-                    let (_, channel, message) = self.waiting.pop_front()?;
+                    let (_, what) = self.waiting.pop_front()?;
+                    let (channel, message) = match what {
+                        Waiting::Message(channel, message) => (channel, message),
+                        Waiting::Resumed(channel) => return Some(Found::Resumed(channel)),
+                    };
                     if time_ns < now_ns {
                         self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
                     }
@@ -321,10 +416,20 @@ impl Iterator for Events<'_> {
     }
 }
 
+/// That messages on a topic are missing, in words.
+fn missing(count: Option<u64>, topic: &str) -> String {
+    match count {
+        Some(1) => format!("1 message on {topic} is missing"),
+        Some(count) => format!("{count} messages on {topic} are missing"),
+        None => format!("messages on {topic} may be missing"),
+    }
+}
+
 /// The time and the message of an event; none if the mapping's conditions exclude it.
 fn event(
     entry: &CompiledEntry,
     head: Head,
+    clock_ns: Option<i64>,
     decoded: &ros_messages::Value,
 ) -> Result<Option<(i64, Message)>, (Reason, String)> {
     for test in &entry.tests {
@@ -336,6 +441,7 @@ fn event(
     let time_ns = match &entry.clock {
         MessageTime::Log => head.log_ns,
         MessageTime::Publish => head.publish_ns,
+        MessageTime::Clock => clock_ns.ok_or_else(|| (Reason::Clock, crate::moment(head.log_ns)))?,
         // The array item with the stamp may be missing.
         MessageTime::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
     };

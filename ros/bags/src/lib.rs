@@ -30,7 +30,7 @@ use chrono::{DateTime, Utc};
 
 pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};
-pub use events::{Events, Found, Gap};
+pub use events::{Events, Found};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{
     Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Topic, is_bag,

@@ -37,6 +37,8 @@ struct Mapped {
     from: Spanned<String>,
     to: Spanned<String>,
     time: Option<Spanned<String>>,
+    /// Whether it does not matter which messages are missing.
+    is_lossy: bool,
     tests: Vec<(Spanned<String>, Vec<Value>)>,
     fields: Vec<(String, FieldSource)>,
     span: Span,
@@ -70,13 +72,22 @@ impl Mapping {
     /// much time has passed.
     #[must_use]
     pub fn is_received(&self) -> bool {
-        let times = self.messages.iter().map(|mapped| mapped.time.as_ref().unwrap_or(&self.time));
-        times.map(|time| time.value.as_str()).all(|time| time == "log")
+        self.times().all(|time| time == "log")
     }
 
-    /// The names of the mapped topics.
+    /// Whether messages have the time that the topic [`CLOCK`] told last.
+    pub(crate) fn has_clock(&self) -> bool {
+        self.times().any(|time| time == "clock")
+    }
+
+    fn times(&self) -> impl Iterator<Item = &str> {
+        self.messages.iter().map(|mapped| mapped.time.as_ref().unwrap_or(&self.time).value.as_str())
+    }
+
+    /// The names of the topics that are read.
     pub fn topics(&self) -> impl Iterator<Item = &str> {
-        self.messages.iter().map(|mapped| mapped.topic.value.as_str())
+        let clock = self.has_clock().then_some(CLOCK);
+        self.messages.iter().map(|mapped| mapped.topic.value.as_str()).chain(clock)
     }
 
     /// The first mapped topic that a source lacks and whose type the mapping does not name: until it appears, the
@@ -85,7 +96,8 @@ impl Mapping {
     pub fn awaited(&self, survey: &Survey) -> Option<&str> {
         let is_known = |name: &str| survey.topics.iter().any(|topic| topic.name == name);
         let awaited = self.messages.iter().find(|mapped| mapped.kind.is_none() && !is_known(&mapped.topic.value));
-        awaited.map(|mapped| mapped.topic.value.as_str())
+        let clock = (self.has_clock() && !is_known(CLOCK)).then_some(CLOCK);
+        awaited.map(|mapped| mapped.topic.value.as_str()).or(clock)
     }
 
     /// All keys of a mapping file.
@@ -101,14 +113,18 @@ impl Mapping {
     }
 }
 
+/// The topic on which a simulation tells its time, as `rosgraph_msgs/msg/Clock`.
+pub(crate) const CLOCK: &str = "/clock";
+
 /// The sources of time, in words.
-const TIME: &str = "`log`, `publish`, or the path of a stamp in the message, such as `header.stamp`";
+const TIME: &str = "`log`, `publish`, `clock`, or the path of a stamp in the message, such as `header.stamp`";
 
 fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
     let about = "Time between ticks, in seconds. The first tick comes with the first mapped message.";
     let tick = root.seconds("tick_s").about(about).above_0().default(Duration::from_secs(1));
     let log = Spanned { value: "log".to_owned(), span: root.span().clone() };
-    let about = "The time of a message: when it was recorded or received, when it was sent, or the value of a field.";
+    let about = "The time of a message: when it was recorded or received, when it was sent, what `/clock` told last, or the value \
+                 of a field.";
     let time = root.text("time").about(about).words(TIME).spanned().default(log);
     let reorder = root.seconds("reorder_s").about(
         "How long to wait for messages that arrive late, in seconds. Messages that arrive even later get the time \
@@ -142,6 +158,8 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
     let fields = fields(table);
     let tests = tests(table);
     let time = table.text("time").about("Like `time`, for these messages.").words(TIME).spanned().optional();
+    let about = "Whether lost messages leave no verdict unsure: the properties are about those that arrive.";
+    let is_lossy = table.boolean("lossy").about(about).default(false);
     let _ = text("about", "A description of the messages. The program does not use it.").optional();
     let (from, to) = (from?, to?);
     if from.value == to.value {
@@ -149,7 +167,17 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
         table.report(problem.with_help("choose two names: the publisher and the listener"));
         return None;
     }
-    Some(Mapped { topic: topic?, kind, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
+    Some(Mapped {
+        topic: topic?,
+        kind,
+        from,
+        to,
+        time,
+        is_lossy,
+        tests: tests?,
+        fields: fields?,
+        span: table.span().clone(),
+    })
 }
 
 /// A value without parts, as JSON Schema.

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use files::Format;
-use source::Wanted;
+use source::{Aside, Wanted};
 
 pub use files::is_bag;
 pub use following::Following;
@@ -76,7 +76,7 @@ impl Bag {
 
     fn messages_of(&self, wanted: Wanted) -> Messages {
         let (files, survey) = (self.files.clone().into_iter(), self.survey.clone());
-        Messages { files, survey, wanted, current: None, lost: Vec::new() }
+        Messages { files, survey, wanted, current: None, aside: Aside::default() }
     }
 }
 
@@ -86,7 +86,7 @@ pub struct Messages {
     survey: Survey,
     wanted: Wanted,
     current: Option<StorageReader>,
-    lost: Vec<String>,
+    aside: Aside,
 }
 
 enum StorageReader {
@@ -118,21 +118,21 @@ impl Messages {
                     let (path, format) = self.files.next()?;
                     match StorageReader::open(&path, format, &self.wanted, &mut self.survey) {
                         Ok(reader) => self.current = Some(reader),
-                        Err(error) => self.lost.push(error.to_string()),
+                        Err(error) => self.aside.lost.push(error.to_string()),
                     }
                     continue;
                 }
                 Some(StorageReader::Mcap(reader)) => {
-                    match reader.receive(&self.wanted, &mut self.survey, body, &mut self.lost) {
+                    match reader.receive(&self.wanted, &mut self.survey, body, &mut self.aside.lost) {
                         Received::Message(head) => Some(head),
-                        Received::Idle | Received::Quiet(_) | Received::Over => None,
+                        _ => None,
                     }
                 }
                 #[cfg(feature = "sqlite")]
-                Some(StorageReader::Sqlite(reader)) => reader.next_into(body, &mut self.lost),
+                Some(StorageReader::Sqlite(reader)) => reader.next_into(body, &mut self.aside.lost),
             };
             if next.is_some() {
-                unpack(body, &mut self.lost);
+                unpack(body, &mut self.aside.lost);
                 return next;
             }
             self.current = None;
@@ -142,14 +142,14 @@ impl Messages {
     /// Damaged or missing parts so far, in words.
     #[must_use]
     pub fn lost(&self) -> &[String] {
-        &self.lost
+        &self.aside.lost
     }
 }
 
 impl Source for Messages {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         while let Some(head) = self.next_into(body) {
-            if let Some(received) = source::received(head, &self.survey, body, &mut self.lost) {
+            if let Some(received) = source::received(head, &self.survey, body, &mut self.aside) {
                 return received;
             }
         }
@@ -161,7 +161,11 @@ impl Source for Messages {
     }
 
     fn lost(&self) -> &[String] {
-        &self.lost
+        &self.aside.lost
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.aside.notes
     }
 }
 

@@ -1,5 +1,6 @@
 //! What users of the crate see, in bags that are made here byte by byte; `foreign.py` reads those of other programs.
 
+mod clock;
 mod contents;
 mod damage;
 mod events;

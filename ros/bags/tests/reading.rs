@@ -47,7 +47,10 @@ pub(crate) fn line(found: Found, topology: &Topology) -> String {
         Found::Event(Event { step, tick, time, kind: EventKind::Received { channel, message } }) => {
             format!("{} ms: {step}, tick {tick}: {} {message}", time.as_millis(), topology.describe(channel))
         }
+        Found::LeftOut(gap) if gap.ends => format!("{} since {:?}", gap.why, gap.since),
         Found::LeftOut(gap) => gap.why,
+        Found::Resumed(channel) => format!("{} goes on", topology.describe(channel)),
+        Found::Noted(note) => note,
         Found::Idle => "idle".to_owned(),
     }
 }

@@ -22,6 +22,9 @@ enum Step {
     /// Something is lost, with the next step or at once.
     Lost(i64),
     Broken,
+    /// So many messages on the topic with this index are missing, or an unknown number.
+    Missing(usize, Option<u64>),
+    Noted,
 }
 
 /// A source that is made up: it does these steps, and then is over.
@@ -31,6 +34,7 @@ struct MadeUp {
     now_ns: i64,
     survey: Survey,
     lost: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl MadeUp {
@@ -38,7 +42,14 @@ impl MadeUp {
         let mut survey = Survey::default();
         survey.add(topic(0));
         let start_ns = 1_700_000_000_000_000_000;
-        Self { steps: steps.into_iter(), is_losing: false, now_ns: start_ns, survey, lost: Vec::new() }
+        Self {
+            steps: steps.into_iter(),
+            is_losing: false,
+            now_ns: start_ns,
+            survey,
+            lost: Vec::new(),
+            notes: Vec::new(),
+        }
     }
 }
 
@@ -57,6 +68,14 @@ impl Source for MadeUp {
         match self.steps.next() {
             None => Received::Over,
             Some(Step::Idle) => Received::Idle,
+            Some(Step::Noted) => {
+                self.notes.push(format!("note {}", self.notes.len()));
+                Received::Idle
+            }
+            Some(Step::Missing(index, count)) => {
+                let topic = self.survey.add(topic(index));
+                Received::Lost { topic, count, since_ns: self.now_ns - 300_000_000 }
+            }
             Some(Step::Broken) => {
                 self.lost.push(format!("loss {}", self.lost.len()));
                 Received::Idle
@@ -93,6 +112,10 @@ impl Source for MadeUp {
     fn lost(&self) -> &[String] {
         &self.lost
     }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
 }
 
 /// A source that is told when it is over, as a robot is that is no longer watched.
@@ -114,6 +137,10 @@ impl<S: Source> Source for Told<S> {
     fn lost(&self) -> &[String] {
         self.0.lost()
     }
+
+    fn notes(&self) -> &[String] {
+        self.0.notes()
+    }
 }
 
 fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
@@ -121,7 +148,8 @@ fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
     let compiled = mapping.compile(survey, None, &nothing).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
     let mut events = Events::new(source, &mapping, compiled, &nothing);
-    let found = events.by_ref().filter(|found| *found != Found::Idle);
+    // A note has no place among the events.
+    let found = events.by_ref().filter(|found| !matches!(found, Found::Idle | Found::Noted(_)));
     let mut lines: Vec<String> = found.map(|found| line(found, &topology)).collect();
     lines.extend(events.notes());
     lines
@@ -135,6 +163,8 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (0..3000_i64).prop_map(Step::Wrong),
         1 => (0..300_i64).prop_map(Step::Lost),
         1 => Just(Step::Broken),
+        2 => (0..2_usize, prop::option::of(1..5_u64)).prop_map(|(topic, count)| Step::Missing(topic, count)),
+        1 => Just(Step::Noted),
     ]
 }
 

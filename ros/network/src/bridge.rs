@@ -11,8 +11,10 @@ use tungstenite::http::{HeaderValue, Uri};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{HandshakeError, Message, WebSocket};
 
+use crate::Error;
 use crate::clock::{Clock, now, sleep};
 use crate::protocol::{Data, ERROR, GRAPH, NAMES, Said, subscribe, subscribe_graph};
+use crate::robot::{Live, Robot, is_of_action};
 
 /// How long one call waits for a message.
 const PATIENCE: Duration = Duration::from_millis(2);
@@ -28,8 +30,8 @@ const ANSWER: Duration = Duration::from_secs(5);
 
 const TOO_MUCH: &str = "it advertises more than 10,000 topics, or more than 64 MiB of definitions";
 
-/// What the names of an action's topics and services have after its own.
-const ACTION: &str = "/_action/";
+/// What verdicts leave open that rest on a bridge's word.
+const AS_TOLD: &str = "as the bridge told it: a bridge that is too slow drops messages, and may not report it";
 
 /// How long a server may take to say which topics it has.
 const TOPICS: Duration = Duration::from_millis(500);
@@ -56,40 +58,6 @@ const FULL: &str = "buffer limit";
 /// The port of `foxglove_bridge`.
 const PORT: u16 = 8765;
 
-/// Why there is no connection.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum Error {
-    /// It is no address of a bridge.
-    #[error("{0} is not the address of a bridge")]
-    Address(String),
-    /// It would need encryption.
-    #[error("{0} asks for an encrypted connection, which this program cannot open")]
-    Encrypted(String),
-    /// Nobody answers, or somebody who speaks another protocol.
-    #[error("{address} does not answer as a Foxglove bridge: {reason}")]
-    Silent {
-        /// The address.
-        address: String,
-        /// What went wrong.
-        reason: String,
-    },
-}
-
-impl Error {
-    /// How to fix it.
-    #[must_use]
-    pub fn help(&self) -> &'static str {
-        match self {
-            Self::Address(_) => "for example `ws://robot.local:8765`",
-            Self::Encrypted(_) => {
-                "forward the port: `ssh -L 8765:localhost:8765 ROBOT`, and name `ws://localhost:8765`"
-            }
-            Self::Silent { .. } => "start it on the robot: `ros2 launch foxglove_bridge foxglove_bridge_launch.xml`",
-        }
-    }
-}
-
 /// A connection to a bridge. It is a source of the messages on some topics, or on all.
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
@@ -106,42 +74,16 @@ pub struct Bridge {
     /// The size of all definitions, in bytes.
     defined: usize,
     lost: Vec<String>,
+    notes: [String; 1],
     /// The topics that were offered, and are no longer.
     gone: BTreeSet<String>,
     /// When to try again to connect.
     again: Instant,
     name: String,
     has_advertised: bool,
+    /// Whether a message has been returned.
+    has_told: bool,
     robot: Robot,
-}
-
-/// What a bridge tells of a robot beside topics: as far as it knows, and only if all topics are wanted.
-#[derive(Clone, Debug, Default)]
-pub struct Robot {
-    /// The names of its nodes.
-    pub nodes: BTreeSet<String>,
-    /// The names of its actions.
-    pub actions: BTreeSet<String>,
-    /// Its services, with their types; none is known of a service that only the graph of nodes names.
-    pub services: BTreeMap<String, Option<String>>,
-}
-
-impl Robot {
-    /// Takes note of a service, or of the action that a name belongs to.
-    fn name(&mut self, name: String, kind: Option<String>) {
-        if self.services.len() + self.actions.len() >= MOST_TOPICS {
-            return;
-        }
-        match name.split_once(ACTION) {
-            Some((action, _)) => {
-                self.actions.insert(action.to_owned());
-            }
-            None => {
-                let known = self.services.entry(name).or_default();
-                *known = known.take().or(kind);
-            }
-        }
-    }
 }
 
 /// An open connection.
@@ -178,40 +120,36 @@ impl Bridge {
             wanted,
             defined: 0,
             lost: Vec::new(),
+            notes: [AS_TOLD.to_owned()],
             gone: BTreeSet::new(),
             again: now(),
             name: String::new(),
             has_advertised: false,
+            has_told: false,
             robot: Robot::default(),
         };
-        let silent = |reason: String| Error::Silent { address: address.to_owned(), reason };
-        let mut connection = Connection::open(&bridge.uri).map_err(silent)?;
-        // The first thing that a bridge says is who it is, as no other server does, and then what its topics are.
-        let asked = now();
-        while bridge.name.is_empty() || !bridge.has_advertised && asked.elapsed() < TOPICS {
-            match connection.socket.read() {
-                Ok(message) => bridge.hear(&message, &mut connection, &mut Vec::new()).map(drop).map_err(silent)?,
-                Err(error) if is_pause(&error) => {}
-                Err(error) => return Err(silent(error.to_string())),
-            }
-            if bridge.name.is_empty() && asked.elapsed() > ANSWER {
-                return Err(silent("it does not say who it is".to_owned()));
-            }
-        }
-        bridge.connection = Some(connection);
+        bridge.open().map_err(|reason| Error::Silent { address: bridge.uri.to_string(), reason })?;
         Ok(bridge)
     }
 
-    /// What the bridge calls itself.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// What the bridge tells of the robot beside topics.
-    #[must_use]
-    pub fn robot(&self) -> &Robot {
-        &self.robot
+    /// Connects, and waits until the bridge has said which topics it has.
+    fn open(&mut self) -> Result<(), String> {
+        let mut connection = Connection::open(&self.uri)?;
+        (self.name, self.has_advertised) = (String::new(), false);
+        // The first thing that a bridge says is who it is, as no other server does, and then what its topics are.
+        let asked = now();
+        while self.name.is_empty() || !self.has_advertised && asked.elapsed() < TOPICS {
+            match connection.socket.read() {
+                Ok(message) => drop(self.hear(&message, &mut connection, &mut Vec::new())?),
+                Err(error) if is_pause(&error) => {}
+                Err(error) => return Err(error.to_string()),
+            }
+            if self.name.is_empty() && asked.elapsed() > ANSWER {
+                return Err("it does not say who it is".to_owned());
+            }
+        }
+        self.connection = Some(connection);
+        Ok(())
     }
 
     /// What the server says in a frame. Returns the message of a topic, whose body it writes to `body`.
@@ -305,18 +243,17 @@ impl Bridge {
                 self.gone.extend(topics.map(|topic| self.survey.topics[topic].name.clone()));
             }
             Said::AdvertiseServices { services } => {
-                services.into_iter().for_each(|service| self.robot.name(service.name, Some(service.kind)));
+                services.into_iter().for_each(|service| self.robot.name(&service.name, Some(service.kind)));
             }
             Said::ConnectionGraphUpdate { published_topics, subscribed_topics, advertised_services } => {
-                let topics = published_topics.iter().filter(|topic| topic.name.contains(ACTION));
+                let topics = published_topics.iter().filter(|topic| is_of_action(&topic.name));
                 let names =
                     topics.map(|topic| &topic.name).chain(advertised_services.iter().map(|service| &service.name));
-                names.for_each(|name| self.robot.name(name.clone(), None));
+                names.for_each(|name| self.robot.name(name, None));
                 let publishers = published_topics.into_iter().flat_map(|topic| topic.publisher_ids);
                 let subscribers = subscribed_topics.into_iter().flat_map(|topic| topic.subscriber_ids);
                 let providers = advertised_services.into_iter().flat_map(|service| service.provider_ids);
-                let room = MOST_TOPICS.saturating_sub(self.robot.nodes.len());
-                self.robot.nodes.extend(publishers.chain(subscribers).chain(providers).take(room));
+                self.robot.add_nodes(publishers.chain(subscribers).chain(providers));
             }
             Said::Status { level, message } if level >= ERROR || message.contains(FULL) => {
                 self.lose(format!("the bridge says: {message}"));
@@ -365,6 +302,7 @@ impl Source for Bridge {
         };
         match self.hear_next(&mut connection, body) {
             Ok(received) => {
+                self.has_told |= matches!(received, Received::Message(_));
                 self.connection = Some(connection);
                 received
             }
@@ -394,6 +332,33 @@ impl Source for Bridge {
 
     fn lost(&self) -> &[String] {
         &self.lost
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+}
+
+impl Live for Bridge {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    fn begin(&mut self) -> Result<(), Error> {
+        if !self.has_told {
+            return Ok(());
+        }
+        self.end();
+        (self.lost, self.gone, self.has_told) = (Vec::new(), BTreeSet::new(), false);
+        self.open().map_err(|reason| Error::Silent { address: self.uri.to_string(), reason })
+    }
+
+    fn counts_losses(&self) -> bool {
+        false
     }
 }
 

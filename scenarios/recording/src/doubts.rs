@@ -1,31 +1,41 @@
 //! Verdicts that missing messages could change.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
-use channels::{ChannelId, Monitor, Topology, Verdict};
+use channels::{ChannelId, Gap, Monitor, Topology, Verdict};
 use monitors::{Formula, Property, ScopeMonitor};
 
 /// Why the verdicts of properties are unsure, by the index of the property.
 #[derive(Debug)]
 pub struct Doubts {
-    why: Vec<Option<String>>,
-    /// Why violations after the first are unsure, of properties that had been violated.
-    later: Vec<Option<String>>,
-    /// For each property, the monitor that tells whether missing messages could change its verdict; without one, the
-    /// property's own does.
-    judges: Vec<Option<ScopeMonitor>>,
+    states: Vec<State>,
+    /// How many gaps in each channel have not ended.
+    gaps: BTreeMap<ChannelId, usize>,
+}
+
+/// What is known of a verdict.
+#[derive(Debug, Default)]
+struct State {
+    why: Option<String>,
+    /// Why violations after the first are unsure.
+    later: Option<String>,
+    /// The monitor that tells whether missing messages could change the verdict; without one, the property's own does.
+    judge: Option<ScopeMonitor>,
+    /// When the verdict was reached.
+    reached: Option<Duration>,
+    /// Whether what began before a gap has been given up: a violation is then sure.
+    is_anew: bool,
+    /// Whether messages may be missing from now on, without an end.
+    is_lasting: bool,
 }
 
 impl Doubts {
     /// Nothing is missing for this many properties. What may be missing later is within the domains of the channels.
     #[must_use]
     pub fn none(properties: usize) -> Self {
-        let nothing = vec![None; properties];
-        Self {
-            why: nothing.clone(),
-            later: nothing,
-            judges: std::iter::repeat_with(|| None).take(properties).collect(),
-        }
+        Self { states: std::iter::repeat_with(State::default).take(properties).collect(), gaps: BTreeMap::new() }
     }
 
     /// Nothing is missing. What may be missing later can be any message, such as one that is missing because its
@@ -43,57 +53,114 @@ impl Doubts {
             let judge = judge.expect("whether a formula can be monitored does not depend on the domains");
             (!judge.foresees_as(monitor)).then_some(judge)
         };
-        let nothing = vec![None; properties.len()];
-        Self { why: nothing.clone(), later: nothing, judges: properties.iter().map(judge).collect() }
+        let states = properties.iter().map(|property| State { judge: judge(property), ..State::default() });
+        Self { states: states.collect(), gaps: BTreeMap::new() }
     }
 
     /// The monitors that must see every event, besides those of the properties.
     pub fn monitors(&mut self) -> impl Iterator<Item = &mut dyn Monitor> {
-        self.judges.iter_mut().flatten().map(|judge| judge as &mut dyn Monitor)
+        self.states.iter_mut().filter_map(|state| state.judge.as_mut()).map(|judge| judge as &mut dyn Monitor)
     }
 
-    /// From here on, messages may be missing: on this channel, or on any. They could change every verdict that is open,
-    /// except that of a property which judges each message of another channel by itself. All others may depend on them
-    /// even if they are about other channels: ticks are made from the times of messages.
-    pub fn miss(&mut self, why: &str, channel: Option<ChannelId>, properties: &[Property]) {
+    /// From here on, messages may be missing. They could change every verdict that is open, or was reached since they
+    /// may be missing. Exceptions are properties that judge each message of another channel by itself; and, if the gap
+    /// lies between messages, which leaves the ticks as they are, all that are about other channels.
+    pub fn miss(&mut self, gap: &Gap, properties: &[Property]) {
+        if let Some(channel) = gap.channel.filter(|_| gap.ends) {
+            *self.gaps.entry(channel).or_default() += 1;
+        }
         for (index, property) in properties.iter().enumerate() {
-            let is_elsewhere = judged(property).zip(channel).is_some_and(|(judged, missing)| judged != missing);
-            if self.verdict(index, property) == Verdict::Inconclusive && !is_elsewhere {
-                self.why[index].get_or_insert_with(|| why.to_owned());
+            let judged = judged(property);
+            let is_elsewhere = gap.channel.is_some_and(|missing| {
+                judged.is_some_and(|judged| judged != missing) || gap.ends && !is_about(property, missing)
+            });
+            if is_elsewhere {
+                continue;
             }
-            if self.verdict(index, property) == Verdict::False && judged(property).is_none() {
-                self.later[index].get_or_insert_with(|| why.to_owned());
+            let verdict = self.verdict(index, property);
+            let state = &mut self.states[index];
+            state.is_lasting |= !gap.ends;
+            state.is_anew = false;
+            let was_reached_since = state.reached.zip(gap.since).is_some_and(|(reached, since)| reached > since);
+            match verdict {
+                // It was violated by a message that was there.
+                Verdict::False if judged.is_some() => {}
+                Verdict::True | Verdict::False if !was_reached_since => {
+                    if verdict == Verdict::False {
+                        state.later.get_or_insert_with(|| gap.why.clone());
+                    }
+                }
+                _ => {
+                    state.why.get_or_insert_with(|| gap.why.clone());
+                }
             }
         }
     }
 
-    /// Why violations after the first are unsure, of properties that had been violated when messages went missing.
+    /// A gap in the messages of this channel is over. Properties that can begin anew do so: what began before is given
+    /// up, and what will be violated from now on is violated for sure.
+    pub fn resume(&mut self, channel: ChannelId, properties: &mut [Property]) {
+        let open = self.gaps.entry(channel).or_default();
+        *open = open.saturating_sub(1);
+        for (state, property) in self.states.iter_mut().zip(properties) {
+            let is_complete = |(channel, open): (&ChannelId, &usize)| *open == 0 || !is_about(property, *channel);
+            if state.why.is_none() || state.is_lasting || !self.gaps.iter().all(is_complete) {
+                continue;
+            }
+            let judge = state.judge.as_mut().is_none_or(ScopeMonitor::begin_anew);
+            if judge && property.scope_monitor_mut().is_some_and(ScopeMonitor::begin_anew) {
+                (state.is_anew, state.reached) = (true, None);
+            }
+        }
+    }
+
+    /// Why violations after the first are unsure, of a property that had been violated when messages went missing.
     #[must_use]
-    pub fn later(&self) -> &[Option<String>] {
-        &self.later
+    pub fn why_later(&self, index: usize) -> Option<&str> {
+        self.states[index].later.as_deref()
+    }
+
+    /// The same for all.
+    pub fn later(&self) -> impl Iterator<Item = Option<&str>> {
+        self.states.iter().map(|state| state.later.as_deref())
     }
 
     /// The verdict that no missing message can change, or else inconclusive.
     #[must_use]
     pub fn verdict(&self, index: usize, property: &Property) -> Verdict {
-        self.judges[index].as_ref().map_or_else(|| property.monitor.verdict(), Monitor::verdict)
+        self.states[index].judge.as_ref().map_or_else(|| property.monitor.verdict(), Monitor::verdict)
     }
 
-    /// Call this after each event: a message that violates a property by itself does so whatever else is missing.
-    pub fn settle(&mut self, properties: &[Property]) {
+    /// Call this after each event: a message that violates a property by itself does so whatever else is missing, and
+    /// so does what began after a gap.
+    pub fn settle(&mut self, time: Duration, properties: &[Property]) {
         for (index, property) in properties.iter().enumerate() {
-            let is_doubted = self.why[index].is_some();
-            if is_doubted && self.verdict(index, property) == Verdict::False && judged(property).is_some() {
-                self.why[index] = None;
+            let verdict = self.verdict(index, property);
+            let state = &mut self.states[index];
+            if verdict == Verdict::Inconclusive || state.reached.is_some() {
+                continue;
+            }
+            state.reached = Some(time);
+            if verdict == Verdict::False && (state.is_anew || judged(property).is_some()) {
+                state.why = None;
             }
         }
     }
 
-    /// Why each verdict is unsure, if it is.
+    /// Why the verdict of a property is unsure, if it is.
     #[must_use]
-    pub fn all(&self) -> &[Option<String>] {
-        &self.why
+    pub fn why(&self, index: usize) -> Option<&str> {
+        self.states[index].why.as_deref()
     }
+
+    /// The same for all.
+    pub fn all(&self) -> impl Iterator<Item = Option<&str>> {
+        self.states.iter().map(|state| state.why.as_deref())
+    }
+}
+
+fn is_about(property: &Property, channel: ChannelId) -> bool {
+    property.scope_monitor().is_none_or(|monitor| monitor.formula().is_about(channel))
 }
 
 fn judged(property: &Property) -> Option<ChannelId> {

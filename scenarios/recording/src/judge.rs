@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, Topology, Verdict};
+use channels::{ChannelId, Event, Gap, Topology, Verdict};
 use maps::Pose;
 use monitors::{LogEnd, Property};
 
@@ -73,10 +73,10 @@ impl Judge {
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
         properties.iter_mut().for_each(|property| property.monitor.observe(&event));
         self.doubts.monitors().for_each(|monitor| monitor.observe(&event));
-        self.doubts.settle(properties);
+        self.doubts.settle(event.time, properties);
         for (index, property) in properties.iter_mut().enumerate() {
             let mut state = MonitorState::of(property.monitor.as_ref());
-            if self.doubts.all()[index].is_some() {
+            if self.doubts.why(index).is_some() {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
             }
             if state.verdict != Verdict::Inconclusive {
@@ -88,9 +88,14 @@ impl Judge {
         self.record(time, happenings, Details { events: vec![event], monitors, ..Details::default() })
     }
 
-    /// Messages are missing from here on, on this channel or on any: the verdicts that they could change remain open.
-    pub fn miss(&mut self, why: &str, channel: Option<ChannelId>, properties: &[Property]) {
-        self.doubts.miss(why, channel, properties);
+    /// Messages are missing from here on: the verdicts that they could change remain open.
+    pub fn miss(&mut self, gap: &Gap, properties: &[Property]) {
+        self.doubts.miss(gap, properties);
+    }
+
+    /// A gap in the messages of this channel is over.
+    pub fn resume(&mut self, channel: ChannelId, properties: &mut [Property]) {
+        self.doubts.resume(channel, properties);
     }
 
     /// What missing messages make unsure.
@@ -136,13 +141,13 @@ impl Judge {
 }
 
 /// The final state of a monitor. An unsure one is not known to hold, nor to be violated.
-fn ending(property: &Property, unsure: &Option<String>) -> MonitorEnd {
+fn ending(property: &Property, unsure: Option<&str>) -> MonitorEnd {
     let end = MonitorEnd::of(property.monitor.as_ref());
     match unsure {
         None => end,
         Some(why) => MonitorEnd {
             state: MonitorState { verdict: Verdict::Inconclusive, is_open: true, ..end.state },
-            unsure: Some(why.clone()),
+            unsure: Some(why.to_owned()),
             ..MonitorEnd::default()
         },
     }

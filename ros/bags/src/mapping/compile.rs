@@ -30,6 +30,7 @@ pub struct Compiled {
 pub(crate) struct CompiledEntry {
     pub(crate) decoder: Decoder,
     pub(crate) clock: MessageTime,
+    pub(crate) is_lossy: bool,
     pub(crate) tests: Vec<Test>,
     pub(crate) fields: Vec<FieldRule>,
 }
@@ -39,6 +40,8 @@ pub(crate) struct CompiledEntry {
 pub(crate) enum MessageTime {
     Log,
     Publish,
+    /// What [`CLOCK`](super::CLOCK) told last.
+    Clock,
     Field(Path),
 }
 
@@ -280,7 +283,7 @@ impl Mapping {
         });
         let (rules, kinds): (Vec<FieldRule>, Vec<(String, FieldKind)>) = compiled.unzip();
         let decoder = Decoder::new(&layout, &fields.want);
-        let entry = CompiledEntry { decoder, clock: clock?, tests, fields: rules };
+        let entry = CompiledEntry { decoder, clock: clock?, is_lossy: mapped.is_lossy, tests, fields: rules };
         Some((entry, Shape::new(kinds).with_role(Role::Topic)))
     }
 }
@@ -323,13 +326,15 @@ impl FieldCompiler<'_> {
         match time.value.as_str() {
             "log" => Some(MessageTime::Log),
             "publish" => Some(MessageTime::Publish),
+            "clock" => Some(MessageTime::Clock),
             _ => {
                 let path = self.resolve_one(time)?;
                 if path.end == End::Time {
                     return Some(MessageTime::Field(path));
                 }
                 let problem = time.span.problem(format!("`{}` is not a stamp", time.value)).with_label("this time");
-                self.problems.push(problem.with_help("`log`, `publish`, or a field of type builtin_interfaces/Time"));
+                self.problems
+                    .push(problem.with_help("`log`, `publish`, `clock`, or a field of type builtin_interfaces/Time"));
                 None
             }
         }

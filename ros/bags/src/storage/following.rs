@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::files::{METADATA, listed, names};
 use super::mcap::McapReader;
-use super::source::{Received, Source, Wanted, received};
+use super::source::{Aside, Received, Source, Wanted, received};
 use super::survey::Survey;
 use super::unpack;
 use crate::Error;
@@ -30,7 +30,7 @@ pub struct Following {
     current: Option<(PathBuf, McapReader)>,
     survey: Survey,
     wanted: Wanted,
-    lost: Vec<String>,
+    aside: Aside,
     /// Since when nothing more is expected.
     resting: Option<Instant>,
     is_over: bool,
@@ -64,7 +64,7 @@ impl Following {
             current: None,
             survey,
             wanted,
-            lost: Vec::new(),
+            aside: Aside::default(),
             resting: None,
             is_over: false,
         };
@@ -138,7 +138,7 @@ impl Following {
     }
 
     fn end(&mut self, lost: Option<String>) -> Received {
-        self.lost.extend(lost);
+        self.aside.lost.extend(lost);
         self.is_over = true;
         Received::Over
     }
@@ -161,17 +161,17 @@ impl Source for Following {
                     Err(error) => return self.end(Some(error.to_string())),
                 }
             };
-            match reader.receive(&self.wanted, &mut self.survey, body, &mut self.lost) {
+            match reader.receive(&self.wanted, &mut self.survey, body, &mut self.aside.lost) {
                 Received::Message(head) => {
                     self.resting = None;
                     self.survey.count(head.topic, head.log_ns);
-                    unpack(body, &mut self.lost);
-                    if let Some(received) = received(head, &self.survey, body, &mut self.lost) {
+                    unpack(body, &mut self.aside.lost);
+                    if let Some(received) = received(head, &self.survey, body, &mut self.aside) {
                         return received;
                     }
                 }
                 Received::Over => self.current = None,
-                Received::Idle | Received::Quiet(_) => {
+                _ => {
                     let path = path.clone();
                     return self.rest(&path);
                 }
@@ -185,6 +185,10 @@ impl Source for Following {
     }
 
     fn lost(&self) -> &[String] {
-        &self.lost
+        &self.aside.lost
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.aside.notes
     }
 }

@@ -1,8 +1,10 @@
 //! Where messages come from, and which of them are wanted.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use ros_messages::CdrReader;
+use serde::{Deserialize, Serialize};
 
 use super::survey::{Head, Survey, Topic};
 
@@ -17,6 +19,32 @@ pub trait Source {
     fn survey(&self) -> &Survey;
     /// Damaged or missing parts so far, in words.
     fn lost(&self) -> &[String];
+    /// What else is to be known of the messages so far, in words.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
+}
+
+impl<S: Source + ?Sized> Source for Box<S> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        (**self).receive(body)
+    }
+
+    fn end(&mut self) {
+        (**self).end();
+    }
+
+    fn survey(&self) -> &Survey {
+        (**self).survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        (**self).lost()
+    }
+
+    fn notes(&self) -> &[String] {
+        (**self).notes()
+    }
 }
 
 /// What comes next from a [`Source`].
@@ -28,6 +56,15 @@ pub enum Received {
     Idle,
     /// Nothing now: every message received before this time, in nanoseconds since 1970, has been returned.
     Quiet(i64),
+    /// Messages on a topic are missing, after the last one on it, and before the next.
+    Lost {
+        /// The topic's index in the [`Survey`].
+        topic: usize,
+        /// How many; `None` if nobody knows.
+        count: Option<u64>,
+        /// When the last message before them was received, in nanoseconds since 1970.
+        since_ns: i64,
+    },
     /// Nothing more.
     Over,
 }
@@ -59,21 +96,61 @@ pub(super) const QUIET: &str = "/steward/quiet";
 /// The topic of its note that something is lost: a string that says what.
 pub(super) const LOST: &str = "/steward/lost";
 
-/// Whether a topic has such notes.
-pub(crate) fn is_note(topic: &Topic) -> bool {
-    [QUIET, LOST].contains(&topic.name.as_str())
+/// The topic of its note that messages on a topic are missing: a [`Missing`] in JSON.
+pub(super) const MISSING: &str = "/steward/missing";
+
+/// The topic of what else it notes: a string.
+pub(super) const NOTE: &str = "/steward/note";
+
+/// The topic of its violations: a string with the verdict, in JSON.
+pub(super) const VIOLATION: &str = "/steward/violation";
+
+/// Messages that are missing.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Missing<'m> {
+    pub(super) topic: Cow<'m, str>,
+    pub(super) count: Option<u64>,
+    pub(super) since_ns: i64,
 }
 
-/// What has been read from a file: a message, or one of these notes. What is lost is added to `lost`.
-pub(super) fn received(head: Head, survey: &Survey, body: &[u8], lost: &mut Vec<String>) -> Option<Received> {
+/// Whether a topic has such notes.
+pub(crate) fn is_note(topic: &Topic) -> bool {
+    [QUIET, LOST, MISSING, NOTE, VIOLATION].contains(&topic.name.as_str())
+}
+
+/// What a file tells beside its messages.
+#[derive(Debug, Default)]
+pub(super) struct Aside {
+    /// Damaged or missing parts, in words.
+    pub(super) lost: Vec<String>,
+    pub(super) notes: Vec<String>,
+}
+
+/// What has been read from a file: a message, or one of these notes. What is lost is added to `aside`.
+pub(super) fn received(head: Head, survey: &Survey, body: &[u8], aside: &mut Aside) -> Option<Received> {
+    let text = || {
+        let text = CdrReader::new(body).and_then(|mut reader| Ok(reader.string(None)?.to_vec()));
+        text.map_or_else(|_| "something is lost".to_owned(), |text| String::from_utf8_lossy(&text).into())
+    };
     match survey.topics[head.topic].name.as_str() {
         QUIET => Some(Received::Quiet(head.log_ns)),
         LOST => {
-            let text = CdrReader::new(body).and_then(|mut reader| Ok(reader.string(None)?.to_vec()));
-            let text =
-                text.map_or_else(|_| "something is lost".to_owned(), |text| String::from_utf8_lossy(&text).into());
-            lost.push(text);
+            aside.lost.push(text());
             None
+        }
+        NOTE => {
+            aside.notes.push(text());
+            None
+        }
+        VIOLATION => None,
+        MISSING => {
+            let text = text();
+            let Ok(Missing { topic, count, since_ns }) = serde_json::from_str(&text) else {
+                aside.lost.push(text);
+                return None;
+            };
+            let topic = survey.topics.iter().position(|known| known.name == topic)?;
+            Some(Received::Lost { topic, count, since_ns })
         }
         _ => Some(Received::Message(head)),
     }

@@ -9,7 +9,7 @@ use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use ros_messages::CdrWriter;
 
-use super::source::{LOST, QUIET, Received, Source};
+use super::source::{LOST, MISSING, Missing, NOTE, QUIET, Received, Source, VIOLATION};
 use super::survey::{Head, Survey, Topic};
 
 /// An MCAP file of the messages that a source tells, of what it has lost, and of how long it was quiet at last.
@@ -43,6 +43,11 @@ impl<W: Write + Seek> BagWriter<W> {
     pub fn finish(&mut self) -> io::Result<()> {
         self.failed.take().map_or(Ok(()), Err)?;
         self.writer.finish().map(drop).map_err(io::Error::other)
+    }
+
+    /// Writes a violation, as JSON: for people and their tools, as readers of messages pass over it.
+    pub fn violation(&mut self, at_ns: i64, verdict: &str) {
+        self.note(VIOLATION, at_ns, verdict);
     }
 
     /// Lets readers see what has been written.
@@ -110,9 +115,13 @@ impl<W: Write + Seek> BagWriter<W> {
 pub struct Recorder<S, W: Write + Seek> {
     source: S,
     writer: Rc<RefCell<BagWriter<W>>>,
-    /// Until when everything has come, and how much of what is lost has been written.
+    /// Until when everything has come.
     quiet_ns: Option<i64>,
+    /// What the source has told beside its messages, and is not written yet: each with the topic of such notes.
+    aside: Vec<(&'static str, String)>,
+    /// How much of what is lost, and of what else is to be known, has been heard.
     lost: usize,
+    notes: usize,
     newest_ns: i64,
     has_begun: bool,
     /// How many topics have been written.
@@ -122,18 +131,27 @@ pub struct Recorder<S, W: Write + Seek> {
 impl<S: Source, W: Write + Seek> Recorder<S, W> {
     /// Writes the messages of a source. The file is ended by [`BagWriter::finish`].
     pub fn new(source: S, writer: Rc<RefCell<BagWriter<W>>>) -> Self {
-        Self { source, writer, quiet_ns: None, lost: 0, newest_ns: 0, has_begun: false, topics: 0 }
+        let (aside, quiet_ns) = (Vec::new(), None);
+        Self { source, writer, quiet_ns, aside, lost: 0, notes: 0, newest_ns: 0, has_begun: false, topics: 0 }
     }
 
-    /// Writes what has been lost since the last call.
-    fn write_lost(&mut self, at_ns: i64) {
-        let lost = self.source.lost().get(self.lost..).unwrap_or_default().to_vec();
-        if !lost.is_empty() {
+    /// Hears what the source has told beside its messages since the last call.
+    fn hear_aside(&mut self) {
+        for (name, told, heard) in
+            [(NOTE, self.source.notes(), &mut self.notes), (LOST, self.source.lost(), &mut self.lost)]
+        {
+            self.aside.extend(told.iter().skip(*heard).map(|text| (name, text.clone())));
+            *heard = told.len().max(*heard);
+        }
+    }
+
+    fn write_aside(&mut self, at_ns: i64) {
+        if self.aside.iter().any(|(name, _)| *name != NOTE) {
             // What had come before it became known is judged without it.
             self.write_quiet();
-            self.lost += lost.len();
-            lost.iter().for_each(|what| self.writer.borrow_mut().note(LOST, at_ns, what));
         }
+        let aside = self.aside.drain(..);
+        aside.for_each(|(name, text)| self.writer.borrow_mut().note(name, at_ns, &text));
     }
 
     fn write_quiet(&mut self) {
@@ -152,10 +170,16 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
             self.writer.borrow_mut().know(index, topic);
         }
         self.topics = self.source.survey().topics.len();
+        self.hear_aside();
+        if let Received::Lost { topic, count, since_ns } = received {
+            let topic = self.source.survey().topics[topic].name.as_str().into();
+            let missing = serde_json::to_string(&Missing { topic, count, since_ns });
+            self.aside.push((MISSING, missing.expect("a name and numbers")));
+        }
         match received {
             // A file begins with its first message.
-            Received::Message(head) if !self.has_begun => self.write_lost(head.log_ns),
-            _ if self.has_begun => self.write_lost(self.newest_ns),
+            Received::Message(head) if !self.has_begun => self.write_aside(head.log_ns),
+            _ if self.has_begun => self.write_aside(self.newest_ns),
             _ => {}
         }
         match received {
@@ -171,14 +195,15 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
                 self.newest_ns = self.newest_ns.max(quiet_ns);
                 self.quiet_ns = Some(quiet_ns);
             }
-            Received::Idle | Received::Over => {}
+            Received::Lost { .. } | Received::Idle | Received::Over => {}
         }
         received
     }
 
     fn end(&mut self) {
         self.source.end();
-        self.write_lost(self.newest_ns);
+        self.hear_aside();
+        self.write_aside(self.newest_ns);
         self.write_quiet();
     }
 
@@ -188,5 +213,9 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
 
     fn lost(&self) -> &[String] {
         self.source.lost()
+    }
+
+    fn notes(&self) -> &[String] {
+        self.source.notes()
     }
 }

@@ -1,0 +1,114 @@
+//! A DDS domain: the nodes of ROS 2 themselves, without a bridge.
+
+mod goodbye;
+mod heard;
+mod hearing;
+mod names;
+mod options;
+mod participant;
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use bags::{Received, Source, Survey};
+
+use crate::Error;
+use crate::clock::{Clock, now};
+use crate::robot::{Live, Robot};
+use hearing::Hearing;
+use participant::{Participant, Subscribed};
+
+pub use options::{Options, obstacles};
+
+/// How long one call waits for a message.
+const PATIENCE: Duration = Duration::from_millis(2);
+
+/// How long to look for publishers: at least, and after the last one was found; and at most.
+const CALM: Duration = Duration::from_millis(500);
+const LONGEST_LOOK: Duration = Duration::from_secs(2);
+
+/// A participant in a DDS domain, which only listens: it publishes nothing but its own presence, and what it reads. It
+/// is a source of the messages on some topics, or on all.
+///
+/// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
+/// publisher's stamp. Publishers number their messages, so it is known which are missing. That the last ones are
+/// missing shows only when the next one comes, unless the publisher is reliable.
+pub struct Domain {
+    participant: Option<Participant>,
+    hearing: Hearing,
+}
+
+impl Domain {
+    /// Joins a domain, for topics with these names, or for all, and looks for publishers for a moment.
+    #[must_use]
+    pub fn join(options: Options, wanted: Option<BTreeSet<String>>) -> Self {
+        let subscribed = if wanted.is_some() { Subscribed::Nothing } else { Subscribed::All };
+        let participant = Participant::join(options, Clock::start(), subscribed);
+        let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted) };
+        let (asked, mut found, mut found_at) = (now(), 0, now());
+        while domain.hearing.is_looking() && asked.elapsed() < LONGEST_LOOK && (found == 0 || found_at.elapsed() < CALM)
+        {
+            domain.hear();
+            let publishers = domain.hearing.robot.publishers.len() + domain.hearing.robot.nodes.len();
+            if publishers != found {
+                (found, found_at) = (publishers, now());
+            }
+        }
+        domain
+    }
+
+    fn hear(&mut self) {
+        if let Some(heard) = self.participant.as_ref().and_then(|participant| participant.next(PATIENCE)) {
+            self.hearing.hear(heard);
+        }
+    }
+}
+
+impl Source for Domain {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        if let Some(received) = self.hearing.next(body) {
+            return received;
+        }
+        self.hear();
+        self.hearing.next(body).unwrap_or(Received::Idle)
+    }
+
+    fn end(&mut self) {
+        self.participant = None;
+    }
+
+    fn survey(&self) -> &Survey {
+        &self.hearing.survey
+    }
+
+    fn lost(&self) -> &[String] {
+        &self.hearing.lost
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.hearing.notes
+    }
+}
+
+impl Live for Domain {
+    fn name(&self) -> &str {
+        "the robot's nodes"
+    }
+
+    fn robot(&self) -> &Robot {
+        &self.hearing.robot
+    }
+
+    /// Subscribes to the wanted topics. Messages count once their publishers know it.
+    fn begin(&mut self) -> Result<(), Error> {
+        if let (Some(topics), Some(participant)) = (self.hearing.wanted(), &self.participant) {
+            participant.subscribe(Subscribed::To(topics));
+            self.hearing.begin();
+        }
+        Ok(())
+    }
+
+    fn counts_losses(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,69 @@
+//! Robots that run, and what they tell of themselves beside their topics.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use bags::Source;
+
+use crate::Error;
+
+/// What the names of an action's topics and services have after its own.
+const ACTION: &str = "/_action/";
+
+/// The most names of a kind.
+const MOST: usize = 10_000;
+
+/// A robot that runs, as a source of messages.
+pub trait Live: Source {
+    /// Who tells of the robot, in words.
+    fn name(&self) -> &str;
+
+    /// What the robot tells beside its topics.
+    fn robot(&self) -> &Robot;
+
+    /// Messages count from here on. What is latched comes again, if it has come before.
+    ///
+    /// # Errors
+    /// If the robot cannot be reached.
+    fn begin(&mut self) -> Result<(), Error>;
+
+    /// Whether it is known which messages are missing.
+    fn counts_losses(&self) -> bool;
+}
+
+/// What a robot tells of itself beside its topics, as far as it is known.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Robot {
+    /// The names of its nodes.
+    pub nodes: BTreeSet<String>,
+    /// Its actions, with their types.
+    pub actions: BTreeMap<String, Option<String>>,
+    /// Its services, with their types.
+    pub services: BTreeMap<String, Option<String>>,
+    /// Who publishes on its topics, and with which quality of service, in words.
+    pub publishers: BTreeMap<String, String>,
+}
+
+impl Robot {
+    /// Takes note of a service, or of the action that a name belongs to.
+    pub(crate) fn name(&mut self, name: &str, kind: Option<String>) {
+        let (names, name) = match name.split_once(ACTION) {
+            Some((action, _)) => (&mut self.actions, action),
+            None => (&mut self.services, name),
+        };
+        if names.len() < MOST || names.contains_key(name) {
+            let known = names.entry(name.to_owned()).or_default();
+            *known = known.take().or(kind);
+        }
+    }
+
+    /// Takes note of nodes.
+    pub(crate) fn add_nodes(&mut self, nodes: impl IntoIterator<Item = String>) {
+        let room = MOST.saturating_sub(self.nodes.len());
+        self.nodes.extend(nodes.into_iter().take(room));
+    }
+}
+
+/// Whether a topic or service belongs to an action.
+pub(crate) fn is_of_action(name: &str) -> bool {
+    name.contains(ACTION)
+}

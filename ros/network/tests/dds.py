@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""`steward watch` beside real nodes: `dds.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
+`robots/fast.py` and of `robots/cyclone.py`.
+
+What the robots tell is listed; planted violations are found at the right messages, the same ones beside both, and
+again by `steward verify` of what was recorded; what a robot knows of those who listen to it stays as it was, and its
+services and its action stay available; of messages lost on the way, exactly those are counted; a robot that is killed
+and started again is told of. All of it happens in a network of its own.
+"""
+import json, os, signal, struct, subprocess, sys, tempfile, time
+from pathlib import Path
+
+STEWARD, FAST, CYCLONE = (os.path.abspath(path) for path in sys.argv[1:4])
+NETWORK = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
+if "IN_A_NETWORK" not in os.environ:
+    words = [sys.executable, os.path.abspath(sys.argv[0]), STEWARD, FAST, CYCLONE]
+    os.execvpe("unshare", ["unshare", "-rn", "sh", "-c", NETWORK, "sh", *words], {**os.environ, "IN_A_NETWORK": "1"})
+
+ROBOTS = Path(__file__).parent / "robots"
+FOLDER = Path(tempfile.mkdtemp())
+MAPPING = """
+tick_s = 0.1
+reorder_s = 0.1
+[[messages]]
+topic = "/level"
+from = "battery"
+to = "base"
+fields = { level = "data" }
+[[messages]]
+topic = "/stop"
+from = "operator"
+to = "base"
+fields = { is_on = "data" }
+[[messages]]
+topic = "/map_name"
+from = "map"
+to = "base"
+fields = { name = "data" }
+"""
+PROPERTIES = """
+property charged := always (battery, base, m.level >= 25)
+property free := always (operator, base, m.is_on = false)
+property known := eventually (map, base, m.name = "house")
+property dead := always ((battery, base, m.level = 1) implies time_until (battery, base, m.level = 0) < 1 s)
+property positive := always (battery, base, m.level > 0)
+"""
+COUNT = '[[messages]]\ntopic = "/count"\nfrom = "counter"\nto = "base"\nfields = { x = "data" }\n'
+for file, text in {"robot.toml": MAPPING, "safety.scope": PROPERTIES, "count.toml": COUNT,
+                   "count.scope": "property positive := always (counter, base, m.x >= 0)\n"}.items():
+    (FOLDER / file).write_text(text)
+
+
+class Robot:
+    def __init__(self, python, file, *args, **env):
+        self.errors = tempfile.TemporaryFile("w+")
+        words = [python, ROBOTS / file, *map(str, args)]
+        env = {**{name: value for name, value in os.environ.items() if name != "PYTHONPATH"}, **env}
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=self.errors, text=True, env=env,
+                                        start_new_session=True)
+        assert self.heard() == {"up": True}, self.said()
+
+    def heard(self):
+        line = self.process.stdout.readline()
+        assert line, self.said()
+        return json.loads(line)
+
+    def ask(self, what):
+        self.process.stdin.write(what + "\n")
+        self.process.stdin.flush()
+        return self.heard()
+
+    def said(self):
+        self.errors.seek(0)
+        return self.errors.read()
+
+    def kill(self):
+        # The Python that was started has started another.
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+
+def watch(mapping, properties, record):
+    options = ["--map-channels", FOLDER / mapping, "--property", FOLDER / properties, "--record", FOLDER / record]
+    process = subprocess.Popen([STEWARD, "watch", "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True)
+    # Publishers are looked for, and told; half a second later, messages count.
+    assert "listening" in process.stderr.readline()
+    time.sleep(1.5)
+    return process
+
+
+def end(process):
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate()
+    lines = [json.loads(line) for line in out.splitlines()]
+    return process.returncode, lines[:-1], lines[-1]
+
+
+def judged(record, mapping, properties):
+    words = [STEWARD, "verify", FOLDER / record, "--map-channels", FOLDER / mapping, "--property", FOLDER / properties]
+    return json.loads(subprocess.run([*words, "--json"], stdout=subprocess.PIPE, text=True).stdout)
+
+
+def verdicts(report):
+    """Each verdict, with the messages that show it."""
+    shown = lambda witness: witness and [message["message"] for message in witness["messages"]]
+    return {of["name"]: (of["verdict"], shown(of["witness"]), of["unsure"]) for of in report["monitors"]}
+
+
+def records(path):
+    """The messages of an MCAP file without chunks, in order: topic and data."""
+    bytes, at, topics, found = path.read_bytes(), 8, {}, []
+    while at < len(bytes) - 8:
+        opcode, size = struct.unpack_from("<BQ", bytes, at)
+        record, at = bytes[at + 9 : at + 9 + size], at + 9 + size
+        if opcode == 4:
+            (channel, _, length) = struct.unpack_from("<HHI", record)
+            topics[channel] = record[8 : 8 + length].decode()
+        if opcode == 5:
+            found.append((topics[struct.unpack_from("<H", record)[0]], record[22:]))
+    return found
+
+
+def beside(robot, record, passive):
+    before = robot.ask("seen") if passive else None
+    watching = watch("robot.toml", "safety.scope", record)
+    during = robot.ask("seen") if passive else None
+    done = robot.ask("go")
+    time.sleep(0.5)
+    status, said, report = end(watching)
+    assert status == 1 and report["loss"] == "counted", report
+    assert "are missing" not in str(report["notes"]), report["notes"]
+    found = verdicts(report)
+    assert found == {
+        "charged": ("violated", [[24]], None),
+        "free": ("violated", [[True]], None),
+        "known": ("satisfied", None, None),
+        "dead": ("satisfied", None, None),
+        "positive": ("violated", [[0]], None),
+    }, found
+    assert {line["property"] for line in said} == {"charged", "free", "known", "positive"}, said
+    again = judged(record, "robot.toml", "safety.scope")
+    assert again["monitors"] == report["monitors"]
+    if passive:
+        after = robot.ask("seen")
+        assert before == during == after, (before, during, after)
+        assert during["dock"] and during["go"] and during["called"] and during["requests"] == [0, 0], during
+        assert done["listeners"] == 1, done
+        assert "incompatible" not in robot.said().lower(), robot.said()
+    return report
+
+
+robot = Robot(FAST, "fast.py", 61)
+# It says which nodes it has when it is up, and again when it has been asked.
+time.sleep(1)
+begun = time.monotonic()
+listed = json.loads(subprocess.run([STEWARD, "watch", "--list", "--json"], stdout=subprocess.PIPE, text=True).stdout)
+print(f"listed in {time.monotonic() - begun:.1f} s")
+assert listed["nodes"] == ["/robot/base"], listed["nodes"]
+assert {"name": "/go", "type": "test_msgs/action/Fibonacci"} in listed["actions"], listed["actions"]
+assert {"name": "/dock", "type": "std_srvs/srv/Trigger"} in listed["services"], listed["services"]
+kinds = {topic["name"]: topic["type"] for topic in listed["topics"]}
+assert kinds["/level"] == "std_msgs/msg/Int32" and kinds["/go/_action/status"] == "action_msgs/msg/GoalStatusArray", kinds
+offers = listed["publishers"]
+assert offers["/level"] == "1 publisher, reliable" and offers["/stop"] == "1 publisher, best effort", offers
+assert offers["/map_name"] == "1 publisher, reliable, latched", offers
+(FOLDER / "calls.toml").write_text(MAPPING + '[[messages]]\ntopic = "/dock/_service_event"\nfrom = "dock"\nto = "base"\n'
+                                   'fields = { what = "info.event_type" }\n')
+words = [STEWARD, "watch", "--map-channels", FOLDER / "calls.toml", "--property", FOLDER / "safety.scope"]
+refused = subprocess.run(words, stderr=subprocess.PIPE, text=True)
+assert refused.returncode == 2 and "calls of the service /dock are unknown" in refused.stderr, refused
+beside(robot, "fast.mcap", True)
+print("beside rclpy: planted violations found, recorded, and unseen by the robot")
+
+watching = watch("robot.toml", "safety.scope", "killed.mcap")
+robot.kill()
+robot = Robot(FAST, "fast.py", 61)
+time.sleep(3)
+robot.ask("go")
+time.sleep(0.5)
+_, _, report = end(watching)
+assert any(note.startswith("/robot/base publishes on /level since ") for note in report["notes"]), report["notes"]
+assert verdicts(report)["charged"][0] == "violated", report
+assert judged("killed.mcap", "robot.toml", "safety.scope")["monitors"] == report["monitors"]
+robot.kill()
+print("a robot that was killed and started again is told of")
+
+robot = Robot(CYCLONE, "cyclone.py", 61)
+beside(robot, "cyclone.mcap", False)
+robot.kill()
+print("beside Cyclone DDS: the same verdicts")
+
+LOSSY = "<CycloneDDS><Domain><Internal><Test><XmitLossiness>20</XmitLossiness></Test></Internal></Domain></CycloneDDS>"
+robot = Robot(CYCLONE, "cyclone.py", 0, 3000, CYCLONEDDS_URI=LOSSY)
+robot.process.stdin.write("go\n")
+robot.process.stdin.flush()
+watching = watch("count.toml", "count.scope", "count.mcap")
+time.sleep(1)
+_, _, report = end(watching)
+robot.kill()
+numbers, missing, expected = [], 0, None
+for topic, data in records(FOLDER / "count.mcap"):
+    if topic == "/count":
+        number = struct.unpack_from("<i", data, 4)[0]
+        assert expected in (None, number), f"{number} follows {numbers[-1]}, and {expected} was expected"
+        numbers.append(number)
+        expected = number + 1
+    if topic == "/steward/missing":
+        count = json.loads(data[8:-1])["count"]
+        expected, missing = expected + count, missing + count
+assert missing > 0 and len(numbers) + missing == numbers[-1] - numbers[0] + 1, (len(numbers), missing)
+assert any(note.startswith(f"{missing} messages on /count are missing") for note in report["notes"]), report["notes"]
+assert verdicts(report)["positive"][0] == "unsure" or report["monitors"][0]["unsure"], report["monitors"]
+print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS lost are counted, each in its place")

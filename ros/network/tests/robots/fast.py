@@ -1,0 +1,69 @@
+"""A robot of rclpy on Fast DDS (pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-std-msgs ros-jazzy-std-srvs
+ros-jazzy-test-msgs): topics of three kinds of quality, one latched, a service and an action. It says a line of JSON at
+each step; `seen` is what it knows of those who listen to it, and whether its services and its action are available to
+its own clients.
+"""
+import json, sys, time
+
+import rclpy
+from rclpy.action import ActionClient, ActionServer
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from std_msgs.msg import Bool, Int32, String
+from std_srvs.srv import Trigger
+from test_msgs.action import Fibonacci
+
+steps = int(sys.argv[1])
+rclpy.init()
+node = Node("base", namespace="/robot")
+level = node.create_publisher(Int32, "/level", 10)
+stop = node.create_publisher(Bool, "/stop", qos_profile_sensor_data)
+name = node.create_publisher(String, "/map_name", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+name.publish(String(data="house"))
+node.create_service(Trigger, "/dock", lambda request, response: response)
+
+
+def go(handle):
+    handle.succeed()
+    return Fibonacci.Result()
+
+
+server = ActionServer(node, Fibonacci, "/go", go)
+client = node.create_client(Trigger, "/dock")
+action = ActionClient(node, Fibonacci, "/go")
+
+
+def say(**line):
+    print(json.dumps(line), flush=True)
+
+
+def seen():
+    say(
+        dock=client.wait_for_service(1.0), go=action.wait_for_server(1.0),
+        called=client.call(Trigger.Request()) is not None,
+        clients=node.count_clients("/dock"), services=node.count_services("/dock"),
+        publishers=node.count_publishers("/level"), nodes=sorted(node.get_node_names_and_namespaces()),
+        requests=[node.count_subscribers(topic) for topic in ("rq/dockRequest", "/dockRequest")],
+    )
+
+
+def run():
+    for line in sys.stdin:
+        if line.strip() == "seen":
+            seen()
+        elif line.strip() == "go":
+            for step in range(steps):
+                stop.publish(Bool(data=step == 40))
+                level.publish(Int32(data=60 - step))
+                time.sleep(0.01)
+            say(done=steps, listeners=level.get_subscription_count())
+
+
+executor = MultiThreadedExecutor()
+executor.add_node(node)
+import threading
+
+threading.Thread(target=run, daemon=True).start()
+say(up=True)
+executor.spin()

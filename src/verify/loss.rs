@@ -1,0 +1,205 @@
+//! Messages that are lost on the way, planted in runs that are made up: a verdict is that of the run as it was sent, or
+//! it is unsure. What is lost is known from numbers, so most verdicts that it cannot change are sure.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use bags::{Definition, Events, Head, Mapping, Received, Source, Survey, Topic};
+use monitors::{Outcome, Property};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use recording::Doubts;
+
+use super::around::Around;
+use super::judge::judge_in_words;
+
+const TOPICS: [&str; 3] = ["/battery", "/request", "/reply"];
+
+const PROPERTIES: &str = "
+    property low := always (battery, monitor, m.x >= 4)
+    property answered := always ((request, monitor, m.x > 2) implies time_until (reply, monitor, true) < 0.5 s)
+    property allowed := always ((request, monitor, m.x = 3) implies not (battery, monitor, m.x < 15))
+    property asked := always ((reply, monitor, true) implies once[<= 2 s] (request, monitor, true))
+    property calm := always ((reply, monitor, m.x = 5) implies not time_until (reply, monitor, m.x = 5) < 0.3 s)
+    property alive := always ((battery, monitor, true) implies next (battery, monitor, true))
+    property regular := always ((battery, monitor, true) implies time_until (request, monitor, true) < 1 s)
+    property sometimes := eventually (reply, monitor, m.x = 9)
+    property first := (not (request, monitor, m.x = 9)) until (battery, monitor, m.x < 12)
+    property charged := always (battery, monitor, m.x > 2 or m.x < 1)";
+
+/// A message: when it was received, its topic, and its number.
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    ns: i64,
+    topic: usize,
+    x: i32,
+    is_lost: bool,
+}
+
+const START_NS: i64 = 1_700_000_000_000_000_000;
+
+/// A run with a loss of so many in a thousand. The first message, and the last on each topic, arrive: who counts cannot
+/// know of others.
+fn run(random: &mut ChaCha8Rng, per_mille: u32) -> Vec<Sent> {
+    let (mut ns, mut sent) = (START_NS, Vec::new());
+    for index in 0..40 + random.next_u32() % 80 {
+        let topic = if index == 0 { 0 } else { random.next_u32() as usize % 3 };
+        let x = i32::try_from(if topic == 0 { 3 + random.next_u32() % 60 } else { random.next_u32() % 12 });
+        let is_lost = index > 0 && random.next_u32() % 1000 < per_mille;
+        sent.push(Sent { ns, topic, x: x.expect("a small number"), is_lost });
+        ns += i64::from(random.next_u32() % 250) * 1_000_000;
+    }
+    for topic in 0..3 {
+        if let Some(last) = sent.iter_mut().rfind(|sent| sent.topic == topic) {
+            last.is_lost = false;
+        }
+    }
+    sent
+}
+
+/// The run as it is received, or as it was sent.
+struct Robot {
+    sent: std::vec::IntoIter<Sent>,
+    survey: Survey,
+    /// What comes next, after what is lost before it.
+    next: Option<Sent>,
+    /// For each topic, how many messages are missing since when.
+    missing: [(u64, i64); 3],
+    end_ns: i64,
+    is_over: bool,
+}
+
+impl Robot {
+    fn new(sent: Vec<Sent>) -> Self {
+        let mut survey = Survey::default();
+        for name in TOPICS {
+            let definition = Definition { language: "ros2msg".to_owned(), text: "int32 x\n".to_owned() };
+            let [name, kind, encoding] = [name, "p/msg/P", "cdr"].map(str::to_owned);
+            survey.add(Topic { name, kind, encoding, definition: Some(definition), hash: None });
+        }
+        let end_ns = sent.last().map_or(START_NS, |last| last.ns);
+        let sent = sent.into_iter();
+        Self { sent, survey, next: None, missing: [(0, START_NS); 3], end_ns, is_over: false }
+    }
+}
+
+impl Source for Robot {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        loop {
+            let Some(sent) = self.next.take().or_else(|| self.sent.next()) else {
+                // The end is at the same time, whether or not the last message arrived.
+                let is_over = std::mem::replace(&mut self.is_over, true);
+                return if is_over { Received::Over } else { Received::Quiet(self.end_ns) };
+            };
+            let (count, since_ns) = &mut self.missing[sent.topic];
+            if sent.is_lost {
+                *count += 1;
+                continue;
+            }
+            if *count > 0 {
+                self.next = Some(sent);
+                return Received::Lost { topic: sent.topic, count: Some(std::mem::take(count)), since_ns: *since_ns };
+            }
+            *since_ns = sent.ns;
+            *body = [&[0, 1, 0, 0], &sent.x.to_le_bytes()[..]].concat();
+            self.survey.count(sent.topic, sent.ns);
+            return Received::Message(Head { topic: sent.topic, log_ns: sent.ns, publish_ns: sent.ns });
+        }
+    }
+
+    fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    fn lost(&self) -> &[String] {
+        &[]
+    }
+}
+
+/// The outcome of each property; none if it is unsure.
+fn outcomes(sent: Vec<Sent>, mapping: &Mapping) -> Vec<(String, Option<Outcome>)> {
+    let robot = Robot::new(sent);
+    let read = &diagnostics::from_disk;
+    let Ok(compiled) = mapping.compile(&robot.survey, None, read) else { panic!("it fits") };
+    let topology = compiled.topology.clone();
+    let mut properties = monitors::load("p.scope", PROPERTIES, &topology, mapping.tick).expect("correct").properties;
+    let doubts = Doubts::about_any_messages(&properties, &topology);
+    let found = Events::new(Box::new(robot), mapping, compiled, read).map(Ok);
+    let Ok(judgment) = judge_in_words(found, &mut properties, doubts, &Around::default(), None) else {
+        panic!("no event is an error")
+    };
+    let outcome = |(property, unsure): (&Property, Option<String>)| {
+        (property.name.clone(), unsure.is_none().then(|| Outcome::of(property.monitor.as_ref())))
+    };
+    properties.iter().zip(judgment.unsure).map(outcome).collect()
+}
+
+/// What was found in many runs: how many messages, and of the verdicts that no lost message changes, how many are sure.
+#[derive(Debug, Default)]
+struct Shares {
+    messages: usize,
+    unchanged: usize,
+    sure: usize,
+    /// The others, by the names of properties.
+    unsure: BTreeMap<String, usize>,
+}
+
+fn check(messages: usize, per_mille: u32, seed: u64) -> Shares {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut found = Shares::default();
+    while found.messages < messages {
+        let reorder_s = ["0", "0.3"][random.next_u32() as usize % 2];
+        let entry = |topic: &str| {
+            format!(
+                "[[messages]]\ntopic = {topic:?}\nfrom = {:?}\nto = \"monitor\"\nfields = {{ x = \"x\" }}\n",
+                &topic[1..]
+            )
+        };
+        let text = format!("tick_s = 0.1\nreorder_s = {reorder_s}\ntime = \"log\"\n{}", TOPICS.map(entry).concat());
+        let mapping = Mapping::load(Path::new("m.toml"), &|_| Ok(text.clone().into_bytes())).expect("correct");
+        let sent = run(&mut random, per_mille);
+        found.messages += sent.len();
+        let whole: Vec<Sent> = sent.iter().map(|sent| Sent { is_lost: false, ..*sent }).collect();
+        let (received, truth) = (outcomes(sent.clone(), &mapping), outcomes(whole.clone(), &mapping));
+        // Whether other messages in place of those that are lost, or none, lead to other verdicts: the properties
+        // distinguish no more numbers than these.
+        let others: Vec<Vec<(String, Option<Outcome>)>> = [0, 1, 3, 5, 9, 11, 13, 60]
+            .map(|x| {
+                let other = |sent: &Sent| Sent { x: if sent.is_lost { x } else { sent.x }, is_lost: false, ..*sent };
+                outcomes(sent.iter().map(other).collect(), &mapping)
+            })
+            .into_iter()
+            .chain([outcomes(sent.iter().filter(|sent| !sent.is_lost).copied().collect(), &mapping)])
+            .collect();
+        for (index, ((name, verdict), (_, truth))) in received.iter().zip(&truth).enumerate() {
+            assert!(verdict.is_none() || verdict == truth, "{name}: {verdict:?}, and not {truth:?}: {sent:?}");
+            if others.iter().all(|other| other[index].1 == *truth) {
+                found.unchanged += 1;
+                found.sure += usize::from(verdict.is_some());
+                if verdict.is_none() {
+                    *found.unsure.entry(name.clone()).or_default() += 1;
+                }
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn a_verdict_is_that_of_the_run_as_it_was_sent_or_unsure() {
+    for (per_mille, seed) in [(10, 1), (100, 2)] {
+        let found = check(40_000, per_mille, seed);
+        let share = found.sure as f64 / found.unchanged as f64;
+        println!("{per_mille} of 1000 lost: {found:?}, {share:.3}");
+        assert!(per_mille > 10 || share >= 0.85, "{found:?}");
+    }
+}
+
+#[test]
+#[ignore = "long: MESSAGES=10000000 cargo test --release loss_on_demand -- --ignored --nocapture"]
+fn loss_on_demand() {
+    let messages = std::env::var("MESSAGES").ok().and_then(|count| count.parse().ok()).unwrap_or(1_000_000);
+    for (per_mille, seed) in [(10, 3), (50, 4)] {
+        println!("{per_mille} of 1000 lost: {:?}", check(messages / 2, per_mille, seed));
+    }
+}

@@ -1,0 +1,217 @@
+//! The last moments before each violation, as a recording.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use bags::{BagWriter, Head, Received, Recorder, Source, Survey};
+
+/// The most bytes of messages that are kept.
+const MOST: usize = 1 << 28;
+
+/// What a source has told within a while.
+#[derive(Default)]
+pub(super) struct Kept {
+    span_ns: i64,
+    told: VecDeque<(Received, Vec<u8>)>,
+    bytes: usize,
+    /// Whether older messages had no room.
+    is_cut: bool,
+    newest_ns: i64,
+    survey: Survey,
+    /// When the last file of each property was written.
+    written: BTreeMap<String, i64>,
+}
+
+impl Kept {
+    pub(super) fn new(span_ns: i64) -> Self {
+        Self { span_ns, ..Self::default() }
+    }
+
+    /// Keeps what has been told, and forgets what is too old.
+    fn keep(&mut self, received: Received, body: &[u8], survey: &Survey) {
+        let (ns, body) = match received {
+            Received::Message(head) => (head.log_ns, body.to_vec()),
+            Received::Quiet(ns) => (ns, Vec::new()),
+            Received::Lost { .. } => (self.newest_ns, Vec::new()),
+            Received::Idle | Received::Over => return,
+        };
+        self.newest_ns = self.newest_ns.max(ns);
+        if survey.topics.len() > self.survey.topics.len() {
+            self.survey.topics.clone_from(&survey.topics);
+            self.survey.counts = vec![0; survey.topics.len()];
+        }
+        self.bytes += body.len();
+        // Only the end of a silence matters.
+        if let (Received::Quiet(_), Some((Received::Quiet(_), _))) = (received, self.told.back()) {
+            self.told.pop_back();
+        }
+        self.told.push_back((received, body));
+        let since_ns = self.newest_ns.saturating_sub(self.span_ns);
+        while let Some((first, body)) = self.told.front() {
+            let is_old = match first {
+                Received::Message(Head { log_ns: ns, .. }) | Received::Quiet(ns) => *ns < since_ns,
+                // What is missing before all that is kept says nothing.
+                _ => true,
+            };
+            self.is_cut |= !is_old && self.bytes > MOST;
+            if !is_old && self.bytes <= MOST {
+                break;
+            }
+            self.bytes -= body.len();
+            self.told.pop_front();
+        }
+    }
+
+    /// Writes what is kept, unless the last violation of the property is part of it. Returns the path of the file.
+    pub(super) fn write(&mut self, folder: &Path, property: &str, verdict: &str) -> io::Result<Option<PathBuf>> {
+        let last = self.written.get(property).copied();
+        if last.is_some_and(|last| last > self.newest_ns.saturating_sub(self.span_ns)) {
+            return Ok(None);
+        }
+        self.written.insert(property.to_owned(), self.newest_ns);
+        let number = (1..).find(|number| !folder.join(name(property, *number)).exists()).unwrap_or(u64::MAX);
+        let path = folder.join(name(property, number));
+        let writer = Rc::new(RefCell::new(BagWriter::begin(BufWriter::new(File::create_new(&path)?))?));
+        let notes = self.is_cut.then(|| "the messages before these had no room".to_owned());
+        let told = Again { told: self.told.iter(), survey: &self.survey, notes: notes.into_iter().collect() };
+        let mut recorder = Recorder::new(told, Rc::clone(&writer));
+        let mut body = Vec::new();
+        while recorder.receive(&mut body) != Received::Over {}
+        recorder.end();
+        let mut writer = writer.borrow_mut();
+        writer.violation(self.newest_ns, verdict);
+        writer.finish()?;
+        Ok(Some(path))
+    }
+}
+
+fn name(property: &str, number: u64) -> String {
+    format!("black-box-{property}-{number}.mcap")
+}
+
+/// What has been told, once more.
+struct Again<'k> {
+    told: std::collections::vec_deque::Iter<'k, (Received, Vec<u8>)>,
+    survey: &'k Survey,
+    notes: Vec<String>,
+}
+
+impl Source for Again<'_> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        let Some((received, kept)) = self.told.next() else { return Received::Over };
+        body.clone_from(kept);
+        *received
+    }
+
+    fn survey(&self) -> &Survey {
+        self.survey
+    }
+
+    fn lost(&self) -> &[String] {
+        &[]
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+}
+
+/// A source of which the last moments are kept.
+pub(super) struct BlackBox<S> {
+    pub(super) source: S,
+    pub(super) kept: Rc<RefCell<Kept>>,
+}
+
+impl<S: Source> Source for BlackBox<S> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        let received = self.source.receive(body);
+        self.kept.borrow_mut().keep(received, body, self.source.survey());
+        received
+    }
+
+    fn end(&mut self) {
+        self.source.end();
+    }
+
+    fn survey(&self) -> &Survey {
+        self.source.survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        self.source.lost()
+    }
+
+    fn notes(&self) -> &[String] {
+        self.source.notes()
+    }
+}
+
+/// A span of time as it is written: `60s`, `90` or `2min`, in seconds.
+pub(super) fn span(text: &str) -> Result<f64, String> {
+    let (number, unit_s) = match text.strip_suffix("min") {
+        Some(number) => (number, 60.0),
+        None => (text.strip_suffix('s').unwrap_or(text), 1.0),
+    };
+    let span_s = number.trim().parse::<f64>().ok().map(|number| number * unit_s);
+    span_s.filter(|span_s| (0.1..=3600.0).contains(span_s)).ok_or_else(|| "from 0.1s to 60min".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use bags::{Bag, Definition, Topic};
+
+    use super::*;
+
+    const SECOND_NS: i64 = 1_000_000_000;
+
+    fn kept(messages: i64) -> Kept {
+        let mut survey = Survey::default();
+        let definition = Definition { language: "ros2msg".to_owned(), text: "int64 x\n".to_owned() };
+        let [name, kind, encoding] = ["/a", "p/msg/P", "cdr"].map(str::to_owned);
+        survey.add(Topic { name, kind, encoding, definition: Some(definition), hash: None });
+        let mut kept = Kept::new(10 * SECOND_NS);
+        for index in 0..messages {
+            let ns = (1_700_000_000 + index) * SECOND_NS;
+            kept.keep(Received::Message(Head { topic: 0, log_ns: ns, publish_ns: ns }), &[0, 1, 0, 0, 7], &survey);
+            kept.keep(Received::Quiet(ns + 1), &[], &survey);
+        }
+        kept
+    }
+
+    #[test]
+    fn the_last_moments_are_written_once_for_each_violation() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut kept = kept(30);
+        let path = kept.write(folder.path(), "low", "{}").expect("room for a file").expect("a file");
+        let bag = Bag::open(&path).expect("a bag");
+        let topic = bag.survey().topics.iter().position(|topic| topic.name == "/a").expect("the topic");
+        // Those at the ends of ten seconds, both.
+        assert_eq!(bag.survey().counts[topic], 10);
+        assert!(bag.survey().topics.iter().any(|topic| topic.name == "/steward/violation"));
+        assert_eq!(kept.write(folder.path(), "low", "{}").expect("no file"), None);
+        let other = kept.write(folder.path(), "high", "{}").expect("room for a file");
+        assert_eq!(other, Some(folder.path().join("black-box-high-1.mcap")));
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        let mut kept = kept(0);
+        let (head, body) = (Head { topic: 0, log_ns: SECOND_NS, publish_ns: 0 }, vec![0; MOST / 4]);
+        for _ in 0..8 {
+            kept.keep(Received::Message(head), &body, &Survey::default());
+        }
+        assert!(kept.is_cut && kept.bytes <= MOST, "{}", kept.bytes);
+    }
+
+    #[test]
+    fn spans_have_units() {
+        assert_eq!(["60s", "90", "2min", "0.5 s"].map(span), [60.0, 90.0, 120.0, 0.5].map(Ok));
+        for wrong in ["", "s", "0", "-1", "61min", "NaN", "1h"] {
+            assert!(span(wrong).is_err(), "{wrong}");
+        }
+    }
+}
