@@ -150,6 +150,11 @@ fn main() -> ExitCode {
     if let Some(status) = programs::keep() {
         return status;
     }
+    // And as the process that listens to a robot's nodes.
+    #[cfg(feature = "dds")]
+    if let Some(status) = network::listen() {
+        return status;
+    }
     // Beyond the limit of a file's size (`ulimit -f`), writing then fails as on a full disk; otherwise, the signal
     // would silently end the program. Any handler prevents that.
     #[cfg(unix)]

@@ -20,11 +20,11 @@ fn to_be_named(expression: &str) -> BTreeSet<String> {
     chosen.collect()
 }
 
-/// The crates that the program consists of, without those of this workspace.
+/// The crates that the program consists of, with all its features, without those of this workspace.
 #[cfg(target_os = "linux")]
 fn crates() -> Vec<Package> {
     let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
-    let metadata = metadata(&["--filter-platform", &platform]);
+    let metadata = metadata(&["--filter-platform", &platform, "--features", "dds"]);
     let resolve = metadata.resolve.expect("dependencies are resolved");
     let nodes: BTreeMap<&str, _> = resolve.nodes.iter().map(|node| (&*node.id, node)).collect();
     let mut found: BTreeSet<&str> = BTreeSet::new();

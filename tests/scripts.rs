@@ -26,11 +26,12 @@ const RUN_BY: [(&str, &str); 16] = [
 ];
 
 /// Scripts that the gate does not run, and why.
-const NOT_RUN: [(&str, &str); 7] = [
+const NOT_RUN: [(&str, &str); 8] = [
     (".ci/run", "is the gate"),
     (".ci/fast", "runs commands of the gate for those crates that have changed"),
     ("bt/tests/answers/generate.py", "makes trees for BehaviorTree.CPP, whose answers are committed"),
     ("ros/bags/benches/speed.py", "measures, for an hour and with gigabytes"),
+    ("ros/network/benches/cost.py", "measures, and its figures depend on the machine"),
     ("src/init/recording/make_bag.py", "made the bag of the template, which is committed"),
     ("tests/live/measure.mjs", "measures, and its figures depend on the machine"),
     ("tests/tools/scxml_traces.mjs", "needs SCION, which few machines have"),

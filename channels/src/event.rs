@@ -49,7 +49,7 @@ pub struct Gap {
     pub why: String,
     /// Their channel; `None` if they may be missing on any.
     pub channel: Option<ChannelId>,
-    /// Since when they may be missing, if that is before they were missed.
+    /// Since when they may be missing, if events after that have come: verdicts reached since then may be wrong.
     pub since: Option<Duration>,
     /// Whether the gap is said to end: then it lies between two messages of the channel, or before the first.
     pub ends: bool,

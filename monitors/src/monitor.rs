@@ -432,6 +432,7 @@ impl ScopeMonitor {
             EventKind::Tick => None,
         };
         recurrence.read(event, letter, message, self.now);
+        self.record.note(event);
     }
 }
 

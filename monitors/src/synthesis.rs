@@ -143,7 +143,7 @@ impl Synthesis {
     /// Whether the formula only demands that clauses `always` hold which do not look back: then each violation follows
     /// from the last messages, and from what has happened since any moment before it began.
     pub(crate) fn can_begin_anew(&self) -> bool {
-        self.past.len() == 0 && always(&self.form).is_some()
+        self.past.len() == 0 && !self.past.keeps_messages() && always(&self.form).is_some()
     }
 
     /// A machine in the middle of a run, at τ = `now`, with nothing pending.

@@ -105,6 +105,10 @@ impl Source for Ending<'_> {
         self.source.receive(body)
     }
 
+    fn end(&mut self) {
+        self.source.end();
+    }
+
     fn survey(&self) -> &Survey {
         self.source.survey()
     }
@@ -126,8 +130,10 @@ pub(crate) fn load_mapping(path: &Path) -> Result<(Mapping, String), Error> {
 
 /// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end.
 pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mapping, is_to_end: &dyn Fn() -> bool) {
-    let (mut body, mut said) = (Vec::new(), None);
+    let (mut body, mut said, mut lost) = (Vec::new(), None, 0);
     while let Some(topic) = mapping.awaited(source.survey()) {
+        source.lost().iter().skip(lost).for_each(|what| note(what));
+        lost = source.lost().len();
         match source.receive(&mut body) {
             Received::Over => break,
             _ if is_to_end() => break,

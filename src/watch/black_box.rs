@@ -22,6 +22,7 @@ pub(super) struct Kept {
     is_cut: bool,
     newest_ns: i64,
     survey: Survey,
+    lost: Vec<String>,
     /// When the last file of each property was written.
     written: BTreeMap<String, i64>,
 }
@@ -32,7 +33,10 @@ impl Kept {
     }
 
     /// Keeps what has been told, and forgets what is too old.
-    fn keep(&mut self, received: Received, body: &[u8], survey: &Survey) {
+    fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
+        if lost.len() > self.lost.len() {
+            self.lost = lost.to_vec();
+        }
         let (ns, body) = match received {
             Received::Message(head) => (head.log_ns, body.to_vec()),
             Received::Quiet(ns) => (ns, Vec::new()),
@@ -44,9 +48,10 @@ impl Kept {
             self.survey.topics.clone_from(&survey.topics);
             self.survey.counts = vec![0; survey.topics.len()];
         }
-        self.bytes += body.len();
+        self.bytes += size(&body);
         // Only the end of a silence matters.
-        if let (Received::Quiet(_), Some((Received::Quiet(_), _))) = (received, self.told.back()) {
+        if let (Received::Quiet(_), Some((Received::Quiet(_), last))) = (received, self.told.back()) {
+            self.bytes -= size(last);
             self.told.pop_back();
         }
         self.told.push_back((received, body));
@@ -61,7 +66,7 @@ impl Kept {
             if !is_old && self.bytes <= MOST {
                 break;
             }
-            self.bytes -= body.len();
+            self.bytes -= size(body);
             self.told.pop_front();
         }
     }
@@ -77,7 +82,8 @@ impl Kept {
         let path = folder.join(name(property, number));
         let writer = Rc::new(RefCell::new(BagWriter::begin(BufWriter::new(File::create_new(&path)?))?));
         let notes = self.is_cut.then(|| "the messages before these had no room".to_owned());
-        let told = Again { told: self.told.iter(), survey: &self.survey, notes: notes.into_iter().collect() };
+        let (survey, lost) = (&self.survey, self.lost.as_slice());
+        let told = Again { told: self.told.iter(), survey, lost, notes: notes.into_iter().collect() };
         let mut recorder = Recorder::new(told, Rc::clone(&writer));
         let mut body = Vec::new();
         while recorder.receive(&mut body) != Received::Over {}
@@ -89,6 +95,11 @@ impl Kept {
     }
 }
 
+/// The bytes that an entry takes.
+fn size(body: &[u8]) -> usize {
+    size_of::<(Received, Vec<u8>)>() + body.len()
+}
+
 fn name(property: &str, number: u64) -> String {
     format!("black-box-{property}-{number}.mcap")
 }
@@ -97,6 +108,7 @@ fn name(property: &str, number: u64) -> String {
 struct Again<'k> {
     told: std::collections::vec_deque::Iter<'k, (Received, Vec<u8>)>,
     survey: &'k Survey,
+    lost: &'k [String],
     notes: Vec<String>,
 }
 
@@ -112,7 +124,7 @@ impl Source for Again<'_> {
     }
 
     fn lost(&self) -> &[String] {
-        &[]
+        self.lost
     }
 
     fn notes(&self) -> &[String] {
@@ -129,7 +141,7 @@ pub(super) struct BlackBox<S> {
 impl<S: Source> Source for BlackBox<S> {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         let received = self.source.receive(body);
-        self.kept.borrow_mut().keep(received, body, self.source.survey());
+        self.kept.borrow_mut().keep(received, body, self.source.survey(), self.source.lost());
         received
     }
 
@@ -176,8 +188,8 @@ mod tests {
         let mut kept = Kept::new(10 * SECOND_NS);
         for index in 0..messages {
             let ns = (1_700_000_000 + index) * SECOND_NS;
-            kept.keep(Received::Message(Head { topic: 0, log_ns: ns, publish_ns: ns }), &[0, 1, 0, 0, 7], &survey);
-            kept.keep(Received::Quiet(ns + 1), &[], &survey);
+            kept.keep(Received::Message(Head { topic: 0, log_ns: ns, publish_ns: ns }), &[0, 1, 0, 0, 7], &survey, &[]);
+            kept.keep(Received::Quiet(ns + 1), &[], &survey, &[]);
         }
         kept
     }
@@ -202,7 +214,7 @@ mod tests {
         let mut kept = kept(0);
         let (head, body) = (Head { topic: 0, log_ns: SECOND_NS, publish_ns: 0 }, vec![0; MOST / 4]);
         for _ in 0..8 {
-            kept.keep(Received::Message(head), &body, &Survey::default());
+            kept.keep(Received::Message(head), &body, &Survey::default(), &[]);
         }
         assert!(kept.is_cut && kept.bytes <= MOST, "{}", kept.bytes);
     }

@@ -112,6 +112,11 @@ impl Record {
                 seen.drain(..seen.len().saturating_sub(most));
             }
         }
+        self.note(event);
+    }
+
+    /// Notes the last message on its channel.
+    pub(crate) fn note(&mut self, event: &Event) {
         if let Some(channel) = channel(event) {
             match self.messages.iter_mut().find(|known| self::channel(known) == Some(channel)) {
                 Some(known) => known.clone_from(event),

@@ -13,6 +13,10 @@ use crate::mapping::{CLOCK, Compiled, CompiledEntry, FieldRule, Mapping, Message
 use crate::path::{End, Path};
 use crate::storage::{Head, Received, Source};
 
+/// The time of a message before the clock has told any; how many such messages are kept until it does.
+const UNTOLD: i64 = i64::MIN;
+const MOST_EARLY: usize = 10_000;
+
 /// A stamp that is more ticks away than this is considered wrong.
 const LONGEST_PAUSE: i64 = 10_000_000;
 
@@ -38,6 +42,8 @@ pub struct Events<'r> {
     is_over: bool,
     /// What the topic of the clock told last; none if it tells the time of no message.
     clock_ns: Option<i64>,
+    /// What came before that.
+    early: Vec<(ChannelId, Message)>,
     /// What ended the events early.
     ended: Option<String>,
     tick_ns: i64,
@@ -55,6 +61,8 @@ pub struct Events<'r> {
     /// Gaps that end; the topics, and their entries, whose next message ends one; what was missing in all of them.
     ending: VecDeque<Gap>,
     interrupted: BTreeSet<(usize, usize)>,
+    /// The time of the last message of each entry of a topic.
+    told: BTreeMap<(usize, usize), i64>,
     missing: BTreeMap<usize, Missing>,
     /// How many of the source's notes have been returned.
     noted: usize,
@@ -80,6 +88,7 @@ pub enum Found {
 /// What waits for what may have to come before it.
 enum Waiting {
     Message(ChannelId, Message),
+    Gap(Gap),
     Resumed(ChannelId),
 }
 
@@ -143,6 +152,7 @@ impl<'r> Events<'r> {
             quiet_ns: i64::MIN,
             is_over: false,
             clock_ns: None,
+            early: Vec::new(),
             ended: None,
             tick_ns: ns(mapping.tick).max(1),
             reorder_ns: ns(mapping.reorder),
@@ -156,6 +166,7 @@ impl<'r> Events<'r> {
             known_gaps: BTreeSet::new(),
             ending: VecDeque::new(),
             interrupted: BTreeSet::new(),
+            told: BTreeMap::new(),
             missing: BTreeMap::new(),
             noted: 0,
             late: (0, 0),
@@ -237,7 +248,12 @@ impl<'r> Events<'r> {
             let channel = self.compiled.entries[head.topic][index].0;
             match self.convert(head, index) {
                 Ok(None) => {}
+                Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => self.early.push((channel, message)),
+                Ok(Some((UNTOLD, _))) => {
+                    self.leave_out(head.topic, channel, Reason::Clock, crate::moment(head.log_ns));
+                }
                 Ok(Some((time_ns, message))) => {
+                    self.told.insert((head.topic, index), time_ns);
                     if self.interrupted.remove(&(head.topic, index)) {
                         self.put_in_order(time_ns, Waiting::Resumed(channel));
                     }
@@ -256,15 +272,19 @@ impl<'r> Events<'r> {
             Ok(i64::from(s) * 1_000_000_000 + i64::from(ns))
         });
         let Ok(clock_ns) = stamp else { return };
-        if let Some(before_ns) = self.clock_ns.replace(clock_ns).filter(|before_ns| clock_ns < *before_ns) {
+        let before_ns = self.clock_ns.replace(clock_ns);
+        if let Some(before_ns) = before_ns.filter(|before_ns| clock_ns < *before_ns || self.is_far_off(clock_ns)) {
             let [before, now] = [before_ns, clock_ns].map(crate::seconds);
-            self.ended = Some(format!("{CLOCK} went back from {before} s to {now} s, which ends the run"));
+            self.ended = Some(format!("{CLOCK} jumped from {before} s to {now} s, which ends the run"));
             self.source.end();
             self.is_over = true;
-        } else {
-            // Whatever follows is later.
-            self.quiet_ns = clock_ns;
-            self.newest_ns = self.newest_ns.max(clock_ns);
+            return;
+        }
+        // Whatever follows is later.
+        self.quiet_ns = clock_ns;
+        self.newest_ns = self.newest_ns.max(clock_ns);
+        for (channel, message) in std::mem::take(&mut self.early) {
+            self.put_in_order(clock_ns, Waiting::Message(channel, message));
         }
     }
 
@@ -278,7 +298,8 @@ impl<'r> Events<'r> {
             (Reason::Mismatch(mismatch), when)
         })?;
         let Some((time_ns, message)) = event(entry, head, self.clock_ns, decoded)? else { return Ok(None) };
-        if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) || self.is_far_off(time_ns) {
+        if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) || time_ns != UNTOLD && self.is_far_off(time_ns)
+        {
             return Err((Reason::Stamp, crate::moment(time_ns)));
         }
         if !self.compiled.topology.carries(*channel, &message) {
@@ -300,17 +321,32 @@ impl<'r> Events<'r> {
         self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         let after = format!("after {}", crate::moment(since_ns));
         let why = format!("{} {after}", missing(count, self.topic(topic)));
-        // Without a beginning, the time of the first event may be another. Stamps say nothing of receive times.
-        let since_ns = if self.mapping.is_received() { since_ns } else { i64::MIN };
-        let since = Some(self.since_start(since_ns));
-        let ends = self.start_ns.is_some();
         let all = self.missing.entry(topic).or_insert(Missing { count: 0, is_unknown: false, first: after });
         all.count = all.count.saturating_add(count.unwrap_or_default());
         all.is_unknown |= count.is_none();
-        for (index, (channel, entry)) in self.compiled.entries[topic].iter().enumerate() {
+        if self.mapping.has_clock() && self.topic(topic) == CLOCK {
+            // Every message since then may have another time.
+            self.gaps.entry(None).or_insert(why);
+            return;
+        }
+        // Stamps say nothing of receive times; and without the message that is missing, other times may pass.
+        let is_received = self.mapping.is_received();
+        for index in 0..self.compiled.entries[topic].len() {
+            let (channel, entry) = &self.compiled.entries[topic][index];
             let is_lossy = entry.as_ref().is_ok_and(|entry| entry.is_lossy);
-            if !is_lossy && self.interrupted.insert((topic, index)) {
-                self.ending.push_back(Gap { why: why.clone(), channel: Some(*channel), since, ends });
+            if is_lossy || !self.interrupted.insert((topic, index)) {
+                continue;
+            }
+            let told_ns = self.told.get(&(topic, index)).copied().unwrap_or(i64::MIN);
+            let since_ns = if is_received { since_ns } else { told_ns };
+            let mut gap = Gap { why: why.clone(), channel: Some(*channel), since: None, ends: is_received };
+            // What waits after the last message before the gap has not been judged yet.
+            match self.waiting.iter().rposition(|(time_ns, _)| *time_ns <= since_ns) {
+                Some(place) => self.waiting.insert(place + 1, (since_ns, Waiting::Gap(gap))),
+                None => {
+                    gap.since = Some(self.since_start(since_ns));
+                    self.ending.push_back(gap);
+                }
             }
         }
     }
@@ -390,6 +426,7 @@ impl Iterator for Events<'_> {
                     let (_, what) = self.waiting.pop_front()?;
                     let (channel, message) = match what {
                         Waiting::Message(channel, message) => (channel, message),
+                        Waiting::Gap(gap) => return Some(Found::LeftOut(gap)),
                         Waiting::Resumed(channel) => return Some(Found::Resumed(channel)),
                     };
                     if time_ns < now_ns {
@@ -441,7 +478,7 @@ fn event(
     let time_ns = match &entry.clock {
         MessageTime::Log => head.log_ns,
         MessageTime::Publish => head.publish_ns,
-        MessageTime::Clock => clock_ns.ok_or_else(|| (Reason::Clock, crate::moment(head.log_ns)))?,
+        MessageTime::Clock => clock_ns.unwrap_or(UNTOLD),
         // The array item with the stamp may be missing.
         MessageTime::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
     };

@@ -149,7 +149,7 @@ impl Messages {
 impl Source for Messages {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         while let Some(head) = self.next_into(body) {
-            if let Some(received) = source::received(head, &self.survey, body, &mut self.aside) {
+            if let Some(received) = source::received(head, &self.survey, &self.wanted, body, &mut self.aside) {
                 return received;
             }
         }

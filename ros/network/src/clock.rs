@@ -10,15 +10,30 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    #[expect(clippy::disallowed_methods, reason = "messages are received in real time")]
     pub(crate) fn start() -> Self {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Self { started: now(), started_ns: nanoseconds(since) }
+        Self { started: now(), started_ns: system_ns() }
+    }
+
+    /// One that is so many nanoseconds ahead of the system's, as one that has been started before may be now.
+    #[cfg(feature = "dds")]
+    pub(crate) fn ahead(ahead_ns: i64) -> Self {
+        Self { started: now(), started_ns: system_ns().saturating_add(ahead_ns) }
+    }
+
+    /// How far it is ahead of the system's.
+    #[cfg(feature = "dds")]
+    pub(crate) fn is_ahead_ns(&self) -> i64 {
+        self.now_ns().saturating_sub(system_ns())
     }
 
     pub(crate) fn now_ns(&self) -> i64 {
         self.started_ns.saturating_add(nanoseconds(self.started.elapsed()))
     }
+}
+
+#[expect(clippy::disallowed_methods, reason = "messages are received in real time")]
+fn system_ns() -> i64 {
+    nanoseconds(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
 }
 
 #[expect(clippy::disallowed_methods, reason = "a robot is waited for in real time")]

@@ -3,29 +3,45 @@
 mod goodbye;
 mod heard;
 mod hearing;
+mod listener;
 mod names;
 mod options;
 mod participant;
 
 use std::collections::BTreeSet;
+use std::process::ExitCode;
 use std::time::Duration;
 
 use bags::{Received, Source, Survey};
 
 use crate::Error;
-use crate::clock::{Clock, now};
+use crate::clock::now;
 use crate::robot::{Live, Robot};
+use heard::Subscribed;
 use hearing::Hearing;
-use participant::{Participant, Subscribed};
+use participant::Participant;
 
 pub use options::{Options, obstacles};
 
 /// How long one call waits for a message.
-const PATIENCE: Duration = Duration::from_millis(2);
+const PATIENCE: Duration = Duration::from_millis(10);
 
 /// How long to look for publishers: at least, and after the last one was found; and at most.
 const CALM: Duration = Duration::from_millis(500);
 const LONGEST_LOOK: Duration = Duration::from_secs(2);
+
+/// Call this at the beginning of `main`: a program that joins a domain starts itself again as the process that listens
+/// there. Such a process does its work here, and must end with the returned exit status.
+#[must_use]
+pub fn listen() -> Option<ExitCode> {
+    if std::env::args_os().nth(1).is_none_or(|first| first != participant::LISTEN) {
+        // The file may be replaced while this process runs.
+        let own = if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { std::env::current_exe() };
+        own.into_iter().for_each(participant::listen_with);
+        return None;
+    }
+    Some(listener::work())
+}
 
 /// A participant in a DDS domain, which only listens: it publishes nothing but its own presence, and what it reads. It
 /// is a source of the messages on some topics, or on all.
@@ -43,7 +59,7 @@ impl Domain {
     #[must_use]
     pub fn join(options: Options, wanted: Option<BTreeSet<String>>) -> Self {
         let subscribed = if wanted.is_some() { Subscribed::Nothing } else { Subscribed::All };
-        let participant = Participant::join(options, Clock::start(), subscribed);
+        let participant = Participant::join(options, subscribed);
         let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted) };
         let (asked, mut found, mut found_at) = (now(), 0, now());
         while domain.hearing.is_looking() && asked.elapsed() < LONGEST_LOOK && (found == 0 || found_at.elapsed() < CALM)

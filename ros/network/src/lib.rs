@@ -20,6 +20,6 @@ mod robot;
 
 pub use bridge::Bridge;
 #[cfg(feature = "dds")]
-pub use domain::{Domain, Options, obstacles};
+pub use domain::{Domain, Options, listen, obstacles};
 pub use error::Error;
 pub use robot::{Live, Robot};

@@ -81,12 +81,14 @@ class Robot:
 
 
 def watch(mapping, properties, record):
-    options = ["--map-channels", FOLDER / mapping, "--property", FOLDER / properties, "--record", FOLDER / record]
+    options = ["--map-channels", FOLDER / mapping, "--property", FOLDER / properties, "--record", FOLDER / record,
+               "--black-box", "3s", "--out", FOLDER / f"{record}.report"]
     process = subprocess.Popen([STEWARD, "watch", "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True)
-    # Publishers are looked for, and told; half a second later, messages count.
+    # Publishers are looked for, and told; half a second later, messages count. What is latched may take as long as a
+    # publisher's period of heartbeats.
     assert "listening" in process.stderr.readline()
-    time.sleep(1.5)
+    time.sleep(4)
     return process
 
 
@@ -140,6 +142,9 @@ def beside(robot, record, passive):
         "positive": ("violated", [[0]], None),
     }, found
     assert {line["property"] for line in said} == {"charged", "free", "known", "positive"}, said
+    box = records(FOLDER / f"{record}.report" / "black-box-charged-1.mcap")
+    levels = [struct.unpack_from("<i", data, 4)[0] for topic, data in box if topic == "/level"]
+    assert levels[:37] == list(range(60, 23, -1)) and len(levels) < 60 and box[-1][0] == "/steward/violation", (levels, box[-1])
     again = judged(record, "robot.toml", "safety.scope")
     assert again["monitors"] == report["monitors"]
     if passive:
@@ -192,7 +197,7 @@ robot.kill()
 print("beside Cyclone DDS: the same verdicts")
 
 LOSSY = "<CycloneDDS><Domain><Internal><Test><XmitLossiness>20</XmitLossiness></Test></Internal></Domain></CycloneDDS>"
-robot = Robot(CYCLONE, "cyclone.py", 0, 3000, CYCLONEDDS_URI=LOSSY)
+robot = Robot(CYCLONE, "cyclone.py", 0, 7000, CYCLONEDDS_URI=LOSSY)
 robot.process.stdin.write("go\n")
 robot.process.stdin.flush()
 watching = watch("count.toml", "count.scope", "count.mcap")

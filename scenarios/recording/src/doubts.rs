@@ -103,6 +103,9 @@ impl Doubts {
         let open = self.gaps.entry(channel).or_default();
         *open = open.saturating_sub(1);
         for (state, property) in self.states.iter_mut().zip(properties) {
+            if !is_about(property, channel) {
+                continue;
+            }
             let is_complete = |(channel, open): (&ChannelId, &usize)| *open == 0 || !is_about(property, *channel);
             if state.why.is_none() || state.is_lasting || !self.gaps.iter().all(is_complete) {
                 continue;

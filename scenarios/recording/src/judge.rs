@@ -78,6 +78,7 @@ impl Judge {
             let mut state = MonitorState::of(property.monitor.as_ref());
             if self.doubts.why(index).is_some() {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
+                self.monitors.withdraw(index);
             }
             if state.verdict != Verdict::Inconclusive {
                 happenings.extend(self.monitors.verdict(index, property.monitor.as_ref(), &event));

@@ -32,6 +32,11 @@ impl MonitorLog {
         (recorded.as_ref() != Some(&state)).then(|| (index, recorded.insert(state).clone()))
     }
 
+    /// The verdict of a monitor no longer counts.
+    pub fn withdraw(&mut self, index: usize) {
+        self.decided[index] = false;
+    }
+
     /// The verdict that a monitor has reached with this event, unless it has been recorded.
     pub fn verdict(&mut self, index: usize, monitor: &dyn Monitor, event: &Event) -> Option<Happening> {
         if std::mem::replace(&mut self.decided[index], true) {

@@ -166,7 +166,7 @@ impl Source for Following {
                     self.resting = None;
                     self.survey.count(head.topic, head.log_ns);
                     unpack(body, &mut self.aside.lost);
-                    if let Some(received) = received(head, &self.survey, body, &mut self.aside) {
+                    if let Some(received) = received(head, &self.survey, &self.wanted, body, &mut self.aside) {
                         return received;
                     }
                 }

@@ -78,6 +78,11 @@ pub(super) enum Wanted {
 }
 
 impl Wanted {
+    /// Whether a topic is wanted that has not appeared.
+    fn awaits(&self, name: &str) -> bool {
+        matches!(self, Self::Named(names) if names.contains(name))
+    }
+
     /// The index of a topic in the survey, if it is wanted.
     pub(super) fn index(&self, topic: &Topic, survey: &mut Survey) -> Option<usize> {
         match self {
@@ -127,7 +132,13 @@ pub(super) struct Aside {
 }
 
 /// What has been read from a file: a message, or one of these notes. What is lost is added to `aside`.
-pub(super) fn received(head: Head, survey: &Survey, body: &[u8], aside: &mut Aside) -> Option<Received> {
+pub(super) fn received(
+    head: Head,
+    survey: &Survey,
+    wanted: &Wanted,
+    body: &[u8],
+    aside: &mut Aside,
+) -> Option<Received> {
     let text = || {
         let text = CdrReader::new(body).and_then(|mut reader| Ok(reader.string(None)?.to_vec()));
         text.map_or_else(|_| "something is lost".to_owned(), |text| String::from_utf8_lossy(&text).into())
@@ -149,8 +160,12 @@ pub(super) fn received(head: Head, survey: &Survey, body: &[u8], aside: &mut Asi
                 aside.lost.push(text);
                 return None;
             };
-            let topic = survey.topics.iter().position(|known| known.name == topic)?;
-            Some(Received::Lost { topic, count, since_ns })
+            match survey.topics.iter().position(|known| known.name == topic) {
+                Some(topic) => return Some(Received::Lost { topic, count, since_ns }),
+                None if wanted.awaits(&topic) => aside.lost.push(format!("messages on {topic} may be missing")),
+                None => {}
+            }
+            None
         }
         _ => Some(Received::Message(head)),
     }

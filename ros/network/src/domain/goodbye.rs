@@ -8,6 +8,8 @@
 
 use std::net::{Ipv4Addr, UdpSocket};
 
+use super::options::Options;
+
 /// The multicast address of discovery.
 const EVERYBODY: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
@@ -16,12 +18,13 @@ const MOST_LOCAL: u16 = 32;
 
 /// Tells everybody in a domain that the participant with this GUID leaves it. Those who do not hear it wait for the end
 /// of its lease.
-pub(super) fn say(domain: u16, participant: &[u8; 16]) {
+pub(super) fn say(Options { domain, is_local }: Options, participant: &[u8; 16]) {
     let base = 7400 + 250 * u32::from(domain);
     let Ok(socket) = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)) else { return };
     let datagram = datagram(participant);
     let local = (0..u32::from(MOST_LOCAL)).map(|index| (Ipv4Addr::LOCALHOST, base + 10 + 2 * index));
-    for (address, port) in std::iter::once((EVERYBODY, base)).chain(local) {
+    let everybody = (!is_local).then_some((EVERYBODY, base));
+    for (address, port) in everybody.into_iter().chain(local) {
         if let Ok(port) = u16::try_from(port) {
             // Nobody may be there.
             let _ = socket.send_to(&datagram, (address, port));

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use bags::{Head, Received, Survey, Topic};
 
-use super::heard::{self, Heard, NODES, Prefix, Sample, Writer};
+use super::heard::{self, Heard, NODES, Prefix, Sample, Writer, participant};
 use super::names::{self, RosName};
 use crate::robot::{Robot, is_of_action};
 
@@ -16,7 +16,13 @@ const SETTLING_NS: i64 = 500_000_000;
 const NAMING_NS: i64 = 3_000_000_000;
 
 /// How often silence is reported.
-const QUIET_NS: i64 = 10_000_000;
+const QUIET_NS: i64 = 5_000_000;
+
+/// A message that was received so long before it is heard was held back, until one before it had come.
+const HELD_BACK_NS: i64 = 20_000_000;
+
+/// How long publishers may take to be found again after the participant has been replaced.
+const FINDING_NS: i64 = 3_000_000_000;
 
 /// Stamps that are so far in the future, or so old, are mentioned.
 const FUTURE_NS: i64 = 100_000_000;
@@ -50,15 +56,22 @@ pub(super) struct Hearing {
     ready: VecDeque<(Received, Vec<u8>)>,
     held: Vec<(usize, Sample)>,
     writers: BTreeMap<[u8; 16], Known>,
-    /// What writers had reached when they left: they may come back.
-    gone: BTreeMap<[u8; 16], (i64, i64)>,
+    /// Writers that have left: what they said last may come after that, and they may come back.
+    gone: BTreeMap<[u8; 16], Known>,
     /// The publishers that are to be told of: since when, and on which topic.
     unnamed: Vec<(i64, [u8; 16], usize)>,
-    /// The participants that were silent too long, and the nodes of all.
-    silent: BTreeSet<Prefix>,
+    /// The writers and participants that said goodbye, and the nodes of all participants.
+    goodbyes: BTreeSet<[u8; 16]>,
     nodes: BTreeMap<Prefix, Vec<String>>,
     /// The topics whose stamps have been mentioned.
     odd: BTreeSet<usize>,
+    /// The topics on which a message could not be read.
+    unreadable: BTreeSet<usize>,
+    /// The topics that had a publisher with best effort, or one that does not latch: they are read likewise.
+    best_effort: BTreeSet<usize>,
+    volatile: BTreeSet<usize>,
+    /// Until when publishers need not be there, as all are looked for again.
+    finding_ns: i64,
     begun_ns: i64,
     newest_ns: i64,
     quiet_ns: i64,
@@ -67,8 +80,9 @@ pub(super) struct Hearing {
 /// What is known of a writer.
 struct Known {
     writer: Writer,
-    /// Its topic in the survey, if it is wanted and of the type that is read.
+    /// Its topic in the survey, if it is wanted; and whether it is read: it is of the type that the first had.
     topic: Option<usize>,
+    is_read: bool,
     /// The number that comes next, and when the one before it came; unknown before the first sample.
     next: Option<(i64, i64)>,
     /// Whether it came when messages counted already: then all that it has published counts.
@@ -91,9 +105,13 @@ impl Hearing {
             writers: BTreeMap::new(),
             gone: BTreeMap::new(),
             unnamed: Vec::new(),
-            silent: BTreeSet::new(),
+            goodbyes: BTreeSet::new(),
             nodes: BTreeMap::new(),
             odd: BTreeSet::new(),
+            unreadable: BTreeSet::new(),
+            best_effort: BTreeSet::new(),
+            volatile: BTreeSet::new(),
+            finding_ns: i64::MIN,
             begun_ns: 0,
             newest_ns: 0,
             quiet_ns: 0,
@@ -103,6 +121,27 @@ impl Hearing {
     /// From here on, the wanted topics are subscribed to.
     pub(super) fn begin(&mut self) {
         self.phase = Phase::Settling(None);
+        self.lost.clear();
+        let guids: Vec<[u8; 16]> = self.writers.keys().copied().collect();
+        guids.iter().for_each(|guid| self.miss(guid));
+    }
+
+    /// Tells of what cannot be heard of a writer.
+    fn miss(&mut self, guid: &[u8; 16]) {
+        let Some(known) = self.writers.get(guid).filter(|_| self.wanted.is_some()) else { return };
+        let Some(topic) = known.topic else { return };
+        let (name, who) = (&self.survey.topics[topic].name, self.who(&known.writer));
+        let (writer, kind) = (&known.writer, names::kind(&known.writer.kind));
+        if let Some(policy) = &writer.unfit {
+            self.lose(format!("{who} publishes on {name} with a {policy} that cannot be subscribed to"));
+        } else if !known.is_read {
+            self.lose(format!("{who} publishes messages of another type on {name}, {kind}, which are left out"));
+        } else if writer.is_latched && self.volatile.contains(&topic) {
+            self.note(format!(
+                "{who} latches on {name}, and another publisher does not: what was latched is not heard"
+            ));
+            self.lose_on(topic, self.begun_ns);
+        }
     }
 
     pub(super) fn is_looking(&self) -> bool {
@@ -126,14 +165,17 @@ impl Hearing {
     pub(super) fn hear(&mut self, heard: Heard) {
         match heard {
             Heard::Sample(sample) if *sample.topic == *NODES => self.know_nodes(&sample.body),
-            Heard::Sample(sample) => self.take(sample),
-            Heard::Writers { writers, requests, silent } => self.compare(writers, &requests, silent),
+            Heard::Sample(sample) => self.take(sample, true),
+            Heard::Dropped(sample) => self.take(sample, false),
+            Heard::Unreadable(topic, why) => self.take_note_of(&topic, &why),
+            Heard::Writers { writers, requests, goodbyes } => self.compare(writers, &requests, goodbyes),
             Heard::Quiet(quiet_ns) => self.be_quiet(quiet_ns),
             Heard::Died(why) => {
-                let when = bags::moment(self.newest_ns);
+                let when = if self.newest_ns > 0 { bags::moment(self.newest_ns) } else { "the beginning".to_owned() };
                 self.lose(format!(
-                    "DDS ended after {when}: {why}; it was joined again, and what came meanwhile is missing"
+                    "DDS failed after {when}: {why}; it is tried again, and what comes meanwhile is missing"
                 ));
+                self.finding_ns = self.newest_ns.saturating_add(FINDING_NS);
             }
         }
     }
@@ -169,37 +211,59 @@ impl Hearing {
         }
     }
 
-    /// A sample, if its number is new.
-    fn take(&mut self, sample: Sample) {
+    /// A sample, if its number is new; or that there was no room for it.
+    fn take(&mut self, sample: Sample, is_there: bool) {
         let is_watching = self.phase == Phase::Watching;
-        let is_counted = self.wanted.is_some();
-        let Some(known) = self.writers.get_mut(&sample.writer) else { return };
+        let Some(known) = self.writers.get_mut(&sample.writer).or_else(|| self.gone.get_mut(&sample.writer)) else {
+            return;
+        };
         let is_late = known.is_late && is_watching;
-        let first = if is_late { 1 } else { sample.number };
-        // The first that is sent with best effort may be the first that arrives. It is not known which it was.
-        let may_miss = known.next.is_none() && !is_late && sample.number > 1 && !known.writer.is_reliable && is_counted;
-        let (expected, since_ns) = known.next.unwrap_or((first, known.since_ns.max(self.begun_ns)));
+        let is_first = known.next.is_none();
+        let (expected, since_ns) =
+            known.next.unwrap_or(if is_late { (1, self.begun_ns) } else { (sample.number, self.begun_ns) });
         if sample.number < expected {
             return;
         }
         known.next = Some((sample.number.saturating_add(1), sample.received_ns));
-        let (Some(topic), is_latched) = (known.topic, known.writer.is_latched) else { return };
-        let missing = sample.number.saturating_sub(expected).unsigned_abs();
+        let is_latched = known.writer.is_latched;
+        let Some(topic) = known.topic.filter(|_| known.is_read) else { return };
+        // The first that is sent with best effort, or to a reader of which its publisher may not have known, may be
+        // lost. It is not known which number it had.
+        let is_unsure = self.best_effort.contains(&topic) || known.since_ns.saturating_add(SETTLING_NS) > self.begun_ns;
+        let may_miss = is_first && !is_late && sample.number > 1 && is_unsure && self.wanted.is_some();
+        // Time has passed without what was held back.
+        let is_held_back = is_watching && sample.received_ns < self.quiet_ns.saturating_sub(HELD_BACK_NS);
+        let missing = sample.number.saturating_sub(expected).saturating_add(i64::from(!is_there)).unsigned_abs();
         match self.phase {
             Phase::Watching => {
-                if missing > 0 || may_miss {
-                    let count = (!may_miss).then_some(missing);
+                if missing > 0 || may_miss || is_held_back {
+                    // All that somebody numbered who came late need not have been said since then.
+                    let is_counted = !(may_miss || is_first && is_late || is_held_back);
+                    let count = is_counted.then_some(missing);
                     self.ready.push_back((Received::Lost { topic, count, since_ns }, Vec::new()));
                 }
-                self.tell(topic, sample, is_latched);
+                if is_there {
+                    self.tell(topic, sample, is_latched);
+                }
             }
-            Phase::Settling(_) if is_latched => self.held.push((topic, sample)),
+            Phase::Settling(_) if is_latched && is_there => self.held.push((topic, sample)),
             Phase::Settling(_) | Phase::Looking => {}
         }
     }
 
+    fn take_note_of(&mut self, topic: &str, why: &str) {
+        let Some(RosName::Topic(name)) = RosName::of(topic) else { return };
+        let known = self.survey.topics.iter().position(|topic| topic.name == name);
+        let Some(topic) = known.filter(|_| self.phase == Phase::Watching) else { return };
+        if self.unreadable.insert(topic) {
+            self.note(format!("messages on {name} cannot be read: {why}"));
+        }
+        self.lose_on(topic, self.newest_ns);
+    }
+
     fn tell(&mut self, topic: usize, sample: Sample, is_latched: bool) {
-        let log_ns = sample.received_ns.max(self.newest_ns);
+        // No two have the same time: then it is known which of them came after a gap.
+        let log_ns = sample.received_ns.max(self.newest_ns.saturating_add(1));
         self.newest_ns = log_ns;
         let sent_ns = sample.sent_ns.unwrap_or(log_ns);
         // What was latched before the watch began counts from its beginning.
@@ -232,12 +296,15 @@ impl Hearing {
     }
 
     /// Compares the writers with those that were there before.
-    fn compare(&mut self, writers: Vec<Writer>, requests: &BTreeMap<String, String>, silent: BTreeSet<Prefix>) {
-        self.silent.extend(silent);
+    fn compare(&mut self, writers: Vec<Writer>, requests: &BTreeMap<String, String>, goodbyes: BTreeSet<[u8; 16]>) {
+        if self.goodbyes.len() >= MOST_GONE {
+            self.goodbyes.clear();
+        }
+        self.goodbyes.extend(goodbyes);
         let now: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
         let left: Vec<[u8; 16]> = self.writers.keys().filter(|guid| !now.contains(*guid)).copied().collect();
-        for guid in left {
-            self.leave(guid);
+        if self.newest_ns >= self.finding_ns {
+            left.into_iter().for_each(|guid| self.leave(guid));
         }
         for writer in writers {
             if !self.writers.contains_key(&writer.guid) {
@@ -254,47 +321,51 @@ impl Hearing {
     }
 
     fn leave(&mut self, guid: [u8; 16]) {
-        let Some(Known { writer, topic, next, since_ns, .. }) = self.writers.remove(&guid) else { return };
+        let Some(known) = self.writers.remove(&guid) else { return };
+        if let Some(topic) = known.topic.filter(|_| self.phase != Phase::Looking && self.wanted.is_some()) {
+            let (name, when) = (&self.survey.topics[topic].name, bags::moment(self.newest_ns));
+            let who = self.who(&known.writer);
+            if [guid, participant(&guid)].iter().any(|guid| self.goodbyes.contains(guid)) {
+                self.note(format!("{who} stopped to publish on {name} at {when}"));
+            } else if self.writers.values().any(|other| other.topic == Some(topic)) {
+                self.lose(format!("{who}, which publishes on {name}, was given up at {when}: it may go on, unheard"));
+            } else {
+                self.note(format!(
+                    "{who}, which publishes on {name}, was given up at {when}: it has died, or is out of reach"
+                ));
+                // It may have gone on, unheard.
+                self.lose_on(topic, known.next.map_or(known.since_ns, |(_, last_ns)| last_ns));
+            }
+        }
         if self.gone.len() >= MOST_GONE {
             self.gone.clear();
         }
-        self.gone.extend(next.map(|next| (guid, next)));
-        let Some(topic) = topic.filter(|_| self.phase != Phase::Looking) else { return };
-        let (name, when) = (&self.survey.topics[topic].name, bags::moment(self.newest_ns));
-        if self.wanted.is_none() {
-            return;
-        }
-        let who = self.who(&writer);
-        if self.silent.contains(&writer.participant()) {
-            self.note(format!(
-                "{who}, which publishes on {name}, was given up at {when}: it has died, or is out of reach"
-            ));
-            // It may have gone on, unheard.
-            let since_ns = next.map_or(since_ns, |(_, last_ns)| last_ns);
-            self.lose_on(topic, since_ns);
-        } else {
-            self.note(format!("{who} stopped to publish on {name} at {when}"));
-        }
+        self.gone.insert(guid, known);
     }
 
     fn arrive(&mut self, writer: Writer) {
-        let topic = self.index(&writer);
+        let (topic, guid) = (self.index(&writer), writer.guid);
         let is_late = self.phase == Phase::Watching && self.wanted.is_some();
-        let is_of_the_type = |index: &usize| self.survey.topics[*index].kind == names::kind(&writer.kind);
-        let is_read = topic.as_ref().is_some_and(is_of_the_type) && writer.unfit.is_none();
-        if let Some(index) = topic.filter(|_| self.wanted.is_some()) {
-            self.unnamed.push((self.newest_ns, writer.guid, index));
-            if !is_read {
-                self.lose_on(index, self.newest_ns);
-            }
+        let is_of_the_type = |index: usize| self.survey.topics[index].kind == names::kind(&writer.kind);
+        let is_read = topic.is_some_and(is_of_the_type) && writer.unfit.is_none();
+        if let Some(topic) = topic.filter(|_| is_read) {
+            self.unnamed.push((self.newest_ns, guid, topic));
+            self.best_effort.extend((!writer.is_reliable).then_some(topic));
+            self.volatile.extend((!writer.is_latched).then_some(topic));
         }
-        let (next, since_ns) = (self.gone.remove(&writer.guid), self.newest_ns);
-        let known = Known { topic: topic.filter(|_| is_read), next, is_late, since_ns, writer };
-        self.writers.insert(known.writer.guid, known);
+        self.goodbyes.remove(&guid);
+        let next = self.gone.remove(&guid).and_then(|known| known.next);
+        self.writers.insert(guid, Known { topic, is_read, next, is_late, since_ns: self.newest_ns, writer });
+        if self.phase != Phase::Looking {
+            self.miss(&guid);
+        }
     }
 
     /// Tells of the publishers that have come, once it is known which nodes they have, or long enough afterwards.
     fn introduce(&mut self, now_ns: i64) {
+        if self.wanted.is_none() {
+            return self.unnamed.clear();
+        }
         let is_due = |(since_ns, guid, _): &(i64, [u8; 16], usize)| {
             now_ns.saturating_sub(*since_ns) > NAMING_NS || self.nodes.contains_key(&heard::prefix(guid))
         };
@@ -304,7 +375,7 @@ impl Hearing {
         for (since_ns, guid, topic) in due {
             let Some(known) = self.writers.get(&guid) else { continue };
             let (writer, name) = (&known.writer, &self.survey.topics[topic].name);
-            let (who, kind) = (self.who(writer), names::kind(&writer.kind));
+            let who = self.who(writer);
             let mut notes = Vec::new();
             if known.is_late {
                 notes.push(format!("{who} publishes on {name} since {}", bags::moment(since_ns)));
@@ -317,11 +388,6 @@ impl Hearing {
                     "{who} publishes on {name} with best effort: that a message is missing shows when the next one comes; \
                      until then, it is as if there had been none"
                 ));
-            }
-            if let Some(policy) = &writer.unfit {
-                notes.push(format!("{who} publishes on {name} with a {policy} that cannot be subscribed to"));
-            } else if known.topic.is_none() {
-                notes.push(format!("{who} publishes messages of another type on {name}, {kind}, which are left out"));
             }
             notes.into_iter().for_each(|note| self.note(note));
         }
@@ -414,9 +480,9 @@ mod tests {
         Heard::Sample(Sample { topic, writer: [id; 16], number, received_ns, sent_ns, body })
     }
 
-    fn writers(writers: &[Writer], silent: &[u8]) -> Heard {
-        let silent = silent.iter().map(|id| [*id; 12]).collect();
-        Heard::Writers { writers: writers.to_vec(), requests: BTreeMap::new(), silent }
+    fn writers(writers: &[Writer], goodbyes: &[u8]) -> Heard {
+        let goodbyes = goodbyes.iter().map(|id| [*id; 16]).collect();
+        Heard::Writers { writers: writers.to_vec(), requests: BTreeMap::new(), goodbyes }
     }
 
     /// What is told in turn: numbers of messages, and what is missing.
@@ -439,7 +505,7 @@ mod tests {
         let mut hearing = Hearing::new(Some(["/a", "/b"].map(str::to_owned).into()));
         hearing.hear(writers(known, &[]));
         hearing.begin();
-        hearing.hear(Heard::Quiet(0));
+        hearing.hear(Heard::Quiet(SETTLING_NS));
         hearing.hear(Heard::Quiet(SECOND_NS));
         assert!(told(&mut hearing).is_empty());
         hearing
@@ -467,7 +533,9 @@ mod tests {
         let mut hearing = watching(&[]);
         hearing.hear(writers(&[writer(1, "rt/a", false)], &[]));
         hearing.hear(sample(1, "rt/a", 4, 2 * SECOND_NS));
-        assert_eq!(told(&mut hearing), ["-3", "4"]);
+        assert_eq!(told(&mut hearing), ["?", "4"]);
+        hearing.hear(sample(1, "rt/a", 7, 2 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["-2", "7"]);
         hearing.hear(Heard::Quiet(9 * SECOND_NS));
         assert!(
             hearing.notes[0].starts_with("a participant without a node publishes on /a since 1.000 s"),
@@ -488,31 +556,73 @@ mod tests {
     fn a_publisher_that_is_given_up_may_have_gone_on() {
         let mut hearing = watching(&[writer(1, "rt/a", false), writer(2, "rt/b", false)]);
         hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
-        hearing.hear(writers(&[], &[1]));
+        hearing.hear(writers(&[], &[2]));
         assert_eq!(told(&mut hearing), ["1", "?"]);
         assert!(
             hearing.notes[0].contains("on /a, was given up") && hearing.notes[1].contains("stopped to publish on /b")
         );
-        // It is back, and its numbers tell what it said meanwhile.
+        // What it had said is heard, and its numbers tell what it says until it is back.
+        hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS));
         hearing.hear(writers(&[writer(1, "rt/a", false)], &[]));
         hearing.hear(sample(1, "rt/a", 4, 3 * SECOND_NS));
-        assert_eq!(told(&mut hearing), ["-2", "4"]);
+        assert_eq!(told(&mut hearing), ["1", "-2", "4"]);
+        assert!(hearing.lost.is_empty());
+        // Beside another publisher, nothing tells when that ends.
+        hearing.hear(writers(&[writer(1, "rt/a", false), writer(3, "rt/a", false)], &[]));
+        hearing.hear(writers(&[writer(3, "rt/a", false)], &[]));
+        assert!(hearing.lost[0].contains("it may go on, unheard"), "{:?}", hearing.lost);
     }
 
     #[test]
     fn what_cannot_be_read_is_missing() {
         let other = Writer { kind: "std_msgs::msg::dds_::Int32_".to_owned(), ..writer(2, "rt/a", false) };
         let unfit = Writer { unfit: Some("Ownership".to_owned()), ..writer(3, "rt/b", false) };
-        let mut hearing = watching(&[writer(1, "rt/a", false)]);
-        hearing.hear(writers(&[writer(1, "rt/a", false), other, unfit], &[]));
+        let known = [writer(1, "rt/a", false), other, unfit];
+        // Whether it was there from the beginning or not.
+        for begun in [0, 3] {
+            let mut hearing = watching(&known[..begun]);
+            hearing.hear(writers(&known, &[]));
+            hearing.hear(sample(2, "rt/a", 1, 2 * SECOND_NS));
+            assert!(told(&mut hearing).is_empty());
+            let lost = hearing.lost.join("\n");
+            assert!(
+                lost.contains("of another type on /a, std_msgs/msg/Int32") && lost.contains("on /b with a Ownership"),
+                "{lost}"
+            );
+        }
+        let mut hearing = watching(&[writer(2, "rt/a", false)]);
+        hearing.hear(writers(&[writer(1, "rt/a", true), writer(2, "rt/a", false)], &[]));
         hearing.hear(sample(2, "rt/a", 1, 2 * SECOND_NS));
-        assert_eq!(told(&mut hearing), ["?", "?"]);
-        hearing.hear(Heard::Quiet(9 * SECOND_NS));
-        let notes = hearing.notes.join("\n");
-        assert!(
-            notes.contains("of another type on /a, std_msgs/msg/Int32") && notes.contains("on /b with a Ownership"),
-            "{notes}"
-        );
+        hearing.hear(Heard::Unreadable("rt/a".into(), "an encoding".to_owned()));
+        assert_eq!(told(&mut hearing), ["?", "1", "?"]);
+        assert!(hearing.notes[0].contains("what was latched is not heard"), "{:?}", hearing.notes);
+    }
+
+    #[test]
+    fn time_that_passed_without_a_message_passed_without_it() {
+        let mut hearing = watching(&[writer(1, "rt/a", false)]);
+        hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
+        hearing.hear(Heard::Quiet(4 * SECOND_NS));
+        // It was held back until another had come.
+        hearing.hear(sample(1, "rt/a", 2, 3 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["1", "?", "2"]);
+        let no_room = sample(1, "rt/a", 3, 5 * SECOND_NS);
+        let Heard::Sample(no_room) = no_room else { unreachable!() };
+        hearing.hear(Heard::Dropped(no_room));
+        hearing.hear(sample(1, "rt/a", 4, 5 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["-1", "4"]);
+    }
+
+    #[test]
+    fn another_participant_finds_the_publishers_again() {
+        let mut hearing = watching(&[writer(1, "rt/a", false)]);
+        hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
+        hearing.hear(Heard::Died("a defect".to_owned()));
+        hearing.hear(writers(&[], &[]));
+        hearing.hear(writers(&[writer(1, "rt/a", false)], &[]));
+        hearing.hear(sample(1, "rt/a", 3, 3 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["1", "-1", "3"]);
+        assert!(hearing.notes.is_empty() && hearing.lost[0].contains("a defect"), "{:?}", hearing.notes);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Which part of the network is joined.
 
+use serde::{Deserialize, Serialize};
+
 /// Which domain is joined, and how far discovery reaches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
     /// The number of the domain, from 0 to 232.
     pub domain: u16,

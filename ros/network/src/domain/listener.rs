@@ -1,0 +1,467 @@
+//! The process that takes part in a DDS domain: all that is known of rustdds is here.
+//!
+//! It only listens, and never asks for more than writers offer. It has no reader on a topic of requests: with one, Fast
+//! DDS would report the robot's services as unavailable.
+//!
+//! It is a process of its own, because what others send can make rustdds panic, or take gigabytes for a message of
+//! which a fragment has come: it then ends, and [another](super::participant) takes its place.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{BufWriter, Write, stdin, stdout};
+use std::net::{IpAddr, Ipv4Addr};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Wake, Waker};
+use std::thread::Thread;
+use std::time::{Duration, Instant};
+
+use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SimpleDataReader};
+use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
+    LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity as _, RepresentationIdentifier, StatusEvented as _,
+    Subscriber, Timestamp, TopicKind,
+};
+
+use super::goodbye;
+use super::heard::{Ask, Heard, Sample, Subscribed, Writer, participant};
+use super::names;
+use super::options::Options;
+use crate::clock::{Clock, now, sleep};
+
+/// How long the thread waits for something to happen.
+const PATIENCE: Duration = Duration::from_millis(10);
+
+/// How long to wait for more once something has come: messages often come several at a time.
+const GATHERING: Duration = Duration::from_millis(1);
+
+/// How often silence is reported.
+const QUIET_NS: i64 = 10_000_000;
+
+/// How often what others offer is looked at, if it has changed.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// How long a participant stays after it has unsubscribed.
+const FAREWELL: Duration = Duration::from_millis(100);
+
+/// How long it may take to read two clocks, in nanoseconds.
+const LONGEST_READING: i64 = 1_000_000;
+
+/// The most memory that the process may take, in bytes of addresses: with 4 MB maps, it takes a third of it.
+const MOST_MEMORY: u64 = 1 << 30;
+
+/// The exit status after a panic.
+const PANICKED: i32 = 101;
+
+/// The most readers that are made at a time: rustdds has room for a hundred at once.
+const MOST_MADE: usize = 50;
+
+/// The most samples of a topic that rustdds keeps; and, once it is known that they are small, the most small ones.
+const KEPT: i32 = 16;
+const KEPT_SMALL: i32 = 1024;
+const SMALL: usize = 1 << 14;
+
+/// The most writers that are known of, and the longest name of a topic or type.
+const MOST_WRITERS: usize = 20_000;
+const LONGEST_NAME: usize = 512;
+
+/// The longest step back of the system's clock that does not matter: rustdds holds samples back until it has caught up.
+const LONGEST_STEP: i64 = 50_000_000;
+
+/// Whether the process is to end, and what is to be read.
+struct Asked {
+    is_to_end: AtomicBool,
+    subscribed: Mutex<Subscribed>,
+}
+
+/// Does what the process that started this one asks for, until that one has gone.
+pub(super) fn work() -> ExitCode {
+    std::panic::set_hook(Box::new(|info| {
+        // Whichever thread it is: a participant that lacks one is deaf. A line is what whoever started this one tells.
+        eprintln!("{}", info.payload_as_str().unwrap_or("a defect in rustdds"));
+        std::process::exit(PANICKED);
+    }));
+    // Each reader has four files.
+    #[cfg(unix)]
+    {
+        let files = rustix::process::getrlimit(rustix::process::Resource::Nofile);
+        let all = rustix::process::Rlimit { current: files.maximum, ..files };
+        let _ = rustix::process::setrlimit(rustix::process::Resource::Nofile, all);
+    }
+    // What others send decides how much memory rustdds takes. If it cannot be limited, it is not.
+    #[cfg(unix)]
+    let _ = rustix::process::setrlimit(
+        rustix::process::Resource::As,
+        rustix::process::Rlimit { current: Some(MOST_MEMORY), maximum: Some(MOST_MEMORY) },
+    );
+    let Some(Ask::Join { options, ahead_ns }) = Ask::read(&mut stdin().lock()) else { return ExitCode::FAILURE };
+    let asked = Arc::new(Asked { is_to_end: AtomicBool::new(false), subscribed: Mutex::new(Subscribed::Nothing) });
+    let (listening, heard) = (std::thread::current(), Arc::clone(&asked));
+    std::thread::spawn(move || {
+        while let Some(ask) = Ask::read(&mut stdin().lock()) {
+            if let Ask::Subscribe(subscribed) = ask {
+                *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = subscribed;
+            }
+            listening.unpark();
+        }
+        heard.is_to_end.store(true, Ordering::Relaxed);
+        listening.unpark();
+    });
+    let listener = Listener::join(options, Clock::ahead(ahead_ns));
+    match listener.and_then(|listener| listener.listen(&asked, &mut BufWriter::new(stdout()))) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("{why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// A participant, with its readers.
+struct Listener {
+    participant: DomainParticipant,
+    events: DomainParticipantStatusListener,
+    subscriber: Subscriber,
+    readers: BTreeMap<String, Reader>,
+    options: Options,
+    clock: Clock,
+    /// The system's clock minus ours; until when that has to catch up, as it went back a little.
+    offset_ns: i64,
+    behind_ns: i64,
+    /// The writers that are known to whoever is told of them.
+    known: BTreeSet<[u8; 16]>,
+    /// Those that are gone without a goodbye. If they come back, rustdds does not tell their readers.
+    given_up: BTreeSet<[u8; 16]>,
+    /// Those that said goodbye since it was told the last time.
+    goodbyes: BTreeSet<[u8; 16]>,
+}
+
+struct Reader {
+    topic: Arc<str>,
+    kind: String,
+    is_reliable: bool,
+    is_latched: bool,
+    data: SimpleDataReader<Vec<u8>, AsIs>,
+    alarm: Arc<Alarm>,
+    is_small: bool,
+}
+
+/// Wakes the thread when a reader has something.
+struct Alarm {
+    rings: AtomicBool,
+    thread: Thread,
+}
+
+impl Wake for Alarm {
+    fn wake(self: Arc<Self>) {
+        self.rings.store(true, Ordering::Release);
+        self.thread.unpark();
+    }
+}
+
+impl Listener {
+    fn join(options: Options, clock: Clock) -> Result<Self, String> {
+        let mut builder = DomainParticipantBuilder::new(options.domain);
+        if options.is_local {
+            builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
+        }
+        let participant = builder.build().map_err(|error| error.to_string())?;
+        let subscriber = participant.create_subscriber(&QosPolicies::qos_none()).map_err(|error| error.to_string())?;
+        let events = participant.status_listener();
+        let offset_ns = nanoseconds(Timestamp::now()) - clock.now_ns();
+        let [known, given_up, goodbyes] = [(); 3].map(|()| BTreeSet::new());
+        let (readers, behind_ns) = (BTreeMap::new(), i64::MIN);
+        Ok(Self {
+            participant,
+            events,
+            subscriber,
+            readers,
+            options,
+            clock,
+            offset_ns,
+            behind_ns,
+            known,
+            given_up,
+            goodbyes,
+        })
+    }
+
+    fn listen(mut self, asked: &Asked, out: &mut impl Write) -> Result<(), String> {
+        let (mut subscribed, mut looked, mut is_due) = (Subscribed::Nothing, None, true);
+        let (mut told, mut quiet_ns) = (Vec::new(), 0);
+        while !asked.is_to_end.load(Ordering::Relaxed) {
+            if let Some(why) = self.is_set_back() {
+                return Err(why);
+            }
+            is_due |= self.take_note();
+            let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            is_due |= wanted != subscribed;
+            // What a writer says last is taken before it is gone.
+            let now_ns = self.clock.now_ns();
+            self.take(&mut told);
+            let is_silent = told.is_empty();
+            let has_new =
+                told.iter().any(|heard| matches!(heard, Heard::Sample(of) if !self.known.contains(&of.writer)));
+            if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {
+                (looked, subscribed) = (Some(now()), wanted);
+                let (writers, requests) = self.offers()?;
+                is_due = self.read(&writers, &subscribed)?;
+                self.known = writers.iter().map(|writer| writer.guid).collect();
+                let heard = Heard::Writers { writers, requests, goodbyes: std::mem::take(&mut self.goodbyes) };
+                // Who has come is known before what it says, and who has gone after that.
+                told.insert(if has_new { 0 } else { told.len() }, heard);
+            }
+            if is_silent && now_ns.saturating_sub(quiet_ns) >= QUIET_NS {
+                quiet_ns = now_ns;
+                told.push(Heard::Quiet(now_ns));
+            }
+            let written = told.drain(..).try_for_each(|heard| heard.write(out)).and_then(|()| out.flush());
+            if written.is_err() {
+                // Nobody listens any more.
+                break;
+            }
+            if is_silent {
+                std::thread::park_timeout(PATIENCE);
+                sleep(GATHERING);
+            }
+        }
+        self.leave();
+        Ok(())
+    }
+
+    /// Takes note of what has happened in the domain. Returns whether anything has.
+    fn take_note(&mut self) -> bool {
+        let mut has_happened = false;
+        while let Some(event) = self.events.try_recv_status() {
+            has_happened = true;
+            match event {
+                DomainParticipantStatusEvent::ParticipantLost { id, reason: LostReason::Disposed } => {
+                    let guid = GUID { prefix: id, ..GUID::GUID_UNKNOWN };
+                    self.goodbyes.insert(participant(&guid.to_bytes()));
+                }
+                DomainParticipantStatusEvent::WriterLost { guid, reason: LostReason::Disposed } => {
+                    self.goodbyes.insert(guid.to_bytes());
+                }
+                _ => {}
+            }
+        }
+        has_happened
+    }
+
+    /// Leaves the domain. What is left to send is sent only while the participant is there.
+    fn leave(mut self) {
+        self.readers.clear();
+        sleep(FAREWELL);
+        let (options, guid) = (self.options, self.participant.guid().to_bytes());
+        drop(self);
+        goodbye::say(options, &guid);
+    }
+
+    /// Why samples would be held back for long, if they would: the system's clock was set back.
+    fn is_set_back(&mut self) -> Option<String> {
+        let before_ns = self.clock.now_ns();
+        let system_ns = nanoseconds(Timestamp::now());
+        if self.clock.now_ns().saturating_sub(before_ns) > LONGEST_READING {
+            // Something came in between.
+            return None;
+        }
+        let back_ns = self.offset_ns - (system_ns - before_ns);
+        self.offset_ns -= back_ns;
+        if back_ns > LONGEST_READING {
+            self.behind_ns = before_ns.saturating_add(2 * back_ns);
+        }
+        if before_ns <= self.behind_ns {
+            // What is held back until then rings no more.
+            self.readers.values().for_each(|reader| reader.alarm.rings.store(true, Ordering::Release));
+        }
+        let words = || format!("the clock of this machine was set back by {:.3} s", back_ns as f64 * 1e-9);
+        (back_ns > LONGEST_STEP).then(words)
+    }
+
+    /// All writers, and who answers requests: the types of requests by the topics.
+    fn offers(&self) -> Result<(Vec<Writer>, BTreeMap<String, String>), String> {
+        let found = self.participant.discovered_writers();
+        if found.len() > MOST_WRITERS {
+            return Err(format!("there are more than {MOST_WRITERS} writers in the domain"));
+        }
+        let is_named = |topic: &str, kind: &str| topic.len() <= LONGEST_NAME && kind.len() <= LONGEST_NAME;
+        let writers = found.into_iter().filter_map(|writer| {
+            let data = writer.publication_topic_data;
+            is_named(&data.topic_name, &data.type_name).then(|| Writer {
+                guid: data.key.to_bytes(),
+                // Without a word, it is.
+                is_reliable: data.reliability.is_none_or(|offered| offered != Reliability::BestEffort),
+                is_latched: data.durability.is_some_and(|durability| durability >= Durability::TransientLocal),
+                unfit: data.qos().compliance_failure_wrt(&qos(false, false, KEPT)).map(|policy| format!("{policy:?}")),
+                hash: names::hash(&writer.user_data),
+                topic: data.topic_name,
+                kind: data.type_name,
+            })
+        });
+        let readers = self.participant.discovered_readers();
+        let requests = readers.into_iter().filter_map(|reader| {
+            let data = reader.subscription_topic_data;
+            let is_request = data.topic_name().starts_with("rq/") && is_named(data.topic_name(), data.type_name());
+            is_request.then(|| (data.topic_name().clone(), data.type_name().clone()))
+        });
+        Ok((writers.collect(), requests.take(MOST_WRITERS).collect()))
+    }
+
+    /// Makes the readers fit the writers: a topic is read reliably if all offer that, and likewise what is latched.
+    /// Returns whether some readers are left to make.
+    fn read(&mut self, writers: &[Writer], subscribed: &Subscribed) -> Result<bool, String> {
+        let now: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
+        let silent = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
+        self.given_up.extend(silent.filter(|guid| !self.goodbyes.contains(&participant(guid))));
+        let mut offered: BTreeMap<&str, (&str, bool, bool)> = BTreeMap::new();
+        for writer in writers.iter().filter(|writer| subscribed.has(&writer.topic) && writer.unfit.is_none()) {
+            let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
+            known.1 &= writer.is_reliable;
+            known.2 &= writer.is_latched;
+            if self.given_up.remove(&writer.guid) {
+                self.readers.remove(&writer.topic);
+            }
+        }
+        let mut made = 0;
+        for (topic, (kind, is_reliable, is_latched)) in offered {
+            let reader = self.readers.get(topic);
+            // One that asks for less still hears everybody.
+            if reader.is_some_and(|reader| (!reader.is_reliable || is_reliable) && (!reader.is_latched || is_latched)) {
+                continue;
+            }
+            if made == MOST_MADE {
+                return Ok(true);
+            }
+            made += 1;
+            let (kind, was_reliable, was_latched) = reader.map_or((kind.to_owned(), true, true), |reader| {
+                (reader.kind.clone(), reader.is_reliable, reader.is_latched)
+            });
+            self.readers.remove(topic);
+            match self.reader(topic, kind, is_reliable && was_reliable, is_latched && was_latched) {
+                Ok(reader) => drop(self.readers.insert(topic.to_owned(), reader)),
+                // Of all topics, those are heard for which there is room.
+                Err(_) if *subscribed == Subscribed::All => {}
+                Err(why) => return Err(why),
+            }
+        }
+        Ok(false)
+    }
+
+    fn reader(&self, topic: &str, kind: String, is_reliable: bool, is_latched: bool) -> Result<Reader, String> {
+        let wanted = qos(is_reliable, is_latched, KEPT);
+        let make = || {
+            let made = self.participant.create_topic(topic.to_owned(), kind.clone(), &wanted, TopicKind::NoKey)?;
+            self.subscriber.create_simple_datareader_no_key(&made, Some(wanted.clone()))
+        };
+        let data = make().map_err(|error| format!("{topic} cannot be read: {error}"))?;
+        let alarm = Arc::new(Alarm { rings: AtomicBool::new(true), thread: std::thread::current() });
+        Ok(Reader { topic: topic.into(), kind, is_reliable, is_latched, data, alarm, is_small: false })
+    }
+
+    /// What the readers have received, in order.
+    fn take(&mut self, told: &mut Vec<Heard>) {
+        let (now_ns, system_ns) = (self.clock.now_ns(), nanoseconds(Timestamp::now()));
+        let mut samples = Vec::new();
+        for reader in self.readers.values_mut() {
+            if !reader.alarm.rings.swap(false, Ordering::Acquire) {
+                continue;
+            }
+            reader.data.set_waker(Some(Waker::from(Arc::clone(&reader.alarm))));
+            reader.data.drain_read_notifications();
+            let begun = samples.len();
+            loop {
+                match reader.data.try_take_one() {
+                    Ok(Some(change)) => {
+                        let age_ns = system_ns.saturating_sub(nanoseconds(change.receive_instant)).max(0);
+                        let sent = change.source_timestamp().filter(|stamp| *stamp != Timestamp::INVALID);
+                        samples.push(Sample {
+                            topic: Arc::clone(&reader.topic),
+                            writer: change.writer_guid.to_bytes(),
+                            number: i64::from(change.sequence_number),
+                            received_ns: now_ns.saturating_sub(age_ns),
+                            sent_ns: sent.map(nanoseconds),
+                            body: change.sample,
+                        });
+                    }
+                    Ok(None) => break,
+                    Err(why) => told.push(Heard::Unreadable(Arc::clone(&reader.topic), why.to_string())),
+                }
+            }
+            let taken = &samples[begun..];
+            if !reader.is_small && !taken.is_empty() && taken.iter().all(|sample| sample.body.len() <= SMALL) {
+                reader.is_small = true;
+                let more = qos(reader.is_reliable, reader.is_latched, KEPT_SMALL);
+                let topic = reader.topic.as_ref().to_owned();
+                // The limits of a topic only ever grow; without more room, less is kept.
+                let _ = self.participant.create_topic(topic, reader.kind.clone(), &more, TopicKind::NoKey);
+            }
+        }
+        samples.sort_by_key(|sample: &Sample| sample.received_ns);
+        told.extend(samples.into_iter().map(Heard::Sample));
+    }
+}
+
+/// What a reader asks for.
+fn qos(is_reliable: bool, is_latched: bool, kept: i32) -> QosPolicies {
+    let zero = rustdds::Duration::ZERO;
+    let reliability =
+        if is_reliable { Reliability::Reliable { max_blocking_time: zero } } else { Reliability::BestEffort };
+    QosPolicyBuilder::new()
+        .reliability(reliability)
+        .durability(if is_latched { Durability::TransientLocal } else { Durability::Volatile })
+        .history(History::KeepLast { depth: 1 })
+        .resource_limits(ResourceLimits { max_samples: kept, max_instances: 1, max_samples_per_instance: kept })
+        .build()
+}
+
+/// Nanoseconds since 1970.
+fn nanoseconds(stamp: Timestamp) -> i64 {
+    let ticks = u128::from(stamp.to_ticks());
+    i64::try_from((ticks * 1_000_000_000) >> 32).unwrap_or(i64::MAX)
+}
+
+/// Messages as they are encoded.
+struct AsIs;
+
+impl DeserializerAdapter<Vec<u8>> for AsIs {
+    type Error = std::convert::Infallible;
+    type Decoded = Vec<u8>;
+
+    fn supported_encodings() -> &'static [RepresentationIdentifier] {
+        &[
+            RepresentationIdentifier::CDR_LE,
+            RepresentationIdentifier::CDR_BE,
+            RepresentationIdentifier::XCDR2_LE,
+            RepresentationIdentifier::XCDR2_BE,
+            RepresentationIdentifier::D_CDR2_LE,
+            RepresentationIdentifier::D_CDR2_BE,
+        ]
+    }
+
+    fn transform_decoded(decoded: Vec<u8>) -> Vec<u8> {
+        decoded
+    }
+}
+
+impl DefaultDecoder<Vec<u8>> for AsIs {
+    type Decoder = Whole;
+
+    const DECODER: Whole = Whole;
+}
+
+/// Puts the encoding before a message again.
+#[derive(Clone)]
+struct Whole;
+
+impl Decode<'_, Vec<u8>> for Whole {
+    type Error = std::convert::Infallible;
+
+    fn decode_bytes(self, bytes: &[u8], encoding: RepresentationIdentifier) -> Result<Vec<u8>, Self::Error> {
+        let mut message = Vec::with_capacity(bytes.len() + 4);
+        message.extend_from_slice(&encoding.to_bytes());
+        message.extend_from_slice(&[0, 0]);
+        message.extend_from_slice(bytes);
+        Ok(message)
+    }
+}
