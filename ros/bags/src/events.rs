@@ -43,7 +43,7 @@ pub struct Events<'r> {
     /// What the topic of the clock told last; none if it tells the time of no message.
     clock_ns: Option<i64>,
     /// What came before that.
-    early: Vec<(ChannelId, Message)>,
+    early: Vec<(Head, ChannelId, Message)>,
     /// What ended the events early.
     ended: Option<String>,
     tick_ns: i64,
@@ -234,6 +234,9 @@ impl<'r> Events<'r> {
                 return false;
             }
             Received::Over => {
+                for (head, channel, _) in std::mem::take(&mut self.early) {
+                    self.leave_out(head.topic, channel, Reason::Clock, crate::moment(head.log_ns));
+                }
                 self.is_over = true;
                 return true;
             }
@@ -248,7 +251,9 @@ impl<'r> Events<'r> {
             let channel = self.compiled.entries[head.topic][index].0;
             match self.convert(head, index) {
                 Ok(None) => {}
-                Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => self.early.push((channel, message)),
+                Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => {
+                    self.early.push((head, channel, message))
+                }
                 Ok(Some((UNTOLD, _))) => {
                     self.leave_out(head.topic, channel, Reason::Clock, crate::moment(head.log_ns));
                 }
@@ -283,7 +288,7 @@ impl<'r> Events<'r> {
         // Whatever follows is later.
         self.quiet_ns = clock_ns;
         self.newest_ns = self.newest_ns.max(clock_ns);
-        for (channel, message) in std::mem::take(&mut self.early) {
+        for (_, channel, message) in std::mem::take(&mut self.early) {
             self.put_in_order(clock_ns, Waiting::Message(channel, message));
         }
     }

@@ -48,7 +48,7 @@ pub fn listen() -> Option<ExitCode> {
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
 /// publisher's stamp. Publishers number their messages, so it is known which are missing. That the last ones are
-/// missing shows only when the next one comes, unless the publisher is reliable.
+/// missing shows only when the next one comes.
 pub struct Domain {
     participant: Option<Participant>,
     hearing: Hearing,

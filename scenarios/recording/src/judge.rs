@@ -78,7 +78,6 @@ impl Judge {
             let mut state = MonitorState::of(property.monitor.as_ref());
             if self.doubts.why(index).is_some() {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
-                self.monitors.withdraw(index);
             }
             if state.verdict != Verdict::Inconclusive {
                 happenings.extend(self.monitors.verdict(index, property.monitor.as_ref(), &event));
@@ -92,6 +91,8 @@ impl Judge {
     /// Messages are missing from here on: the verdicts that they could change remain open.
     pub fn miss(&mut self, gap: &Gap, properties: &[Property]) {
         self.doubts.miss(gap, properties);
+        let unsure = self.doubts.all().enumerate().filter(|(_, why)| why.is_some());
+        unsure.for_each(|(index, _)| self.monitors.withdraw(index));
     }
 
     /// A gap in the messages of this channel is over.

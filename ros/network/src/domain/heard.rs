@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead, Read, Write};
 use std::sync::Arc;
+use std::time::Duration;
 
 use ros_messages::{CdrReader, Mismatch};
 use serde::{Deserialize, Serialize};
@@ -13,7 +14,10 @@ use super::options::Options;
 /// The topic on which participants say which nodes they have.
 pub(super) const NODES: &str = "ros_discovery_info";
 
-/// The largest message, and the largest description of writers, in bytes. Larger ones end the connection.
+/// How long a process that listens may take to leave its domain.
+pub(super) const LEAVING: Duration = Duration::from_secs(2);
+
+/// The largest message that is handed over, and the largest description of writers, in bytes.
 const LARGEST: u32 = 1 << 26;
 
 /// What is heard.
@@ -34,6 +38,16 @@ pub(super) enum Heard {
     Quiet(i64),
     /// Nothing more comes, and why. What comes from another participant follows.
     Died(String),
+}
+
+impl Heard {
+    /// A sample, if it is not too large to be handed over.
+    pub(super) fn of(sample: Sample) -> Self {
+        if sample.body.len() > LARGEST as usize {
+            return Self::Dropped(Sample { body: Vec::new(), ..sample });
+        }
+        Self::Sample(sample)
+    }
 }
 
 /// What the GUIDs of a participant's writers begin with.

@@ -215,7 +215,8 @@ impl Hearing {
     fn take(&mut self, sample: Sample, is_there: bool) {
         let is_watching = self.phase == Phase::Watching;
         let Some(known) = self.writers.get_mut(&sample.writer).or_else(|| self.gone.get_mut(&sample.writer)) else {
-            return;
+            // It came and went too fast to be known.
+            return self.lose_unknown(&sample.topic);
         };
         let is_late = known.is_late && is_watching;
         let is_first = known.next.is_none();
@@ -232,7 +233,8 @@ impl Hearing {
         let is_unsure = self.best_effort.contains(&topic) || known.since_ns.saturating_add(SETTLING_NS) > self.begun_ns;
         let may_miss = is_first && !is_late && sample.number > 1 && is_unsure && self.wanted.is_some();
         // Time has passed without what was held back.
-        let is_held_back = is_watching && sample.received_ns < self.quiet_ns.saturating_sub(HELD_BACK_NS);
+        let is_held_back = is_watching && sample.received_ns < self.newest_ns.saturating_sub(HELD_BACK_NS);
+        let since_ns = if is_held_back { since_ns.min(sample.received_ns) } else { since_ns };
         let missing = sample.number.saturating_sub(expected).saturating_add(i64::from(!is_there)).unsigned_abs();
         match self.phase {
             Phase::Watching => {
@@ -248,6 +250,14 @@ impl Hearing {
             }
             Phase::Settling(_) if is_latched && is_there => self.held.push((topic, sample)),
             Phase::Settling(_) | Phase::Looking => {}
+        }
+    }
+
+    fn lose_unknown(&mut self, topic: &str) {
+        let Some(RosName::Topic(name)) = RosName::of(topic) else { return };
+        let known = self.survey.topics.iter().position(|topic| topic.name == name);
+        if let Some(topic) = known.filter(|_| self.phase == Phase::Watching) {
+            self.lose_on(topic, self.newest_ns);
         }
     }
 
@@ -606,11 +616,16 @@ mod tests {
         // It was held back until another had come.
         hearing.hear(sample(1, "rt/a", 2, 3 * SECOND_NS));
         assert_eq!(told(&mut hearing), ["1", "?", "2"]);
-        let no_room = sample(1, "rt/a", 3, 5 * SECOND_NS);
+        // One that had to be sent again comes before the next, which had been there.
+        hearing.hear(sample(1, "rt/a", 3, 4 * SECOND_NS + 500_000_000));
+        hearing.hear(sample(1, "rt/a", 4, 4 * SECOND_NS + 100_000_000));
+        assert_eq!(told(&mut hearing), ["3", "?", "4"]);
+        let no_room = sample(1, "rt/a", 5, 5 * SECOND_NS);
         let Heard::Sample(no_room) = no_room else { unreachable!() };
         hearing.hear(Heard::Dropped(no_room));
-        hearing.hear(sample(1, "rt/a", 4, 5 * SECOND_NS));
-        assert_eq!(told(&mut hearing), ["-1", "4"]);
+        hearing.hear(sample(1, "rt/a", 6, 5 * SECOND_NS));
+        hearing.hear(sample(9, "rt/a", 1, 5 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["-1", "6", "?"]);
     }
 
     #[test]

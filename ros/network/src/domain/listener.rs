@@ -16,6 +16,7 @@ use std::task::{Wake, Waker};
 use std::thread::Thread;
 use std::time::{Duration, Instant};
 
+use rustdds::discovery::PublicationBuiltinTopicData;
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SimpleDataReader};
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use rustdds::{
@@ -25,7 +26,7 @@ use rustdds::{
 };
 
 use super::goodbye;
-use super::heard::{Ask, Heard, Sample, Subscribed, Writer, participant};
+use super::heard::{Ask, Heard, LEAVING, Sample, Subscribed, Writer, participant};
 use super::names;
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
@@ -79,7 +80,7 @@ struct Asked {
 pub(super) fn work() -> ExitCode {
     std::panic::set_hook(Box::new(|info| {
         // Whichever thread it is: a participant that lacks one is deaf. A line is what whoever started this one tells.
-        eprintln!("{}", info.payload_as_str().unwrap_or("a defect in rustdds"));
+        eprintln!("{:.1000}", info.payload_as_str().unwrap_or("a defect in rustdds"));
         std::process::exit(PANICKED);
     }));
     // Each reader has four files.
@@ -107,6 +108,9 @@ pub(super) fn work() -> ExitCode {
         }
         heard.is_to_end.store(true, Ordering::Relaxed);
         listening.unpark();
+        // Whoever asked for it has gone: nothing may keep this process.
+        sleep(LEAVING);
+        std::process::exit(0);
     });
     let listener = Listener::join(options, Clock::ahead(ahead_ns));
     match listener.and_then(|listener| listener.listen(&asked, &mut BufWriter::new(stdout()))) {
@@ -192,6 +196,7 @@ impl Listener {
         let (mut told, mut quiet_ns) = (Vec::new(), 0);
         while !asked.is_to_end.load(Ordering::Relaxed) {
             if let Some(why) = self.is_set_back() {
+                self.leave();
                 return Err(why);
             }
             is_due |= self.take_note();
@@ -206,6 +211,11 @@ impl Listener {
             if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {
                 (looked, subscribed) = (Some(now()), wanted);
                 let (writers, requests) = self.offers()?;
+                // rustdds tells of a goodbye after it has forgotten who said it.
+                if self.lacks_goodbyes(&writers) {
+                    sleep(GATHERING);
+                    self.take_note();
+                }
                 is_due = self.read(&writers, &subscribed)?;
                 self.known = writers.iter().map(|writer| writer.guid).collect();
                 let heard = Heard::Writers { writers, requests, goodbyes: std::mem::take(&mut self.goodbyes) };
@@ -223,6 +233,7 @@ impl Listener {
             }
             if is_silent {
                 std::thread::park_timeout(PATIENCE);
+            } else {
                 sleep(GATHERING);
             }
         }
@@ -247,6 +258,14 @@ impl Listener {
             }
         }
         has_happened
+    }
+
+    /// Whether a writer is gone that has not said goodbye, as far as it has been noted.
+    fn lacks_goodbyes(&mut self, writers: &[Writer]) -> bool {
+        self.take_note();
+        let there: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
+        let said = |guid: &[u8; 16]| [*guid, participant(guid)].iter().any(|guid| self.goodbyes.contains(guid));
+        self.known.difference(&there).any(|guid| !said(guid))
     }
 
     /// Leaves the domain. What is left to send is sent only while the participant is there.
@@ -293,7 +312,7 @@ impl Listener {
                 // Without a word, it is.
                 is_reliable: data.reliability.is_none_or(|offered| offered != Reliability::BestEffort),
                 is_latched: data.durability.is_some_and(|durability| durability >= Durability::TransientLocal),
-                unfit: data.qos().compliance_failure_wrt(&qos(false, false, KEPT)).map(|policy| format!("{policy:?}")),
+                unfit: unfit(&data),
                 hash: names::hash(&writer.user_data),
                 topic: data.topic_name,
                 kind: data.type_name,
@@ -397,9 +416,28 @@ impl Listener {
                 let _ = self.participant.create_topic(topic, reader.kind.clone(), &more, TopicKind::NoKey);
             }
         }
-        samples.sort_by_key(|sample: &Sample| sample.received_ns);
-        told.extend(samples.into_iter().map(Heard::Sample));
+        // Those of one writer stay in the order of their numbers: one that had to be sent again is older than the next.
+        let mut latest: BTreeMap<[u8; 16], i64> = BTreeMap::new();
+        let keyed = samples.into_iter().map(|sample: Sample| {
+            let at_ns = latest.entry(sample.writer).or_insert(sample.received_ns);
+            *at_ns = sample.received_ns.max(*at_ns);
+            (*at_ns, sample)
+        });
+        let mut samples: Vec<(i64, Sample)> = keyed.collect();
+        samples.sort_by_key(|(at_ns, _)| *at_ns);
+        told.extend(samples.into_iter().map(|(_, sample)| Heard::of(sample)));
     }
+}
+
+/// Why no message of a writer can be received, if none can.
+fn unfit(writer: &PublicationBuiltinTopicData) -> Option<String> {
+    // The kinds of entities: a writer of a topic with a key does not fit a reader of one without.
+    const KIND: u8 = 0x3f;
+    const WITH_KEY: u8 = 0x02;
+    if writer.key.to_bytes()[15] & KIND == WITH_KEY {
+        return Some("key".to_owned());
+    }
+    writer.qos().compliance_failure_wrt(&qos(false, false, KEPT)).map(|policy| format!("{policy:?}"))
 }
 
 /// What a reader asks for.

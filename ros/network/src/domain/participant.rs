@@ -2,22 +2,22 @@
 
 use std::io::{BufReader, Read as _};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use super::heard::{Ask, Heard, Subscribed};
+use super::heard::{Ask, Heard, LEAVING, Subscribed};
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
 
 /// The first argument of a process that listens.
 pub(super) const LISTEN: &str = "listen-to-dds";
 
-/// How long a process may take to leave its domain.
-const LEAVING: Duration = Duration::from_secs(2);
+/// How long a process may say nothing: it is never silent for long, except when it begins.
+const DEAD: Duration = Duration::from_secs(11);
 
 /// How long to wait before another takes the place of one that has ended.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -57,6 +57,9 @@ struct Shared {
 struct Process {
     subscribed: Option<Subscribed>,
     input: Option<ChildStdin>,
+    child: Option<Child>,
+    /// When it last said anything.
+    heard: Option<Instant>,
 }
 
 impl Participant {
@@ -73,9 +76,19 @@ impl Participant {
 
     /// What comes next, if anything does within this time.
     pub(super) fn next(&self, patience: Duration) -> Option<Heard> {
-        let (heard, size) = self.heard.recv_timeout(patience).ok()?;
-        self.shared.waiting.fetch_sub(size, Ordering::Relaxed);
-        Some(heard)
+        match self.heard.recv_timeout(patience) {
+            Ok((heard, size)) => {
+                self.shared.waiting.fetch_sub(size, Ordering::Relaxed);
+                Some(heard)
+            }
+            Err(_) => {
+                let mut process = self.shared.process();
+                if process.heard.is_some_and(|heard| heard.elapsed() > DEAD) {
+                    process.kill();
+                }
+                None
+            }
+        }
     }
 
     pub(super) fn subscribe(&self, subscribed: Subscribed) {
@@ -93,11 +106,22 @@ impl Drop for Participant {
         // The end of its input is the end of its work.
         self.shared.process().input = None;
         let Some(thread) = self.thread.take() else { return };
-        // It is killed if it takes too long. What it still says must not keep the thread from its end.
+        let asked = now();
         while !thread.is_finished() {
+            // What it still says must not keep the thread from its end.
             let _ = self.heard.recv_timeout(Duration::from_millis(1));
+            if asked.elapsed() > LEAVING {
+                self.shared.process().kill();
+            }
         }
         let _ = thread.join();
+    }
+}
+
+impl Process {
+    /// Kills it. What it said last is still heard.
+    fn kill(&mut self) {
+        self.child.as_mut().map(Child::kill);
     }
 }
 
@@ -115,9 +139,9 @@ impl Shared {
 fn run(options: Options, clock: Clock, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
     while !shared.is_to_end() {
         let why = match start(options, clock, shared) {
-            Ok(mut child) => {
-                hand_on(&mut child, shared, sender);
-                bury(child, shared.is_to_end())
+            Ok(output) => {
+                hand_on(output, shared, sender);
+                bury(shared)
             }
             Err(error) => format!("it cannot be started: {error}"),
         };
@@ -131,7 +155,8 @@ fn run(options: Options, clock: Clock, shared: &Shared, sender: &SyncSender<(Hea
     }
 }
 
-fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Child> {
+/// Starts a process. Returns where it says what it hears.
+fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Option<ChildStdout>> {
     let none = || std::io::Error::other("the `main` of this process does not call `network::listen`");
     let mut command = Command::new(LISTENER.get().ok_or_else(none)?);
     command.arg(LISTEN).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -148,14 +173,21 @@ fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Chi
         input.as_mut().map(|input| ask.write(input));
     }
     process.input = input.filter(|_| !shared.is_to_end());
-    Ok(child)
+    let output = child.stdout.take();
+    (process.child, process.heard) = (Some(child), Some(now()));
+    Ok(output)
 }
 
 /// Hands on what a process says until it says no more.
-fn hand_on(child: &mut Child, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
-    let Some(output) = child.stdout.take() else { return };
+fn hand_on(output: Option<ChildStdout>, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
+    let Some(output) = output else { return };
     let mut output = BufReader::with_capacity(1 << 16, output);
     while let Ok((mut heard, mut size)) = Heard::read(&mut output) {
+        shared.process().heard = Some(now());
+        // Of what is no message, there may be too much, too.
+        while shared.waiting.load(Ordering::Relaxed) > 2 * MOST_WAITING && !shared.is_to_end() {
+            sleep(Duration::from_millis(1));
+        }
         if let Heard::Sample(sample) = &mut heard
             && shared.waiting.load(Ordering::Relaxed) > MOST_WAITING
         {
@@ -169,11 +201,11 @@ fn hand_on(child: &mut Child, shared: &Shared, sender: &SyncSender<(Heard, usize
     }
 }
 
-/// Waits for the end of a process that says no more. Returns why it has ended, in words.
-fn bury(mut child: Child, is_to_end: bool) -> String {
+/// Waits for the end of the process, which says no more. Returns why it has ended, in words.
+fn bury(shared: &Shared) -> String {
+    let Some(mut child) = shared.process().child.take() else { return "it has ended".to_owned() };
     let asked = now();
-    // One that was not asked to end, and still runs, has said something that is nonsense.
-    while is_to_end && asked.elapsed() < LEAVING && matches!(child.try_wait(), Ok(None)) {
+    while asked.elapsed() < LEAVING && matches!(child.try_wait(), Ok(None)) {
         sleep(Duration::from_millis(1));
     }
     let _ = child.kill();
