@@ -1,5 +1,5 @@
 """A robot of rclpy on Fast DDS (pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-std-msgs ros-jazzy-std-srvs
-ros-jazzy-test-msgs): topics of three kinds of quality, one latched, a service and an action. It says a line of JSON at
+ros-jazzy-test-msgs numpy): topics of three kinds of quality, one latched, a service and an action. It says a line of JSON at
 each step; `seen` is what it knows of those who listen to it, and whether its services and its action are available to
 its own clients.
 """
