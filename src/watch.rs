@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use bags::{BagWriter, Mapping, Recorder, Source};
+use bags::{BagWriter, Mapping, Recorder, Source, Through};
 use campaigns::Error;
 use clap::Args;
 use network::{Live, Robot};
@@ -27,7 +27,7 @@ use crate::verify::bag::contents;
 use crate::verify::growing::pause;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
 use crate::verify::{self, bag};
-use black_box::{BlackBox, Kept};
+use black_box::Kept;
 use target::{TargetArgs, refused};
 
 /// How long a robot is listened to for a list: long enough to find its nodes, and to hear what comes once a second.
@@ -100,7 +100,14 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     };
     let kept = args.black_box.map(|span_s| Rc::new(RefCell::new(Kept::new((span_s * 1e9) as i64))));
     let source: Box<dyn Source> = match &kept {
-        Some(kept) => Box::new(BlackBox { source, kept: Rc::clone(kept) }),
+        Some(kept) => {
+            let kept = Rc::clone(kept);
+            Box::new(Through::new(source, move |source: &mut Box<dyn Source>, body: &mut Vec<u8>| {
+                let received = source.receive(body);
+                kept.borrow_mut().keep(received, body, source.survey(), source.lost());
+                received
+            }))
+        }
         None => source,
     };
     let mapped = Mapped {

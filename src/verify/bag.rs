@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use bags::{Bag, Contents, Definitions, Following, Listed, Mapping, Received, Source, Survey};
+use bags::{Bag, Contents, Definitions, Following, Listed, Mapping, Received, Source, Survey, Through};
 use campaigns::Error;
 use diagnostics::from_disk;
 use serde_json::json;
@@ -30,7 +30,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let (mapping, text) = load_mapping(mapping)?;
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
-        (survey, Box::new(Patient(following)), None)
+        (survey, Box::new(Through::new(following, patiently)), None)
     } else {
         let bag = open(path)?;
         let messages = bag.messages_on(mapping.topics());
@@ -57,36 +57,21 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
 }
 
 /// Looks again after a while if nothing more has been written.
-struct Patient(Following);
-
-impl Source for Patient {
-    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        let received = self.0.receive(body);
-        if received == Received::Idle {
-            pause();
-        }
-        received
+fn patiently(source: &mut Following, body: &mut Vec<u8>) -> Received {
+    let received = source.receive(body);
+    if received == Received::Idle {
+        pause();
     }
-
-    fn survey(&self) -> &Survey {
-        self.0.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        self.0.lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        self.0.notes()
-    }
+    received
 }
 
 /// A recording that is still being written, from its beginning, and what is known of it: it has every topic whose type
 /// must be known before the channels are.
 fn follow(path: &Path, mapping: &Mapping) -> Result<(Survey, Following), Error> {
-    let mut ahead = Patient(Following::open(path, mapping.topics()).map_err(refused)?);
+    let following = Following::open(path, mapping.topics()).map_err(refused)?;
+    let mut ahead = Through::new(following, patiently);
     await_topics(&mut ahead, mapping, &|| interrupt::flow().is_break());
-    Ok((ahead.survey().clone(), ahead.0.restart().map_err(refused)?))
+    Ok((ahead.survey().clone(), ahead.source.restart().map_err(refused)?))
 }
 
 /// The contents of a bag.

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bags::{Events, Mapping, Received, Source, Survey};
+use bags::{Events, Mapping, Received, Source, Survey, Through};
 use campaigns::Error;
 use diagnostics::from_disk;
 use monitors::{Property, Violation};
@@ -52,13 +52,19 @@ impl Mapped<'_> {
         source: Box<dyn Source>,
         is_to_end: &dyn Fn() -> bool,
     ) -> Result<Verified, Error> {
-        let source = Box::new(Ending { source, is_to_end });
+        let source = Through::new(source, |source: &mut Box<dyn Source>, body: &mut Vec<u8>| match is_to_end() {
+            true => {
+                source.end();
+                Received::Over
+            }
+            false => source.receive(body),
+        });
         let Self { mapping, folder, .. } = self;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
         let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
         let mut properties = load(self.properties, &system)?;
-        let mut events = Events::new(source, mapping, compiled, &from_disk);
+        let mut events = Events::new(Box::new(source), mapping, compiled, &from_disk);
         // What the mapping leaves out is often what its channels cannot carry.
         let doubts = Doubts::about_any_messages(&properties, &system.topology);
         let around = Around { way: self.way, is_by_log: mapping.is_by_log(), ..Around::default() };
@@ -87,38 +93,6 @@ impl Mapped<'_> {
         let unheard = vec![None; properties.len()];
         let Judgment { end, unsure, .. } = judgment;
         Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
-    }
-}
-
-/// A source that is over as soon as it is to end.
-struct Ending<'e> {
-    source: Box<dyn Source>,
-    is_to_end: &'e dyn Fn() -> bool,
-}
-
-impl Source for Ending<'_> {
-    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        if (self.is_to_end)() {
-            self.source.end();
-            return Received::Over;
-        }
-        self.source.receive(body)
-    }
-
-    fn end(&mut self) {
-        self.source.end();
-    }
-
-    fn survey(&self) -> &Survey {
-        self.source.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        self.source.lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        self.source.notes()
     }
 }
 

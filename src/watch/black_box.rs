@@ -33,7 +33,7 @@ impl Kept {
     }
 
     /// Keeps what has been told, and forgets what is too old.
-    fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
+    pub(super) fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
         if lost.len() > self.lost.len() {
             self.lost = lost.to_vec();
         }
@@ -129,36 +129,6 @@ impl Source for Again<'_> {
 
     fn notes(&self) -> &[String] {
         &self.notes
-    }
-}
-
-/// A source of which the last moments are kept.
-pub(super) struct BlackBox<S> {
-    pub(super) source: S,
-    pub(super) kept: Rc<RefCell<Kept>>,
-}
-
-impl<S: Source> Source for BlackBox<S> {
-    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        let received = self.source.receive(body);
-        self.kept.borrow_mut().keep(received, body, self.source.survey(), self.source.lost());
-        received
-    }
-
-    fn end(&mut self) {
-        self.source.end();
-    }
-
-    fn survey(&self) -> &Survey {
-        self.source.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        self.source.lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        self.source.notes()
     }
 }
 

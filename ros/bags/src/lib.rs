@@ -33,7 +33,7 @@ pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{
-    Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Topic, is_bag,
+    Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Through, Topic, is_bag,
 };
 
 /// Why a bag cannot be read at all.

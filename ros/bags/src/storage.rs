@@ -18,7 +18,7 @@ use source::{Aside, Wanted};
 pub use files::is_bag;
 pub use following::Following;
 pub(crate) use source::is_note;
-pub use source::{Received, Source};
+pub use source::{Received, Source, Through};
 pub use survey::{Definition, Head, Survey, Topic};
 pub use writer::{BagWriter, Recorder};
 

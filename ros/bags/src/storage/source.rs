@@ -47,6 +47,42 @@ impl<S: Source + ?Sized> Source for Box<S> {
     }
 }
 
+/// A source of which each call passes through a function.
+pub struct Through<S, F> {
+    /// The source itself.
+    pub source: S,
+    receive: F,
+}
+
+impl<S: Source, F: FnMut(&mut S, &mut Vec<u8>) -> Received> Through<S, F> {
+    /// The function receives from the source.
+    pub fn new(source: S, receive: F) -> Self {
+        Self { source, receive }
+    }
+}
+
+impl<S: Source, F: FnMut(&mut S, &mut Vec<u8>) -> Received> Source for Through<S, F> {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        (self.receive)(&mut self.source, body)
+    }
+
+    fn end(&mut self) {
+        self.source.end();
+    }
+
+    fn survey(&self) -> &Survey {
+        self.source.survey()
+    }
+
+    fn lost(&self) -> &[String] {
+        self.source.lost()
+    }
+
+    fn notes(&self) -> &[String] {
+        self.source.notes()
+    }
+}
+
 /// What comes next from a [`Source`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
