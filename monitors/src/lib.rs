@@ -250,7 +250,8 @@ pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
 pub use location::location_meaning;
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
 pub use monitor::{
-    Continuation, EventTime, OpenObligation, ScopeMonitor, Sighting, Vacuity, Violation, Violations, Witness,
+    Continuation, EventTime, OpenObligation, PossibleStates, ScopeMonitor, Sighting, Vacuity, Violation, Violations,
+    Witness,
 };
 pub use occurrence::occurrences;
 pub use oracle::{holds, holds_endlessly};

@@ -1,5 +1,6 @@
 //! A running property: the machine, and everything needed to explain its verdicts.
 
+mod possible;
 mod record;
 mod vacuity;
 mod violations;
@@ -22,6 +23,7 @@ use record::{Observation, Record};
 use vacuity::Watch;
 use violations::Recurrence;
 
+pub use possible::PossibleStates;
 pub use vacuity::Vacuity;
 pub use violations::{Violation, Violations};
 pub use witness::{EventTime, OpenObligation, Sighting, Witness};
@@ -181,22 +183,28 @@ impl ScopeMonitor {
         self.recurrence.as_ref().map(|recurrence| recurrence.violations())
     }
 
-    /// Judges only what begins from here on: what is owed, and a violation, are given up; the last messages still
-    /// count. Whatever happened before, a violation from then on is one of the whole run. Returns whether it does so:
-    /// only if the property demands that clauses `always` hold which do not look back.
-    pub fn begin_anew(&mut self) -> bool {
+    /// This monitor, judging only what begins from here on: what is owed, and a violation, are given up; the last
+    /// messages still count. Whatever happened before, a violation from then on is one of the whole run. `None` unless
+    /// the property demands that clauses `always` hold which do not look back.
+    #[must_use]
+    pub fn anew(&self) -> Option<Self> {
         let memory = match &self.recurrence {
             Some(recurrence) => recurrence.memory(),
             None => Some(self.record.memory()),
         };
         let can_begin = self.verdict != Verdict::True && self.synthesis.can_begin_anew();
-        let Some(memory) = memory.filter(|_| can_begin).cloned() else { return false };
-        self.run = self.synthesis.resume(&memory, self.now);
-        self.rules =
-            self.rules.take().map(|rules| CompactRun::resume(Arc::clone(rules.compact()), memory.clone(), self.now));
-        self.record.begin_anew(memory);
-        (self.verdict, self.recurrence) = (Verdict::Inconclusive, None);
-        true
+        let memory = memory.filter(|_| can_begin)?.clone();
+        let mut anew = Self { verdict: Verdict::Inconclusive, recurrence: None, ..self.clone() };
+        anew.run = self.synthesis.resume(&memory, self.now);
+        let rules = self.rules.as_ref();
+        anew.rules = rules.map(|rules| CompactRun::resume(Arc::clone(rules.compact()), memory.clone(), self.now));
+        anew.record.begin_anew(memory);
+        Some(anew)
+    }
+
+    /// Messages may be missing: from now on, no antecedent is known never to have held.
+    pub fn give_up_vacuity(&mut self) {
+        self.watches.clear();
     }
 
     /// The pending obligations if the run ends now, each with its beginning and deadline; empty unless the outcome is

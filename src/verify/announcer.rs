@@ -76,7 +76,7 @@ impl Announcer {
                 }
                 (Verdict::False, None) => Some("violated"),
                 (Verdict::True, None) => Some("satisfied"),
-                (Verdict::Inconclusive, None) => None,
+                (Verdict::Inconclusive, None) => (said.verdict == Some("unsure")).then_some("sure again"),
             };
             let is_new = verdict != said.verdict || verdict == Some("violated") && count > said.violations;
             (said.verdict, said.violations) = (verdict, count);

@@ -260,8 +260,7 @@ pub(super) fn judge_in_words(
             Found::Event(event) => {
                 end.count(&event);
                 properties.iter_mut().for_each(|property| property.monitor.observe(&event));
-                doubts.monitors().for_each(|monitor| monitor.observe(&event));
-                doubts.settle(event.time, properties);
+                doubts.observe(&event, properties);
             }
             Found::LeftOut(gap) => doubts.miss(&gap, properties),
             Found::Resumed(channel) => doubts.resume(channel, properties),

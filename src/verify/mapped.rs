@@ -64,9 +64,12 @@ impl Mapped<'_> {
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
         let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
         let mut properties = load(self.properties, &system)?;
-        let mut events = Events::new(Box::new(source), mapping, compiled, &from_disk);
         // What the mapping leaves out is often what its channels cannot carry.
-        let doubts = Doubts::about_any_messages(&properties, &system.topology);
+        let doubts = match source.counts_losses() {
+            true => Doubts::about_losses(&properties, &system.topology),
+            false => Doubts::about_any_messages(&properties, &system.topology),
+        };
+        let mut events = Events::new(Box::new(source), mapping, compiled, &from_disk);
         let around = Around { way: self.way, is_by_log: mapping.is_by_log(), ..Around::default() };
         let found = std::iter::from_fn(|| {
             let found = events.next();

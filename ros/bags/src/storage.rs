@@ -167,6 +167,10 @@ impl Source for Messages {
     fn notes(&self) -> &[String] {
         &self.aside.notes
     }
+
+    fn counts_losses(&self) -> bool {
+        self.survey.topics.iter().any(|topic| topic.name == source::MISSING)
+    }
 }
 
 /// Unpacks a message that rosbag2 compressed individually. CDR never begins like Zstandard.

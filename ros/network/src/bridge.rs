@@ -356,10 +356,6 @@ impl Live for Bridge {
         (self.lost, self.gone, self.has_told) = (Vec::new(), BTreeSet::new(), false);
         self.open().map_err(|reason| Error::Silent { address: self.uri.to_string(), reason })
     }
-
-    fn counts_losses(&self) -> bool {
-        false
-    }
 }
 
 impl Connection {

@@ -104,6 +104,10 @@ impl Source for Domain {
     fn notes(&self) -> &[String] {
         &self.hearing.notes
     }
+
+    fn counts_losses(&self) -> bool {
+        true
+    }
 }
 
 impl Live for Domain {
@@ -122,9 +126,5 @@ impl Live for Domain {
             self.hearing.begin();
         }
         Ok(())
-    }
-
-    fn counts_losses(&self) -> bool {
-        true
     }
 }

@@ -25,9 +25,6 @@ pub trait Live: Source {
     /// # Errors
     /// If the robot cannot be reached.
     fn begin(&mut self) -> Result<(), Error>;
-
-    /// Whether it is known which messages are missing.
-    fn counts_losses(&self) -> bool;
 }
 
 /// What a robot tells of itself beside its topics, as far as it is known.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Gap, Monitor, Topology, Verdict};
-use monitors::{Formula, Property, ScopeMonitor};
+use channels::{ChannelId, Event, Gap, Monitor, Topology, Verdict};
+use monitors::{Formula, Outcome, PossibleStates, Property, ScopeMonitor};
 
 /// Why the verdicts of properties are unsure, by the index of the property.
 #[derive(Debug)]
@@ -25,10 +25,13 @@ struct State {
     judge: Option<ScopeMonitor>,
     /// When the verdict was reached.
     reached: Option<Duration>,
-    /// Whether what began before a gap has been given up: a violation is then sure.
-    is_anew: bool,
     /// Whether messages may be missing from now on, without an end.
     is_lasting: bool,
+    /// What the monitor may have come to, if losses are counted, and why it may be more than one thing.
+    possible: Option<PossibleStates>,
+    gap: Option<String>,
+    /// The monitor, and its judge, without what began before the last gap: a violation is then sure.
+    anew: Option<(ScopeMonitor, Option<ScopeMonitor>)>,
 }
 
 impl Doubts {
@@ -57,19 +60,32 @@ impl Doubts {
         Self { states: states.collect(), gaps: BTreeMap::new() }
     }
 
-    /// The monitors that must see every event, besides those of the properties.
-    pub fn monitors(&mut self) -> impl Iterator<Item = &mut dyn Monitor> {
-        self.states.iter_mut().filter_map(|state| state.judge.as_mut()).map(|judge| judge as &mut dyn Monitor)
+    /// The same, for a source that tells which messages are missing: what they could change is worked out.
+    #[must_use]
+    pub fn about_losses(properties: &[Property], topology: &Topology) -> Self {
+        let mut doubts = Self::about_any_messages(properties, topology);
+        for (state, property) in doubts.states.iter_mut().zip(properties) {
+            state.possible = state.judge.as_ref().or(property.scope_monitor()).and_then(PossibleStates::of);
+        }
+        doubts
+    }
+
+    /// How many properties have a second monitor.
+    #[must_use]
+    pub fn judges(&self) -> usize {
+        self.states.iter().filter(|state| state.judge.is_some()).count()
     }
 
     /// From here on, messages may be missing. They could change every verdict that is open, or was reached since they
-    /// may be missing. Exceptions are properties that judge each message of another channel by itself; and, if the gap
-    /// lies between messages, which leaves the ticks as they are, all that are about other channels.
-    pub fn miss(&mut self, gap: &Gap, properties: &[Property]) {
-        if let Some(channel) = gap.channel.filter(|_| gap.ends) {
+    /// may be missing. Exceptions are properties that judge each message of another channel by itself; if the gap
+    /// lies between messages, which leaves the ticks as they are, all that are about other channels; and those that
+    /// come to the same whatever is missing.
+    pub fn miss(&mut self, gap: &Gap, properties: &mut [Property]) {
+        let ending = gap.channel.filter(|_| gap.ends);
+        if let Some(channel) = ending {
             *self.gaps.entry(channel).or_default() += 1;
         }
-        for (index, property) in properties.iter().enumerate() {
+        for (state, property) in self.states.iter_mut().zip(properties) {
             let judged = judged(property);
             let is_elsewhere = gap.channel.is_some_and(|missing| {
                 judged.is_some_and(|judged| judged != missing) || gap.ends && !is_about(property, missing)
@@ -77,43 +93,37 @@ impl Doubts {
             if is_elsewhere {
                 continue;
             }
-            let verdict = self.verdict(index, property);
-            let state = &mut self.states[index];
+            property.scope_monitor_mut().into_iter().for_each(ScopeMonitor::give_up_vacuity);
             state.is_lasting |= !gap.ends;
-            state.is_anew = false;
-            let was_reached_since = state.reached.zip(gap.since).is_some_and(|(reached, since)| reached > since);
-            match verdict {
-                // It was violated by a message that was there.
-                Verdict::False if judged.is_some() => {}
-                Verdict::True | Verdict::False if !was_reached_since => {
-                    if verdict == Verdict::False {
-                        state.later.get_or_insert_with(|| gap.why.clone());
-                    }
+            state.anew = None;
+            match (&mut state.possible, ending) {
+                (Some(possible), Some(channel)) => {
+                    possible.miss(channel, gap.since);
+                    state.gap.get_or_insert_with(|| gap.why.clone());
+                    state.weigh(property);
                 }
-                _ => {
-                    state.why.get_or_insert_with(|| gap.why.clone());
-                }
+                _ => state.suspect(gap, property),
             }
         }
     }
 
-    /// A gap in the messages of this channel is over. Properties that can begin anew do so: what began before is given
-    /// up, and what will be violated from now on is violated for sure.
-    pub fn resume(&mut self, channel: ChannelId, properties: &mut [Property]) {
+    /// A gap in the messages of this channel is over.
+    pub fn resume(&mut self, channel: ChannelId, properties: &[Property]) {
         let open = self.gaps.entry(channel).or_default();
         *open = open.saturating_sub(1);
         for (state, property) in self.states.iter_mut().zip(properties) {
-            if !is_about(property, channel) {
-                continue;
-            }
-            let is_complete = |(channel, open): (&ChannelId, &usize)| *open == 0 || !is_about(property, *channel);
-            if state.why.is_none() || state.is_lasting || !self.gaps.iter().all(is_complete) {
-                continue;
-            }
-            let judge = state.judge.as_mut().is_none_or(ScopeMonitor::begin_anew);
-            if judge && property.scope_monitor_mut().is_some_and(ScopeMonitor::begin_anew) {
-                (state.is_anew, state.reached) = (true, None);
-            }
+            state.possible.iter_mut().for_each(|possible| possible.resume(channel));
+            state.begin_anew(property, &self.gaps);
+        }
+    }
+
+    /// Lets an event that the properties have seen settle what it can: a message that violates a property by itself does
+    /// so whatever else is missing, and so does what began after a gap.
+    pub fn observe(&mut self, event: &Event, properties: &mut [Property]) {
+        for (state, property) in self.states.iter_mut().zip(properties) {
+            state.observe(event);
+            state.settle(event.time, property);
+            state.begin_anew(property, &self.gaps);
         }
     }
 
@@ -131,23 +141,7 @@ impl Doubts {
     /// The verdict that no missing message can change, or else inconclusive.
     #[must_use]
     pub fn verdict(&self, index: usize, property: &Property) -> Verdict {
-        self.states[index].judge.as_ref().map_or_else(|| property.monitor.verdict(), Monitor::verdict)
-    }
-
-    /// Call this after each event: a message that violates a property by itself does so whatever else is missing, and
-    /// so does what began after a gap.
-    pub fn settle(&mut self, time: Duration, properties: &[Property]) {
-        for (index, property) in properties.iter().enumerate() {
-            let verdict = self.verdict(index, property);
-            let state = &mut self.states[index];
-            if verdict == Verdict::Inconclusive || state.reached.is_some() {
-                continue;
-            }
-            state.reached = Some(time);
-            if verdict == Verdict::False && (state.is_anew || judged(property).is_some()) {
-                state.why = None;
-            }
-        }
+        self.states[index].verdict(property)
     }
 
     /// Why the verdict of a property is unsure, if it is.
@@ -159,6 +153,95 @@ impl Doubts {
     /// The same for all.
     pub fn all(&self) -> impl Iterator<Item = Option<&str>> {
         self.states.iter().map(|state| state.why.as_deref())
+    }
+}
+
+impl State {
+    fn verdict(&self, property: &Property) -> Verdict {
+        self.judge.as_ref().map_or_else(|| property.monitor.verdict(), Monitor::verdict)
+    }
+
+    fn observe(&mut self, event: &Event) {
+        self.judge.iter_mut().for_each(|judge| judge.observe(event));
+        self.possible.iter_mut().for_each(|possible| possible.observe(event));
+        if let Some((monitor, judge)) = &mut self.anew {
+            monitor.observe(event);
+            judge.iter_mut().for_each(|judge| judge.observe(event));
+        }
+    }
+
+    /// Messages may be missing, and what they could change is not worked out.
+    fn suspect(&mut self, gap: &Gap, property: &Property) {
+        self.possible = None;
+        let verdict = self.verdict(property);
+        let was_reached_since = self.reached.zip(gap.since).is_some_and(|(reached, since)| reached > since);
+        match verdict {
+            // It was violated by a message that was there.
+            Verdict::False if judged(property).is_some() => {}
+            Verdict::True | Verdict::False if !was_reached_since => {
+                if verdict == Verdict::False {
+                    self.later.get_or_insert_with(|| gap.why.clone());
+                }
+            }
+            _ => {
+                self.why.get_or_insert_with(|| gap.why.clone());
+            }
+        }
+    }
+
+    /// Compares what the monitor has come to with what it may have come to.
+    fn weigh(&mut self, property: &Property) {
+        let (Some(possible), Some(gap)) = (&self.possible, &self.gap) else { return };
+        let outcome = Outcome::of(property.monitor.as_ref());
+        if !possible.are_several() {
+            (self.why, self.gap) = (None, None);
+        } else if possible.outcome() == Some(outcome) {
+            if outcome == Outcome::Violated {
+                self.later = Some(gap.clone());
+            }
+            self.why = None;
+        } else {
+            self.why.get_or_insert_with(|| gap.clone());
+            if self.verdict(property) == Verdict::False {
+                // Whenever it is violated for sure, this is not why.
+                self.possible = None;
+            }
+        }
+    }
+
+    /// Gives up what began before the gaps, once they are over.
+    fn begin_anew(&mut self, property: &Property, gaps: &BTreeMap<ChannelId, usize>) {
+        let is_complete = |(channel, open): (&ChannelId, &usize)| *open == 0 || !is_about(property, *channel);
+        if self.why.is_none() || self.is_lasting || self.anew.is_some() || !gaps.iter().all(is_complete) {
+            return;
+        }
+        let judge = self.judge.as_ref().map(ScopeMonitor::anew);
+        let monitor = property.scope_monitor().and_then(ScopeMonitor::anew);
+        self.anew = match (monitor, judge) {
+            (Some(monitor), None) => Some((monitor, None)),
+            (Some(monitor), Some(Some(judge))) => Some((monitor, Some(judge))),
+            _ => None,
+        };
+    }
+
+    fn settle(&mut self, time: Duration, property: &mut Property) {
+        let is_violated = |(monitor, judge): &mut (ScopeMonitor, Option<ScopeMonitor>)| {
+            judge.as_ref().unwrap_or(monitor).verdict() == Verdict::False
+        };
+        if let (Some((anew, judge)), Some(monitor)) = (self.anew.take_if(is_violated), property.scope_monitor_mut()) {
+            *monitor = anew;
+            (self.judge, self.possible) = (judge, None);
+            (self.later, self.reached) = (self.why.take(), Some(time));
+            return;
+        }
+        let verdict = self.verdict(property);
+        if verdict != Verdict::Inconclusive && self.reached.is_none() {
+            self.reached = Some(time);
+            if verdict == Verdict::False && judged(property).is_some() {
+                self.why = None;
+            }
+        }
+        self.weigh(property);
     }
 }
 

@@ -72,8 +72,7 @@ impl Judge {
         self.hash.line(&event_line(&event, &self.topology));
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
         properties.iter_mut().for_each(|property| property.monitor.observe(&event));
-        self.doubts.monitors().for_each(|monitor| monitor.observe(&event));
-        self.doubts.settle(event.time, properties);
+        self.doubts.observe(&event, properties);
         for (index, property) in properties.iter_mut().enumerate() {
             let mut state = MonitorState::of(property.monitor.as_ref());
             if self.doubts.why(index).is_some() {
@@ -89,14 +88,14 @@ impl Judge {
     }
 
     /// Messages are missing from here on: the verdicts that they could change remain open.
-    pub fn miss(&mut self, gap: &Gap, properties: &[Property]) {
+    pub fn miss(&mut self, gap: &Gap, properties: &mut [Property]) {
         self.doubts.miss(gap, properties);
         let unsure = self.doubts.all().enumerate().filter(|(_, why)| why.is_some());
         unsure.for_each(|(index, _)| self.monitors.withdraw(index));
     }
 
     /// A gap in the messages of this channel is over.
-    pub fn resume(&mut self, channel: ChannelId, properties: &mut [Property]) {
+    pub fn resume(&mut self, channel: ChannelId, properties: &[Property]) {
         self.doubts.resume(channel, properties);
     }
 

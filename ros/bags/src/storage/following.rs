@@ -191,4 +191,8 @@ impl Source for Following {
     fn notes(&self) -> &[String] {
         &self.aside.notes
     }
+
+    fn counts_losses(&self) -> bool {
+        true
+    }
 }

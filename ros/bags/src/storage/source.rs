@@ -23,6 +23,10 @@ pub trait Source {
     fn notes(&self) -> &[String] {
         &[]
     }
+    /// Whether it may tell which messages are missing. Otherwise, nobody knows whether any are.
+    fn counts_losses(&self) -> bool {
+        false
+    }
 }
 
 impl<S: Source + ?Sized> Source for Box<S> {
@@ -44,6 +48,10 @@ impl<S: Source + ?Sized> Source for Box<S> {
 
     fn notes(&self) -> &[String] {
         (**self).notes()
+    }
+
+    fn counts_losses(&self) -> bool {
+        (**self).counts_losses()
     }
 }
 
@@ -80,6 +88,10 @@ impl<S: Source, F: FnMut(&mut S, &mut Vec<u8>) -> Received> Source for Through<S
 
     fn notes(&self) -> &[String] {
         self.source.notes()
+    }
+
+    fn counts_losses(&self) -> bool {
+        self.source.counts_losses()
     }
 }
 

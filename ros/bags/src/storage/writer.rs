@@ -218,4 +218,8 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
     fn notes(&self) -> &[String] {
         self.source.notes()
     }
+
+    fn counts_losses(&self) -> bool {
+        self.source.counts_losses()
+    }
 }

@@ -1,0 +1,383 @@
+//! The states in which a monitor may be if messages are missing from what it sees.
+
+use std::collections::{HashSet, VecDeque};
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelId, Event, EventKind, Verdict};
+
+use super::ScopeMonitor;
+use crate::engine::{Letter, Situation};
+use crate::outcome::Outcome;
+use crate::synthesis::{RunningMonitor, Synthesis};
+
+/// So many states are kept, and so many steps of the run, to go back to where messages went missing. What takes more
+/// transitions than this, which are a few milliseconds, is not worked out.
+const MOST_STATES: usize = 256;
+const MOST_STEPS: usize = 4096;
+const MOST_WORK: usize = 40_000;
+
+/// The states in which a monitor may be if messages are missing: any number of messages, with any content, at any
+/// moment of a gap.
+///
+/// That messages were missing is often known only when the next one arrives. So the recent part of the run is kept, and
+/// judged again with its gaps. Without gaps, keeping it is all that this costs.
+#[derive(Clone, Debug)]
+pub struct PossibleStates {
+    synthesis: Arc<Synthesis>,
+    start: Option<u64>,
+    /// The states before the first of the steps that are kept; none if there are too many.
+    base: Option<Vec<Candidate>>,
+    steps: VecDeque<Step>,
+    /// How many steps came before those.
+    dropped: u64,
+    gaps: Vec<Lapse>,
+    now: Now,
+}
+
+/// What is possible after the last step.
+#[derive(Clone, Debug)]
+enum Now {
+    /// The state of the monitor that has seen these events, and no other.
+    AsSeen,
+    Several(Vec<Candidate>),
+    /// Too many to be worked out.
+    Unknown,
+}
+
+/// A state of the run: a tick, or a message on a channel that the formula mentions.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    letter: Letter,
+    channel: Option<ChannelId>,
+    time: Duration,
+    /// τ, counted from the first state.
+    now: u64,
+}
+
+/// Where messages on a channel are missing: before the steps with these numbers.
+#[derive(Clone, Debug)]
+struct Lapse {
+    channel: ChannelId,
+    /// What these messages can be.
+    letters: Vec<Letter>,
+    first: u64,
+    /// None while the gap lasts.
+    last: Option<u64>,
+}
+
+impl Lapse {
+    fn contains(&self, number: u64) -> bool {
+        self.first <= number && self.last.is_none_or(|last| number <= last)
+    }
+}
+
+/// A state of the machine. Two that continue alike are equal.
+#[derive(Clone, Debug)]
+struct Candidate {
+    run: RunningMonitor,
+    /// τ at the last step.
+    now: u64,
+    verdict: Verdict,
+}
+
+impl Candidate {
+    fn situation(&self) -> (Verdict, Option<Situation<'_>>) {
+        (self.verdict, (self.verdict == Verdict::Inconclusive).then(|| self.run.situation()))
+    }
+
+    fn read(&mut self, letter: Letter, now: u64, synthesis: &Synthesis) {
+        if self.verdict != Verdict::Inconclusive {
+            return;
+        }
+        if now > self.now {
+            self.now = now;
+            self.run.advance(now);
+            if self.run.is_too_late() {
+                self.verdict = Verdict::False;
+                return;
+            }
+        }
+        self.run.read(letter, None, &synthesis.alphabet);
+        self.verdict = self.run.verdict();
+    }
+
+    fn outcome(&self) -> Outcome {
+        match self.verdict {
+            Verdict::False => Outcome::Violated,
+            Verdict::Inconclusive if !self.run.holds() => Outcome::Inconclusive,
+            Verdict::True | Verdict::Inconclusive => Outcome::Satisfied,
+        }
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.situation() == other.situation()
+    }
+}
+
+impl Eq for Candidate {}
+
+impl Hash for Candidate {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        self.situation().hash(hasher);
+    }
+}
+
+impl PossibleStates {
+    /// Before a run. `None` if the formula measures time, compares values, or has too many conditions: what a message
+    /// can do to the monitor is then not known.
+    #[must_use]
+    pub fn of(monitor: &ScopeMonitor) -> Option<Self> {
+        let synthesis = &monitor.synthesis;
+        if !monitor.has_letters() {
+            return None;
+        }
+        let run = synthesis.start();
+        Some(Self {
+            synthesis: Arc::clone(synthesis),
+            start: None,
+            base: Some(vec![Candidate { verdict: run.verdict(), run, now: 0 }]),
+            steps: VecDeque::new(),
+            dropped: 0,
+            gaps: Vec::new(),
+            now: Now::AsSeen,
+        })
+    }
+
+    /// Processes an event.
+    pub fn observe(&mut self, event: &Event) {
+        let (letter, channel) = match &event.kind {
+            EventKind::Tick => (Letter::TICK, None),
+            EventKind::Received { channel, message } => match self.synthesis.alphabet.read(*channel, message) {
+                Some(letter) => (letter, Some(*channel)),
+                None => return,
+            },
+        };
+        let start = *self.start.get_or_insert(event.tick);
+        let step = Step { letter, channel, time: event.time, now: event.tick.saturating_sub(start) };
+        if self.steps.len() == MOST_STEPS
+            && let Some(oldest) = self.steps.pop_front()
+        {
+            let (base, mut work) = (self.base.take(), MOST_WORK);
+            self.base = base.and_then(|base| self.after(base, self.dropped, oldest, &mut work));
+            self.dropped += 1;
+            self.gaps.retain(|gap| gap.last.is_none_or(|last| last >= self.dropped));
+        }
+        let number = self.end();
+        self.steps.push_back(step);
+        if let Now::Several(states) = &mut self.now {
+            let (states, mut work) = (std::mem::take(states), MOST_WORK);
+            self.now = self.settled(self.after(states, number, step, &mut work));
+        }
+    }
+
+    /// Messages on this channel may be missing from here on, or have been since its message at a time.
+    pub fn miss(&mut self, channel: ChannelId, since: Option<Duration>) {
+        let letters = self.synthesis.alphabet.letters().filter(|(_, of, _)| *of == channel);
+        let letters: Vec<Letter> = letters.map(|(letter, ..)| letter).collect();
+        match since.map_or(Some(self.end()), |since| self.number_after(channel, since)) {
+            Some(first) => self.gaps.push(Lapse { channel, letters, first, last: None }),
+            None => self.base = None,
+        }
+        let mut work = MOST_WORK;
+        let base = self.base.clone().and_then(|base| self.closed(base, self.dropped, &mut work));
+        let numbered = (self.dropped..).zip(&self.steps);
+        let states = numbered.fold(base, |states, (number, step)| self.after(states?, number, *step, &mut work));
+        self.now = self.settled(states);
+    }
+
+    /// The gap in the messages of this channel is over.
+    pub fn resume(&mut self, channel: ChannelId) {
+        let end = self.end();
+        let open = self.gaps.iter_mut().filter(|gap| gap.channel == channel && gap.last.is_none());
+        open.for_each(|gap| gap.last = Some(end));
+    }
+
+    /// Whether a state may be possible besides that of the monitor that has seen these events.
+    #[must_use]
+    pub fn are_several(&self) -> bool {
+        !matches!(self.now, Now::AsSeen)
+    }
+
+    /// The outcome in all of several states if the run ends now; `None` if they differ, or are too many.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        let Now::Several(states) = &self.now else { return None };
+        let outcome = states.first()?.outcome();
+        states.iter().all(|state| state.outcome() == outcome).then_some(outcome)
+    }
+
+    /// The number of the next step.
+    fn end(&self) -> u64 {
+        self.dropped + self.steps.len() as u64
+    }
+
+    /// The number of the step after a channel's message at this time; `None` if it is not kept any more.
+    fn number_after(&self, channel: ChannelId, time: Duration) -> Option<u64> {
+        let at = self.steps.partition_point(|step| step.time < time);
+        let mut same = self.steps.iter().skip(at).take_while(|step| step.time == time);
+        match same.position(|step| step.channel == Some(channel)) {
+            Some(place) => Some(self.dropped + (at + place + 1) as u64),
+            None => (at > 0 || self.dropped == 0).then_some(self.dropped + at as u64),
+        }
+    }
+
+    /// The states after a step, and after what may be missing between it and the next.
+    fn after(&self, mut states: Vec<Candidate>, number: u64, step: Step, work: &mut usize) -> Option<Vec<Candidate>> {
+        *work = work.checked_sub(states.len())?;
+        states.iter_mut().for_each(|state| state.read(step.letter, step.now, &self.synthesis));
+        if states.len() > 1 {
+            states = HashSet::<Candidate>::from_iter(states).into_iter().collect();
+        }
+        self.closed(states, number + 1, work)
+    }
+
+    /// With the states after messages that may be missing before the step of this number.
+    fn closed(&self, mut states: Vec<Candidate>, number: u64, work: &mut usize) -> Option<Vec<Candidate>> {
+        let letters = || self.gaps.iter().filter(|gap| gap.contains(number)).flat_map(|gap| &gap.letters);
+        if letters().next().is_none() {
+            return Some(states);
+        }
+        let mut known: HashSet<Candidate> = states.iter().cloned().collect();
+        let mut at = 0;
+        while at < states.len() {
+            for letter in letters() {
+                *work = work.checked_sub(1)?;
+                let mut state = states[at].clone();
+                state.read(*letter, state.now, &self.synthesis);
+                if known.insert(state.clone()) {
+                    states.push(state);
+                }
+            }
+            at += 1;
+        }
+        (states.len() <= MOST_STATES).then_some(states)
+    }
+
+    /// Among them is always the state of the monitor that has seen these events.
+    fn settled(&self, states: Option<Vec<Candidate>>) -> Now {
+        match states {
+            Some(states) if states.len() == 1 && !self.gaps.iter().any(|gap| gap.contains(self.end())) => Now::AsSeen,
+            Some(states) => Now::Several(states),
+            None => Now::Unknown,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use channels::{Capacity, Domain, Message, Monitor as _, Topology, Value};
+
+    use super::*;
+
+    /// A monitor over the channels `a` and `b`, and what it may have come to.
+    struct Watched {
+        channels: [ChannelId; 2],
+        monitor: ScopeMonitor,
+        possible: PossibleStates,
+        ticks: u64,
+    }
+
+    impl Watched {
+        fn new(formula: &str) -> Self {
+            let mut topology = Topology::default();
+            let [a, b, monitor] = ["a", "b", "monitor"].map(|name| topology.process(name).expect("a new name"));
+            let channels = [a, b]
+                .map(|from| topology.channel(from, monitor, Capacity::One, Domain::new([])).expect("a new channel"));
+            let text = format!("property p := {formula}");
+            let file = crate::load("p.scope", &text, &Arc::new(topology), Duration::from_secs(1)).expect("correct");
+            let monitor = file.properties[0].scope_monitor().expect("a formula").clone();
+            let possible = PossibleStates::of(&monitor).expect("it has letters");
+            Self { channels, monitor, possible, ticks: 0 }
+        }
+
+        fn tick(&mut self) {
+            self.see(EventKind::Tick);
+            self.ticks += 1;
+        }
+
+        fn hear(&mut self, channel: usize, x: i64) {
+            let message = Message::new([Value::Int(x)]);
+            self.see(EventKind::Received { channel: self.channels[channel], message });
+        }
+
+        fn see(&mut self, kind: EventKind) {
+            let time = Duration::from_secs(self.ticks);
+            let event = Event { step: 0, tick: self.ticks, time, kind };
+            self.monitor.observe(&event);
+            self.possible.observe(&event);
+        }
+
+        fn lose(&mut self, channel: usize, since_s: u64) {
+            self.possible.miss(self.channels[channel], Some(Duration::from_secs(since_s)));
+            self.possible.resume(self.channels[channel]);
+        }
+
+        /// The outcome in all states that are possible.
+        fn outcome(&self) -> Option<Outcome> {
+            if self.possible.are_several() { self.possible.outcome() } else { Some(self.monitor.outcome()) }
+        }
+    }
+
+    const ANSWERED: &str = "always ((a, monitor, m[1] > 0) implies time_until (b, monitor, true) < 3 s)";
+
+    #[test]
+    fn what_a_missing_message_asked_for_is_open_until_it_is_answered() {
+        let mut watched = Watched::new(ANSWERED);
+        watched.hear(0, 0);
+        watched.tick();
+        watched.lose(0, 0);
+        assert_eq!(watched.outcome(), None);
+        watched.hear(1, 0);
+        assert_eq!((watched.possible.are_several(), watched.outcome()), (false, Some(Outcome::Satisfied)));
+        // Nothing came in between: it may have been violated, or not.
+        watched.hear(0, 0);
+        (0..5).for_each(|_| watched.tick());
+        watched.lose(0, 1);
+        watched.hear(1, 0);
+        assert_eq!((watched.monitor.outcome(), watched.outcome()), (Outcome::Satisfied, None));
+    }
+
+    #[test]
+    fn a_violation_that_no_missing_message_prevents_is_one() {
+        let mut watched = Watched::new(ANSWERED);
+        watched.hear(0, 1);
+        (0..2).for_each(|_| watched.tick());
+        watched.lose(0, 0);
+        (0..2).for_each(|_| watched.tick());
+        assert_eq!(watched.outcome(), Some(Outcome::Violated));
+        // Of answers, one may be missing.
+        let mut watched = Watched::new(ANSWERED);
+        watched.hear(0, 1);
+        (0..4).for_each(|_| watched.tick());
+        watched.lose(1, 0);
+        assert_eq!((watched.monitor.outcome(), watched.outcome()), (Outcome::Violated, None));
+    }
+
+    #[test]
+    fn a_gap_that_began_before_what_is_kept_leaves_everything_open() {
+        for (ticks, is_known) in [(MOST_STEPS - 1, true), (MOST_STEPS + 2, false)] {
+            let mut watched = Watched::new("always ((a, monitor, m[1] > 0) implies not (b, monitor, m[1] > 0))");
+            watched.hear(1, 0);
+            (0..ticks).for_each(|_| watched.tick());
+            watched.lose(0, 0);
+            // Whatever is missing, there was no request with an answer above zero.
+            assert_eq!(watched.outcome().is_some(), is_known, "{ticks}");
+        }
+    }
+
+    #[test]
+    fn time_and_values_have_no_letters() {
+        let mut topology = Topology::default();
+        let [a, monitor] = ["a", "monitor"].map(|name| topology.process(name).expect("a new name"));
+        topology.channel(a, monitor, Capacity::One, Domain::new([])).expect("a new channel");
+        let text = "timed property soon := always ((a, monitor, m[1] > 0) implies time_until (a, monitor, true) < 1 s)
+            property same := always ((a, monitor, m[1] as x) implies next (a, monitor, m[1] = x))";
+        let file = crate::load("p.scope", text, &Arc::new(topology), Duration::from_secs(1)).expect("correct");
+        let mut monitors = file.properties.iter().filter_map(|property| property.scope_monitor());
+        assert!(monitors.all(|monitor| PossibleStates::of(monitor).is_none()));
+    }
+}
