@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 use crate::interrupt;
 use crate::live::BoardArgs;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
-use crate::verify::announcer::{Alarm, Announcer};
+use crate::verify::announcer::{Alarm, Announcer, Reactions};
 use crate::verify::bag::contents;
 use crate::verify::growing::pause;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
@@ -63,10 +63,14 @@ pub(crate) struct WatchArgs {
     /// report, or here
     #[arg(long, value_name = "SPAN", value_parser = black_box::span)]
     black_box: Option<f64>,
+    /// Publishes how the properties stand: all on `/diagnostics`, and each on `/steward/properties/NAME`. Without this,
+    /// nothing is published
+    #[arg(long, conflicts_with = "foxglove")]
+    diagnostics: bool,
     #[command(flatten)]
     board: BoardArgs,
     /// Lists what the robot tells instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation", "black_box", "live"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation", "black_box", "diagnostics", "live"])]
     list: bool,
     /// Prints lines of JSON instead of text, or the list as JSON
     #[arg(long)]
@@ -92,6 +96,10 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     refuse_unknown_calls(&mapping, robot.as_ref())?;
     await_topics(robot.as_mut(), &mapping, &is_to_end);
     robot.begin().map_err(refused)?;
+    let publish = args.diagnostics.then(|| robot.publisher()).flatten();
+    if publish.is_some() {
+        note("publishing how the properties stand on /diagnostics and /steward/properties/…");
+    }
     let (survey, counts_losses) = (robot.survey().clone(), robot.counts_losses());
     let recorded = args.record.as_deref().map(record).transpose()?;
     let source: Box<dyn Source> = match &recorded {
@@ -110,6 +118,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         }
         None => source,
     };
+    let reactions = Reactions { hook: args.on_violation.clone(), alarm: kept.map(|kept| args.alarm(kept)), publish };
     let mapped = Mapped {
         name: args.target.name(),
         about: args.target.about(),
@@ -120,7 +129,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         folder: args.out.as_deref(),
         command: args.command(),
         way: None,
-        announcer: Some(Announcer::new(args.json, args.on_violation.clone(), kept.map(|kept| args.alarm(kept)))),
+        announcer: Some(Announcer::new(args.json, reactions)),
         board: Some(&args.board).filter(|board| board.is_live()),
     };
     let verified = mapped.judge(&survey, source, &is_to_end)?;

@@ -2,11 +2,12 @@
 
 use std::io::{Write as _, stderr};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use campaigns::Error;
 use channels::Verdict;
 use monitors::Property;
+use network::{Level, Publish, Standing};
 use recording::Doubts;
 use serde_json::{Value, json};
 
@@ -17,14 +18,30 @@ use crate::progress::FollowProgress;
 /// What is done with a violation, of this property, with this verdict. It returns what is to be said of it.
 pub(crate) type Alarm = Box<dyn FnMut(&str, &Value) -> Option<String>>;
 
+/// What is done with verdicts, besides being said.
+#[derive(Default)]
+pub(crate) struct Reactions {
+    /// The command that is started with each violation.
+    pub(crate) hook: Option<String>,
+    /// What else is to be done with each.
+    pub(crate) alarm: Option<Alarm>,
+    /// What tells others how all properties stand.
+    pub(crate) publish: Option<Publish>,
+}
+
+/// How often all properties are published, and how often at most if some change.
+const OFTEN: Duration = Duration::from_secs(1);
+const MOST_OFTEN: Duration = Duration::from_millis(100);
+
 /// Reports each verdict as soon as it is reached, with its delay; shows undecided properties on a terminal.
 pub(crate) struct Announcer {
     is_json: bool,
-    /// The command that is started with each violation.
-    hook: Option<String>,
+    reactions: Reactions,
+    /// The commands that were started and may not have ended.
     hooked: Vec<Child>,
-    /// What else is to be done with each.
-    alarm: Option<Alarm>,
+    /// When all properties were published, and whether some have changed since.
+    published: Option<Instant>,
+    has_changed: bool,
     line: FollowProgress,
     said: Vec<Said>,
     /// The time of the last event.
@@ -41,13 +58,40 @@ struct Said {
     violations: u64,
     /// Since when something is due.
     waiting_since: Option<Duration>,
+    /// Why it is unsure.
+    why: Option<String>,
+}
+
+impl Said {
+    fn in_words(&self) -> String {
+        match (self.verdict, self.waiting_since) {
+            (Some(verdict), _) => verdict.to_owned(),
+            (None, Some(since)) => format!("waiting since {:.3} s", since.as_secs_f64()),
+            (None, None) => "undecided".to_owned(),
+        }
+    }
+
+    /// As others are told.
+    fn standing(&self, property: &Property) -> Standing {
+        let level = match self.verdict {
+            Some("violated") => Level::Error,
+            Some("unsure" | "holds again") => Level::Warn,
+            _ => Level::Ok,
+        };
+        let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
+        let witness = witness.filter(|_| level == Level::Error).map(ToString::to_string);
+        let mut values = vec![("violations", self.violations.to_string())];
+        values.extend(self.why.clone().map(|why| ("unsure", why)));
+        values.extend(witness.map(|witness| ("witness", witness)));
+        Standing { property: property.name.clone(), level, message: self.in_words(), values }
+    }
 }
 
 impl Announcer {
-    /// With the command that is started with each violation, and what else is to be done with it, if anything is.
-    pub(crate) fn new(is_json: bool, hook: Option<String>, alarm: Option<Alarm>) -> Self {
+    pub(crate) fn new(is_json: bool, reactions: Reactions) -> Self {
         let (line, said, hooked) = (FollowProgress::new(), Vec::new(), Vec::new());
-        Self { is_json, hook, hooked, alarm, line, said, time: Duration::ZERO, has_caught_up: false }
+        let (published, has_changed, has_caught_up) = (None, false, false);
+        Self { is_json, reactions, hooked, published, has_changed, line, said, time: Duration::ZERO, has_caught_up }
     }
 
     /// Says what is new after an event, or since messages are missing.
@@ -79,13 +123,33 @@ impl Announcer {
                 (Verdict::Inconclusive, None) => (said.verdict == Some("unsure")).then_some("sure again"),
             };
             let is_new = verdict != said.verdict || verdict == Some("violated") && count > said.violations;
+            self.has_changed |= is_new;
             (said.verdict, said.violations) = (verdict, count);
+            if said.why.as_deref() != why {
+                said.why = why.map(str::to_owned);
+            }
             if let Some(verdict) = verdict.filter(|_| is_new) {
                 self.say(property, verdict, why, around)?;
             }
         }
         self.show(properties, around);
+        self.publish(properties);
         Ok(())
+    }
+
+    /// Tells others how the properties stand, if some have changed, and now and then.
+    #[expect(clippy::disallowed_methods, reason = "tells others in real time")]
+    fn publish(&mut self, properties: &[Property]) {
+        let Some(publish) = &mut self.reactions.publish else { return };
+        let patience = if self.has_changed { MOST_OFTEN } else { OFTEN };
+        if self.published.is_some_and(|published| published.elapsed() < patience) {
+            return;
+        }
+        (self.published, self.has_changed) = (Some(Instant::now()), false);
+        self.said.resize_with(properties.len(), Said::default);
+        let standings: Vec<Standing> =
+            properties.iter().zip(&self.said).map(|(property, said)| said.standing(property)).collect();
+        publish(&standings);
     }
 
     /// Says what is to be known of the messages, once there have been some: what is known from the start is said at the
@@ -100,6 +164,7 @@ impl Announcer {
     pub(super) fn idle(&mut self, properties: &[Property], around: &Around) {
         self.has_caught_up = true;
         self.show(properties, around);
+        self.publish(properties);
     }
 
     fn say(&mut self, property: &Property, verdict: &str, unsure: Option<&str>, around: &Around) -> Result<(), Error> {
@@ -119,7 +184,7 @@ impl Announcer {
         });
         if verdict == "violated" {
             self.call(&line);
-            if let Some(text) = self.alarm.as_mut().and_then(|alarm| alarm(&property.name, &line)) {
+            if let Some(text) = self.reactions.alarm.as_mut().and_then(|alarm| alarm(&property.name, &line)) {
                 self.line.pause(|| note(&text));
             }
         }
@@ -137,7 +202,7 @@ impl Announcer {
     /// Starts the command of a violation, which reads the verdict from its standard input. Nobody waits for it.
     fn call(&mut self, verdict: &Value) {
         self.hooked.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
-        let Some(hook) = &self.hook else { return };
+        let Some(hook) = &self.reactions.hook else { return };
         let (shell, option) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
         // What it says is none of our output.
         let started = Command::new(shell).args([option, hook]).stdin(Stdio::piped()).stdout(stderr()).spawn();
@@ -158,14 +223,10 @@ impl Announcer {
             let newest = around.newest_log_ns.get().filter(|_| self.has_caught_up).and_then(behind_s);
             let newest = newest.map_or_else(String::new, |age_s| format!(", the newest message {age_s:.1} s ago"));
             let widest = properties.iter().map(|property| property.name.chars().count()).max().unwrap_or(0);
-            let states = properties.iter().zip(&self.said).map(|(property, said)| {
-                let state = match (said.verdict, said.waiting_since) {
-                    (Some(verdict), _) => verdict.to_owned(),
-                    (None, Some(since)) => format!("waiting since {:.3} s", since.as_secs_f64()),
-                    (None, None) => "undecided".to_owned(),
-                };
-                format!("\n{:<widest$}  {state}", property.name)
-            });
+            let states = properties
+                .iter()
+                .zip(&self.said)
+                .map(|(property, said)| format!("\n{:<widest$}  {}", property.name, said.in_words()));
             format!("{:.1} s{newest}{}", self.time.as_secs_f64(), states.collect::<String>())
         });
     }

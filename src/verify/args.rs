@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use reports::html::quoted;
 
-use super::announcer::Announcer;
+use super::announcer::{Announcer, Reactions};
 
 /// Recorded runs and robots, and the properties to check.
 #[derive(Debug, Args)]
@@ -47,7 +47,7 @@ pub(crate) struct VerifyArgs {
 impl VerifyArgs {
     /// What reports verdicts as they are reached, if that is wanted.
     pub(crate) fn announcer(&self) -> Option<Announcer> {
-        self.follow.then(|| Announcer::new(self.json, None, None))
+        self.follow.then(|| Announcer::new(self.json, Reactions::default()))
     }
 
     /// The command line that checks one of the logs.

@@ -173,8 +173,8 @@ fn outcomes(sent: Vec<Sent>, mapping: &Mapping) -> Vec<(String, Option<Outcome>,
     properties.iter().zip(judgment.unsure).map(outcome).collect()
 }
 
-/// What was found in many runs: how many messages; of the verdicts on runs with losses that no lost message changes, how
-/// many are sure.
+/// What was found in many runs: how many messages; of the verdicts on runs with losses that no lost message changes,
+/// how many are sure.
 #[derive(Debug, Default)]
 struct Shares {
     messages: usize,

@@ -7,6 +7,7 @@ mod listener;
 mod names;
 mod options;
 mod participant;
+mod standings;
 
 use std::collections::BTreeSet;
 use std::process::ExitCode;
@@ -15,11 +16,12 @@ use std::time::Duration;
 use bags::{Received, Source, Survey};
 
 use crate::Error;
-use crate::clock::now;
-use crate::robot::{Live, Robot};
+use crate::clock::{Clock, now};
+use crate::robot::{Live, Publish, Robot};
 use heard::Subscribed;
 use hearing::Hearing;
 use participant::Participant;
+use standings::Standings;
 
 pub use options::{Options, obstacles};
 
@@ -43,8 +45,8 @@ pub fn listen() -> Option<ExitCode> {
     Some(listener::work())
 }
 
-/// A participant in a DDS domain, which only listens: it publishes nothing but its own presence, and what it reads. It
-/// is a source of the messages on some topics, or on all.
+/// A participant in a DDS domain, which only listens: it publishes nothing but its own presence, and what it reads,
+/// unless its [publisher](Live::publisher) is asked for. It is a source of the messages on some topics, or on all.
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
 /// publisher's stamp. Publishers number their messages, so it is known which are missing. That the last ones are
@@ -126,5 +128,11 @@ impl Live for Domain {
             self.hearing.begin();
         }
         Ok(())
+    }
+
+    fn publisher(&self) -> Option<Publish> {
+        let voice = self.participant.as_ref()?.voice();
+        let mut standings = Standings { last: Vec::new(), clock: Clock::start() };
+        Some(Box::new(move |now| standings.publications(now).into_iter().for_each(|message| voice.publish(message))))
     }
 }

@@ -22,4 +22,4 @@ pub use bridge::Bridge;
 #[cfg(feature = "dds")]
 pub use domain::{Domain, Options, listen, obstacles};
 pub use error::Error;
-pub use robot::{Live, Robot};
+pub use robot::{Level, Live, Publish, Robot, Standing};

@@ -25,6 +25,38 @@ pub trait Live: Source {
     /// # Errors
     /// If the robot cannot be reached.
     fn begin(&mut self) -> Result<(), Error>;
+
+    /// What publishes the standing of properties among the robot's nodes; none if nothing can be published there.
+    fn publisher(&self) -> Option<Publish> {
+        None
+    }
+}
+
+/// Publishes the standing of all properties.
+pub type Publish = Box<dyn FnMut(&[Standing])>;
+
+/// The standing of a property, as `diagnostic_msgs/msg/DiagnosticStatus` tells it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Standing {
+    /// The name of the property.
+    pub property: String,
+    /// How bad it is.
+    pub level: Level,
+    /// The verdict, in words.
+    pub message: String,
+    /// What else is known, each by its name.
+    pub values: Vec<(&'static str, String)>,
+}
+
+/// How bad something is, as `diagnostic_msgs/msg/DiagnosticStatus` numbers it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Nothing is wrong.
+    Ok = 0,
+    /// Something may be wrong, or was.
+    Warn = 1,
+    /// Something is wrong.
+    Error = 2,
 }
 
 /// What a robot tells of itself beside its topics, as far as it is known.

@@ -80,9 +80,9 @@ class Robot:
         self.process.wait()
 
 
-def watch(mapping, properties, record):
+def watch(mapping, properties, record, *more):
     options = ["--map-channels", FOLDER / mapping, "--property", FOLDER / properties, "--record", FOLDER / record,
-               "--black-box", "3s", "--out", FOLDER / f"{record}.report"]
+               "--black-box", "3s", "--out", FOLDER / f"{record}.report", *more]
     process = subprocess.Popen([STEWARD, "watch", "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True)
     # Publishers are looked for, and told; half a second later, messages count. What is latched may take as long as a
@@ -90,6 +90,11 @@ def watch(mapping, properties, record):
     assert "listening" in process.stderr.readline()
     time.sleep(4)
     return process
+
+
+def follow(record, mapping, properties):
+    words = [STEWARD, "verify", "--follow", "--json", FOLDER / record, "--map-channels", FOLDER / mapping]
+    return subprocess.Popen([*words, "--property", FOLDER / properties], stdout=subprocess.PIPE, text=True)
 
 
 def end(process):
@@ -127,6 +132,7 @@ def records(path):
 def beside(robot, record, passive):
     before = robot.ask("seen") if passive else None
     watching = watch("robot.toml", "safety.scope", record)
+    following = follow(record, "robot.toml", "safety.scope")
     during = robot.ask("seen") if passive else None
     done = robot.ask("go")
     time.sleep(0.5)
@@ -146,7 +152,8 @@ def beside(robot, record, passive):
     levels = [struct.unpack_from("<i", data, 4)[0] for topic, data in box if topic == "/level"]
     assert levels[:37] == list(range(60, 23, -1)) and box[-1][0] == "/steward/violation", (levels, box[-1])
     again = judged(record, "robot.toml", "safety.scope")
-    assert again["monitors"] == report["monitors"]
+    followed = json.loads(following.communicate(timeout=60)[0].splitlines()[-1])
+    assert again["monitors"] == followed["monitors"] == report["monitors"], (again, followed, report)
     if passive:
         after = robot.ask("seen")
         assert before == during == after, (before, during, after)
@@ -177,6 +184,22 @@ refused = subprocess.run(words, stderr=subprocess.PIPE, text=True)
 assert refused.returncode == 2 and "calls of the service /dock are unknown" in refused.stderr, refused
 beside(robot, "fast.mcap", True)
 print("beside rclpy: planted violations found, recorded, and unseen by the robot")
+
+watching = watch("robot.toml", "safety.scope", "published.mcap", "--diagnostics")
+before = robot.ask("diagnosed")
+robot.ask("go")
+time.sleep(1.5)
+after = robot.ask("diagnosed")
+end(watching)
+undecided = ["steward: charged", 0, "undecided", {"violations": "0"}]
+assert before["charged"] == undecided and before["age_s"] < 3, before
+assert [name for name, *_ in before["all"]] == [f"steward: {name}" for name in
+                                                ["charged", "free", "known", "dead", "positive"]], before
+name, level, message, values = after["charged"]
+assert (level, message, values["violations"]) == (2, "violated", "1") and "24" in values["witness"], after
+levels = {name: level for name, level, *_ in after["all"]}
+assert levels["steward: charged"] == levels["steward: positive"] == 2 and levels["steward: known"] == 0, levels
+print("--diagnostics: rclpy hears how the properties stand, before and after")
 
 watching = watch("robot.toml", "safety.scope", "killed.mcap")
 robot.kill()

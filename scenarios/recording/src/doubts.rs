@@ -117,8 +117,8 @@ impl Doubts {
         }
     }
 
-    /// Lets an event that the properties have seen settle what it can: a message that violates a property by itself does
-    /// so whatever else is missing, and so does what began after a gap.
+    /// Lets an event that the properties have seen settle what it can: a message that violates a property by itself
+    /// does so whatever else is missing, and so does what began after a gap.
     pub fn observe(&mut self, event: &Event, properties: &mut [Property]) {
         for (state, property) in self.states.iter_mut().zip(properties) {
             state.observe(event);

@@ -127,6 +127,18 @@ pub(super) enum Ask {
         ahead_ns: i64,
     },
     Subscribe(Subscribed),
+    Publish(Publication),
+}
+
+/// A message to be published.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Publication {
+    /// The topic in ROS 2, and the type in DDS.
+    pub(super) topic: String,
+    pub(super) kind: String,
+    /// Whether who comes later receives it, too.
+    pub(super) is_latched: bool,
+    pub(super) body: Vec<u8>,
 }
 
 impl Ask {
@@ -261,11 +273,12 @@ mod tests {
         let asks = [
             Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7 },
             Ask::Subscribe(Subscribed::To(["rt/a".to_owned()].into())),
+            Ask::Publish(Publication { topic: "/a".to_owned(), kind: "k".to_owned(), is_latched: true, body: vec![1] }),
         ];
         let mut lines = Vec::new();
         asks.iter().for_each(|ask| ask.write(&mut lines).expect("room"));
         let mut from = lines.as_slice();
-        assert_eq!(asks.map(Some), [(); 2].map(|()| Ask::read(&mut from)));
+        assert_eq!(asks.map(Some), [(); 3].map(|()| Ask::read(&mut from)));
         assert_eq!(Ask::read(&mut from), None);
     }
 

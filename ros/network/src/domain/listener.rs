@@ -1,6 +1,6 @@
 //! The process that takes part in a DDS domain: all that is known of rustdds is here.
 //!
-//! It only listens, and never asks for more than writers offer. It has no reader on a topic of requests: with one, Fast
+//! It only listens, unless it is to publish verdicts, and never asks for more than writers offer. It has no reader on a topic of requests: with one, Fast
 //! DDS would report the robot's services as unavailable.
 //!
 //! It is a process of its own, because what others send can make rustdds panic, or take gigabytes for a message of
@@ -16,8 +16,9 @@ use std::task::{Wake, Waker};
 use std::thread::Thread;
 use std::time::{Duration, Instant};
 
+use rustdds::bytes::Bytes;
 use rustdds::discovery::PublicationBuiltinTopicData;
-use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SimpleDataReader};
+use rustdds::no_key::{DataWriter, Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter, SimpleDataReader};
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
@@ -26,7 +27,7 @@ use rustdds::{
 };
 
 use super::goodbye;
-use super::heard::{Ask, Heard, LEAVING, Sample, Subscribed, Writer, participant};
+use super::heard::{Ask, Heard, LEAVING, Publication, Sample, Subscribed, Writer, participant};
 use super::names;
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
@@ -70,10 +71,11 @@ const LONGEST_NAME: usize = 512;
 /// The longest step back of the system's clock that does not matter: rustdds holds samples back until it has caught up.
 const LONGEST_STEP: i64 = 50_000_000;
 
-/// Whether the process is to end, and what is to be read.
+/// Whether the process is to end, what is to be read, and what is left to publish.
 struct Asked {
     is_to_end: AtomicBool,
     subscribed: Mutex<Subscribed>,
+    messages: Mutex<Vec<Publication>>,
 }
 
 /// Does what the process that started this one asks for, until that one has gone.
@@ -97,12 +99,20 @@ pub(super) fn work() -> ExitCode {
         rustix::process::Rlimit { current: Some(MOST_MEMORY), maximum: Some(MOST_MEMORY) },
     );
     let Some(Ask::Join { options, ahead_ns }) = Ask::read(&mut stdin().lock()) else { return ExitCode::FAILURE };
-    let asked = Arc::new(Asked { is_to_end: AtomicBool::new(false), subscribed: Mutex::new(Subscribed::Nothing) });
+    let asked = Arc::new(Asked {
+        is_to_end: AtomicBool::new(false),
+        subscribed: Mutex::new(Subscribed::Nothing),
+        messages: Mutex::new(Vec::new()),
+    });
     let (listening, heard) = (std::thread::current(), Arc::clone(&asked));
     std::thread::spawn(move || {
         while let Some(ask) = Ask::read(&mut stdin().lock()) {
-            if let Ask::Subscribe(subscribed) = ask {
-                *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = subscribed;
+            match ask {
+                Ask::Join { .. } => {}
+                Ask::Subscribe(to) => *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = to,
+                Ask::Publish(message) => {
+                    heard.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+                }
             }
             listening.unpark();
         }
@@ -128,6 +138,8 @@ struct Listener {
     events: DomainParticipantStatusListener,
     subscriber: Subscriber,
     readers: BTreeMap<String, Reader>,
+    /// What publishes, by topic.
+    writers: BTreeMap<String, DataWriter<Vec<u8>, AsIs>>,
     options: Options,
     clock: Clock,
     /// The system's clock minus ours; until when that has to catch up, as it went back a little.
@@ -175,12 +187,13 @@ impl Listener {
         let events = participant.status_listener();
         let offset_ns = nanoseconds(Timestamp::now()) - clock.now_ns();
         let [known, given_up, goodbyes] = [(); 3].map(|()| BTreeSet::new());
-        let (readers, behind_ns) = (BTreeMap::new(), i64::MIN);
+        let (readers, writers, behind_ns) = (BTreeMap::new(), BTreeMap::new(), i64::MIN);
         Ok(Self {
             participant,
             events,
             subscriber,
             readers,
+            writers,
             options,
             clock,
             offset_ns,
@@ -200,6 +213,8 @@ impl Listener {
                 return Err(why);
             }
             is_due |= self.take_note();
+            let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
+            messages.into_iter().try_for_each(|message| self.publish(message))?;
             let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
             is_due |= wanted != subscribed;
             // What a writer says last is taken before it is gone.
@@ -378,6 +393,22 @@ impl Listener {
         Ok(Reader { topic: topic.into(), kind, is_reliable, is_latched, data, alarm, is_small: false })
     }
 
+    /// Publishes a message, reliably.
+    fn publish(&mut self, Publication { topic, kind, is_latched, body }: Publication) -> Result<(), String> {
+        if !self.writers.contains_key(&topic) {
+            let qos = qos(true, is_latched, KEPT);
+            let make = || {
+                let made = self.participant.create_topic(names::topic(&topic), kind, &qos, TopicKind::NoKey)?;
+                self.participant.create_publisher(&qos)?.create_datawriter_no_key(&made, Some(qos.clone()))
+            };
+            let made = make().map_err(|error| format!("{topic} cannot be published: {error}"))?;
+            self.writers.insert(topic.clone(), made);
+        }
+        // One that waits for who reads it would keep what is heard waiting, too: it is left out.
+        self.writers.get(&topic).map(|writer| writer.write(body, None));
+        Ok(())
+    }
+
     /// What the readers have received, in order.
     fn take(&mut self, told: &mut Vec<Heard>) {
         let (now_ns, system_ns) = (self.clock.now_ns(), nanoseconds(Timestamp::now()));
@@ -486,6 +517,19 @@ impl DefaultDecoder<Vec<u8>> for AsIs {
     type Decoder = Whole;
 
     const DECODER: Whole = Whole;
+}
+
+impl SerializerAdapter<Vec<u8>> for AsIs {
+    type Error = std::convert::Infallible;
+
+    fn output_encoding() -> RepresentationIdentifier {
+        RepresentationIdentifier::CDR_LE
+    }
+
+    fn to_bytes(message: &Vec<u8>) -> Result<Bytes, Self::Error> {
+        // What a message begins with says how it is encoded.
+        Ok(Bytes::copy_from_slice(message.get(4..).unwrap_or_default()))
+    }
 }
 
 /// Puts the encoding before a message again.

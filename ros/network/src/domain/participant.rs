@@ -1,5 +1,6 @@
 //! The process that listens in a DDS domain, seen from the one that judges. When it ends, another takes its place.
 
+use std::collections::BTreeMap;
 use std::io::{BufReader, Read as _};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -9,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::heard::{Ask, Heard, LEAVING, Subscribed};
+use super::heard::{Ask, Heard, LEAVING, Publication, Subscribed};
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
 
@@ -56,6 +57,8 @@ struct Shared {
 #[derive(Default)]
 struct Process {
     subscribed: Option<Subscribed>,
+    /// What was published last on each topic.
+    published: BTreeMap<String, Publication>,
     input: Option<ChildStdin>,
     child: Option<Child>,
     /// When it last said anything.
@@ -93,10 +96,24 @@ impl Participant {
 
     pub(super) fn subscribe(&self, subscribed: Subscribed) {
         let mut process = self.shared.process();
-        let ask = Ask::Subscribe(subscribed.clone());
-        process.subscribed = Some(subscribed);
-        // One that has ended is told of by whoever reads what it says.
-        process.input.as_mut().map(|input| ask.write(input));
+        process.subscribed = Some(subscribed.clone());
+        process.ask(&Ask::Subscribe(subscribed));
+    }
+
+    /// What publishes there, for as long as it takes part.
+    pub(super) fn voice(&self) -> Voice {
+        Voice(Arc::clone(&self.shared))
+    }
+}
+
+/// Publishes in the domain of a participant.
+pub(super) struct Voice(Arc<Shared>);
+
+impl Voice {
+    pub(super) fn publish(&self, message: Publication) {
+        let mut process = self.0.process();
+        process.published.insert(message.topic.clone(), message.clone());
+        process.ask(&Ask::Publish(message));
     }
 }
 
@@ -119,6 +136,11 @@ impl Drop for Participant {
 }
 
 impl Process {
+    fn ask(&mut self, ask: &Ask) {
+        // One that has ended is told of by whoever reads what it says.
+        self.input.as_mut().map(|input| ask.write(input));
+    }
+
     /// Kills it. What it said last is still heard.
     fn kill(&mut self) {
         self.child.as_mut().map(Child::kill);
@@ -165,14 +187,15 @@ fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Opt
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let mut child = command.spawn()?;
     let mut process = shared.process();
-    let asks =
-        [Some(Ask::Join { options, ahead_ns: clock.is_ahead_ns() }), process.subscribed.clone().map(Ask::Subscribe)];
-    let mut input = child.stdin.take();
-    for ask in asks.into_iter().flatten() {
-        // If it has ended already, that is noticed next.
-        input.as_mut().map(|input| ask.write(input));
+    let join = Ask::Join { options, ahead_ns: clock.is_ahead_ns() };
+    let subscribe = process.subscribed.clone().map(Ask::Subscribe);
+    let publish = process.published.values().cloned().map(Ask::Publish);
+    let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).collect();
+    process.input = child.stdin.take();
+    asks.iter().for_each(|ask| process.ask(ask));
+    if shared.is_to_end() {
+        process.input = None;
     }
-    process.input = input.filter(|_| !shared.is_to_end());
     let output = child.stdout.take();
     (process.child, process.heard) = (Some(child), Some(now()));
     Ok(output)

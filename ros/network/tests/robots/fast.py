@@ -1,11 +1,12 @@
 """A robot of rclpy on Fast DDS (pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-std-msgs ros-jazzy-std-srvs
-ros-jazzy-test-msgs numpy): topics of three kinds of quality, one latched, a service and an action. It says a line of JSON at
-each step; `seen` is what it knows of those who listen to it, and whether its services and its action are available to
-its own clients.
+ros-jazzy-test-msgs ros-jazzy-diagnostic-msgs numpy): topics of three kinds of quality, one latched, a service and an
+action. It says a line of JSON at each step; `seen` is what it knows of those who listen to it, and whether its services
+and its action are available to its own clients; `diagnosed` is what is published of its properties.
 """
 import json, sys, time
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
@@ -48,10 +49,32 @@ def seen():
     )
 
 
+def diagnosed():
+    heard = {}
+    state = lambda status: [status.name, int.from_bytes(status.level, "little"), status.message,
+                            {value.key: value.value for value in status.values}]
+    together = lambda message: heard.update(all=[state(status) for status in message.status],
+                                            age_s=time.time() - message.header.stamp.sec)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    listeners = [
+        node.create_subscription(DiagnosticArray, "/diagnostics", together, 10),
+        node.create_subscription(DiagnosticStatus, "/steward/properties/charged",
+                                 lambda status: heard.update(charged=state(status)), latched),
+    ]
+    until = time.monotonic() + 10
+    while len(heard) < 3 and time.monotonic() < until:
+        time.sleep(0.01)
+    for listener in listeners:
+        node.destroy_subscription(listener)
+    say(**heard)
+
+
 def run():
     for line in sys.stdin:
         if line.strip() == "seen":
             seen()
+        elif line.strip() == "diagnosed":
+            diagnosed()
         elif line.strip() == "go":
             for step in range(steps):
                 stop.publish(Bool(data=step == 40))
