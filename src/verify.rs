@@ -1,7 +1,7 @@
 //! `steward verify LOG… [--property FILE.scope]`: checks recorded runs and robots against properties.
 
 pub(crate) mod announcer;
-mod args;
+pub(crate) mod args;
 mod around;
 pub(crate) mod bag;
 pub(crate) mod growing;
@@ -431,6 +431,7 @@ mod tests {
         VerifyArgs {
             logs,
             properties,
+            robots: args::RobotsArgs::default(),
             scenario: None,
             map_channels: None,
             out: None,

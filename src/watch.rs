@@ -23,6 +23,7 @@ use crate::interrupt;
 use crate::live::BoardArgs;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
 use crate::verify::announcer::{Alarm, Announcer, Reactions};
+use crate::verify::args::RobotsArgs;
 use crate::verify::bag::contents;
 use crate::verify::growing::pause;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
@@ -47,6 +48,8 @@ pub(crate) struct WatchArgs {
     /// Maps the robot's messages to channels: a TOML file, which `--list` proposes
     #[arg(long, value_name = "FILE")]
     map_channels: Option<PathBuf>,
+    #[command(flatten)]
+    robots: RobotsArgs,
     /// Ends after so many seconds [default: at Ctrl-C]
     #[arg(long, value_name = "SECONDS")]
     seconds: Option<f64>,
@@ -88,7 +91,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         let help = format!("add `--map-channels FILE`; `{} --list` proposes such a file", args.target.command());
         return Err(Error::refused(message, help));
     };
-    let (mapping, text) = load_mapping(mapping)?;
+    let (mapping, text) = load_mapping(mapping, &args.robots.robots)?;
     let topics: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
     let mut robot = args.target.connect(Some(topics))?;
     note(&format!("listening to {}", robot.name()));
@@ -125,6 +128,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         mapping: &mapping,
         text,
         properties: &args.properties,
+        robots: &args.robots.robots,
         scenario: args.scenario.as_deref(),
         folder: args.out.as_deref(),
         command: args.command(),
@@ -177,6 +181,7 @@ impl WatchArgs {
         let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
         words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
         words.extend(self.map_channels.iter().flat_map(|file| files("--map-channels", file)));
+        words.extend(self.robots.words());
         words.extend(self.scenario.iter().flat_map(|name| files("--scenario", Path::new(name))));
         words.join(" ")
     }

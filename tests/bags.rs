@@ -216,3 +216,54 @@ fn messages_that_do_not_fit_their_definition_make_verdicts_unsure() {
     assert!(output.status.code() == Some(1) && said.contains("unsure"), "{said}");
     assert!(noted.contains("100 messages on /b are left out"), "{noted}");
 }
+
+#[test]
+fn each_of_several_robots_is_judged_by_its_own_messages() {
+    let recorded = Recorded::new();
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().profile("ros2").create(&mut bytes).unwrap();
+    let schema = writer.add_schema("std_msgs/msg/Int32", "ros2msg", b"int32 data\n").unwrap();
+    for (topic, levels) in [("/r1/level", [9, 8]), ("/fleet/r2/level", [9, 1]), ("/limit", [2, 2])] {
+        let channel_id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
+        for (second, level) in (1_u64..).zip(levels) {
+            let time = second * 1_000_000_000;
+            let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
+            writer.write_to_known_channel(&header, &[0, 1, 0, 0, level, 0, 0, 0]).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let bag = recorded.write("fleet.mcap", &bytes.into_inner());
+    let entry = |topic: &str, from: &str| {
+        format!("[[messages]]\ntopic = {topic:?}\nfrom = {from:?}\nto = \"base\"\nfields = {{ x = \"data\" }}\n")
+    };
+    // The limit is the same for all.
+    let mapping = recorded.write("fleet.toml", (entry("level", "battery") + &entry("/limit", "fleet")).as_bytes());
+    let text = "property charged := always (battery, base, m.x >= 2)
+        property anything := always not (*, base, m.x < 2)
+        property limited := eventually (fleet, base, m.x = 2)\n";
+    let scope = recorded.write("fleet.scope", text.as_bytes());
+    let out = recorded.path("out");
+    let mut command = vec!["verify", &bag, "--property", &scope, "--map-channels", &mapping];
+    command.extend(["--robot", "/r1", "--robot", "fleet/r2", "--json", "--out", &out]);
+    let output = steward(&command);
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let verdict = |monitor: &Value| (monitor["name"].as_str().unwrap().to_owned(), monitor["verdict"].clone());
+    let verdicts: Vec<_> = told["monitors"].as_array().unwrap().iter().map(verdict).collect();
+    let expected = [
+        ("r1/charged", "satisfied"),
+        ("r1/anything", "satisfied"),
+        ("r1/limited", "satisfied"),
+        ("fleet/r2/charged", "violated"),
+        ("fleet/r2/anything", "violated"),
+        ("fleet/r2/limited", "satisfied"),
+    ];
+    assert_eq!(verdicts, expected.map(|(name, verdict)| (name.to_owned(), verdict.into())), "{output:?}");
+    let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
+    assert!(page.contains("fleet/r2/charged") && page.contains("--robot /fleet/r2"));
+    // Without robots, its topics are those of the root.
+    let said = refusal(&["verify", &bag, "--property", &scope, "--map-channels", &mapping]);
+    assert!(said.contains("there is no topic `/level`"), "{said}");
+    let said = refusal(&["verify", &bag, "--property", &scope, "--map-channels", &mapping, "--robot", "1/r"]);
+    assert!(said.contains("such as `/r1`"), "{said}");
+}

@@ -242,6 +242,21 @@ impl Topology {
         Self { channels, ..self.clone() }
     }
 
+    /// The same processes and channels, as properties about one part see them: its processes, whose names begin with
+    /// this prefix, are named without it; all others belong to one process, whose messages to itself nobody sees.
+    #[must_use]
+    pub fn part(&self, prefix: &str) -> Self {
+        let own = |process: &Declaration| {
+            process.name.strip_prefix(prefix).filter(|name| !name.contains('/')).map(str::to_owned)
+        };
+        let others = self.processes.iter().position(|process| own(process).is_none()).map(ProcessId);
+        let processes = self.processes.iter().map(|process| match own(process) {
+            Some(name) => Declaration { name, ..process.clone() },
+            None => Declaration { whole: others.unwrap_or(process.whole), ..process.clone() },
+        });
+        Self { processes: processes.collect(), ..self.clone() }
+    }
+
     /// All processes, in the order they were declared.
     pub fn processes(&self) -> impl Iterator<Item = ProcessId> + use<> {
         (0..self.processes.len()).map(ProcessId)

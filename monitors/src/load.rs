@@ -35,6 +35,12 @@ impl Property {
         scope_monitor(self.monitor.as_ref())
     }
 
+    /// Gives it another name.
+    pub fn rename(&mut self, name: String) {
+        self.scope_monitor_mut().into_iter().for_each(|monitor| monitor.rename(&name));
+        self.name = name;
+    }
+
     /// The same, to begin anew.
     pub fn scope_monitor_mut(&mut self) -> Option<&mut ScopeMonitor> {
         (self.monitor.as_mut() as &mut dyn std::any::Any).downcast_mut()

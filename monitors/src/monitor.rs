@@ -133,6 +133,11 @@ impl ScopeMonitor {
         })
     }
 
+    /// Gives it another name.
+    pub(crate) fn rename(&mut self, name: &str) {
+        name.clone_into(&mut self.name);
+    }
+
     /// The monitored formula.
     #[must_use]
     pub fn formula(&self) -> &Formula {

@@ -7,6 +7,36 @@ use reports::html::quoted;
 
 use super::announcer::{Announcer, Reactions};
 
+/// Whose messages they are.
+#[derive(Debug, Default, Args)]
+pub(crate) struct RobotsArgs {
+    /// Checks each of several robots, by its namespace, such as `/r1`: topics of the mapping without `/` at the
+    /// beginning are within it, and there is a property `r1/NAME` for each; may be given more than once
+    #[arg(long = "robot", value_name = "NAMESPACE", value_parser = namespace, requires = "map_channels")]
+    #[arg(conflicts_with = "scenario")]
+    pub(crate) robots: Vec<String>,
+}
+
+impl RobotsArgs {
+    /// As words of a command.
+    pub(crate) fn words(&self) -> impl Iterator<Item = String> {
+        self.robots.iter().flat_map(|space| ["--robot".to_owned(), quoted(space)])
+    }
+}
+
+/// A namespace of ROS 2, with `/` at its beginning.
+fn namespace(text: &str) -> Result<String, String> {
+    let is_name = |name: &str| {
+        name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
+            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    };
+    let name = text.strip_prefix('/').unwrap_or(text);
+    match name.split('/').all(is_name) {
+        true => Ok(format!("/{name}")),
+        false => Err("names of letters, digits and `_`, such as `/r1` or `/fleet/r1`".to_owned()),
+    }
+}
+
 /// Recorded runs and robots, and the properties to check.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
@@ -24,6 +54,8 @@ pub(crate) struct VerifyArgs {
     /// Maps the messages of a bag to channels: a TOML file, which `--list` proposes
     #[arg(long, value_name = "FILE")]
     pub(crate) map_channels: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) robots: RobotsArgs,
     /// Writes the report of each log with its page to DIR; for several logs, to folders in it, with a page that leads
     /// to them
     #[arg(long, value_name = "DIR")]
@@ -56,6 +88,7 @@ impl VerifyArgs {
         let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
         words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
         words.extend(self.map_channels.iter().flat_map(|file| files("--map-channels", file)));
+        words.extend(self.robots.words());
         words.extend(self.scenario.iter().flat_map(|name| files("--scenario", Path::new(name))));
         words.join(" ")
     }

@@ -27,7 +27,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
             format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
         return Err(Error::refused(message, help));
     };
-    let (mapping, text) = load_mapping(mapping)?;
+    let (mapping, text) = load_mapping(mapping, &args.robots.robots)?;
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
         (survey, Box::new(Through::new(following, patiently)), None)
@@ -43,6 +43,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         mapping: &mapping,
         text,
         properties: &args.properties,
+        robots: &args.robots.robots,
         scenario: args.scenario.as_deref(),
         folder,
         command: args.command(path),

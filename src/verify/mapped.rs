@@ -2,6 +2,7 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use bags::{Events, Mapping, Received, Source, Survey, Through};
@@ -31,6 +32,8 @@ pub(crate) struct Mapped<'m> {
     /// The mapping as it is written.
     pub(crate) text: String,
     pub(crate) properties: &'m [PathBuf],
+    /// The robots that the mapping is for, if it is for several.
+    pub(crate) robots: &'m [String],
     pub(crate) scenario: Option<&'m str>,
     /// The folder of the report, if there is one.
     pub(crate) folder: Option<&'m Path>,
@@ -63,7 +66,10 @@ impl Mapped<'_> {
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
         let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
-        let mut properties = load(self.properties, &system)?;
+        let mut properties = match self.robots {
+            [] => load(self.properties, &system)?,
+            robots => load_for_each(robots, self.properties, &system)?,
+        };
         // What the mapping leaves out is often what its channels cannot carry.
         let doubts = match source.counts_losses() {
             true => Doubts::about_losses(&properties, &system.topology),
@@ -99,10 +105,11 @@ impl Mapped<'_> {
     }
 }
 
-/// A mapping file, and its text.
-pub(crate) fn load_mapping(path: &Path) -> Result<(Mapping, String), Error> {
+/// A mapping file, for these robots, and its text.
+pub(crate) fn load_mapping(path: &Path, robots: &[String]) -> Result<(Mapping, String), Error> {
     let text = diagnostics::text_from_disk(path).unwrap_or_default();
-    Ok((Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?, text))
+    let mapping = Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?;
+    Ok((mapping.of_robots(robots), text))
 }
 
 /// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end.
@@ -122,6 +129,19 @@ pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mappin
             Received::Idle | Received::Quiet(_) => {}
         }
     }
+}
+
+/// The properties of each robot, about its own processes and with names that say whose they are.
+fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
+    let mut all = Vec::new();
+    for space in robots {
+        let prefix = bags::prefix(space);
+        let part = System { topology: Arc::new(system.topology.part(&prefix)), tick: system.tick };
+        let mut properties = load(paths, &part)?;
+        properties.iter_mut().for_each(|property| property.rename(format!("{prefix}{}", property.name)));
+        all.append(&mut properties);
+    }
+    Ok(all)
 }
 
 /// Writes the violations, at their times in the bag, for tools that show the bag.

@@ -101,7 +101,7 @@ fn size(body: &[u8]) -> usize {
 }
 
 fn name(property: &str, number: u64) -> String {
-    format!("black-box-{property}-{number}.mcap")
+    format!("black-box-{}-{number}.mcap", property.replace('/', "-"))
 }
 
 /// What has been told, once more.

@@ -62,6 +62,33 @@ impl Mapping {
         Ok(document.read(|root| read_file(root, folder))?)
     }
 
+    /// The mapping for each of several robots, by their namespaces, such as `/fleet/r1`. Names of topics that do not
+    /// begin with `/` are within the namespace, and each robot has its own processes: `fleet/r1/battery`. Without
+    /// robots, such topics are those of the root.
+    #[must_use]
+    pub fn of_robots(self, robots: &[String]) -> Self {
+        let within = |space: &str, mut mapped: Mapped| {
+            if !mapped.topic.value.starts_with('/') {
+                mapped.topic.value = format!("{space}/{}", mapped.topic.value);
+            }
+            mapped
+        };
+        let messages = if robots.is_empty() {
+            self.messages.into_iter().map(|mapped| within("", mapped)).collect()
+        } else {
+            let of = |space: &String| {
+                let prefix = prefix(space);
+                let mut all = self.messages.clone();
+                for end in all.iter_mut().flat_map(|mapped| [&mut mapped.from, &mut mapped.to]) {
+                    end.value.insert_str(0, &prefix);
+                }
+                all.into_iter().map(|mapped| within(space, mapped)).collect::<Vec<_>>()
+            };
+            robots.iter().flat_map(of).collect()
+        };
+        Self { messages, ..self }
+    }
+
     /// Whether messages have the times at which they were recorded, unless an entry says otherwise, and not stamps.
     #[must_use]
     pub fn is_by_log(&self) -> bool {
@@ -113,6 +140,12 @@ impl Mapping {
     }
 }
 
+/// What the names of a robot's processes begin with, and those of its properties.
+#[must_use]
+pub fn prefix(space: &str) -> String {
+    format!("{}/", space.trim_start_matches('/'))
+}
+
 /// The topic on which a simulation tells its time, as `rosgraph_msgs/msg/Clock`.
 pub(crate) const CLOCK: &str = "/clock";
 
@@ -150,7 +183,8 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
 
 fn mapped(table: Table<'_>) -> Option<Mapped> {
     let text = |key, about| table.text(key).about(about).spanned();
-    let topic = text("topic", "The topic; also one of a service or an action: `/go/_action/status`.").required();
+    let topic = text("topic", "The topic, also of a service or an action: `/go/_action/status`. Without `/` at its beginning, it is within the \
+                         namespace of each robot that `--robot` names.").required();
     let about = "The type of the messages. With it, `watch` need not wait until the topic exists, nor `--follow` for its first message.";
     let kind = text("type", about).optional();
     let from = text("from", "The process that sends.").required();

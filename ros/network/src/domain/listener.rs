@@ -1,7 +1,7 @@
 //! The process that takes part in a DDS domain: all that is known of rustdds is here.
 //!
-//! It only listens, unless it is to publish verdicts, and never asks for more than writers offer. It has no reader on a topic of requests: with one, Fast
-//! DDS would report the robot's services as unavailable.
+//! It only listens, unless it is to publish verdicts, and never asks for more than writers offer. It has no reader on a
+//! topic of requests: with one, Fast DDS would report the robot's services as unavailable.
 //!
 //! It is a process of its own, because what others send can make rustdds panic, or take gigabytes for a message of
 //! which a fragment has come: it then ends, and [another](super::participant) takes its place.
