@@ -92,7 +92,9 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         return Err(Error::refused(message, help));
     };
     let (mapping, text) = load_mapping(mapping, &args.robots.robots)?;
-    let topics: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
+    let shown = mapping.robot().filter(|_| args.board.is_live());
+    let topics = mapping.topics().chain(shown.iter().flat_map(|robot| robot.names()));
+    let topics: BTreeSet<String> = topics.map(str::to_owned).collect();
     let mut robot = args.target.connect(Some(topics))?;
     note(&format!("listening to {}", robot.name()));
     let is_to_end = ends_after(args.seconds)?;

@@ -34,7 +34,7 @@ fn model() -> RobotModel {
 }
 
 /// The log of a drive through the house, from its start to the kitchen.
-fn log() -> String {
+pub(crate) fn log() -> String {
     let map = Arc::new(maps::house::draw());
     let atlas = Atlas::new(Arc::clone(&map), &model(), LocalizationParameters::default()).unwrap();
     let places = maps::house::places();
@@ -178,7 +178,7 @@ const TOPICS: [(&str, &str, &str); 6] = [
 ];
 
 /// The same drive as a bag: with topics for odometry and truth, or only with transforms.
-fn bag(log: &str, map: &maps::OccupancyGrid, transforms_alone: bool) -> Vec<u8> {
+pub(crate) fn bag(log: &str, map: &maps::OccupancyGrid, transforms_alone: bool) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
     let mut channels = BTreeMap::new();

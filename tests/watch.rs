@@ -1,6 +1,7 @@
 //! The binary judges properties beside a robot that runs, by its bridge. `ros/network/tests/foreign.py` does the same
 //! with the bridges of others.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
@@ -13,6 +14,7 @@ use tungstenite::handshake::server::{ErrorResponse, Request, Response};
 use tungstenite::{Message, WebSocket};
 
 use crate::live::browser::{Page, until};
+use crate::localize_command::{bag, log};
 use crate::steward::{binary, refusal, steward};
 
 /// A folder with a mapping and properties.
@@ -156,6 +158,71 @@ fn the_page_shows_what_is_heard_until_it_is_no_longer_wanted() {
     // Also after the end, until Ctrl-C.
     until(&mut socket, |known| known["grows"] == false);
     assert!(notes.any(|note| note == "note: Ctrl-C ends the page"));
+    child.kill().and_then(|()| child.wait()).expect("it ends");
+    served.join().expect("a bridge that ends");
+}
+
+/// A bridge of a robot that says what it said in a bag, as fast as it can.
+fn replaying(bag: Vec<u8>) -> (String, JoinHandle<()>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let serve = move || {
+        let messages = || mcap::MessageStream::new(&bag).expect("a bag").map(|message| message.expect("a message"));
+        let mut socket = accepted(listener.accept().expect("a client").0);
+        let mut channels = BTreeMap::new();
+        for mcap::Message { channel, .. } in messages() {
+            let schema = channel.schema.as_ref().expect("a type");
+            let text = String::from_utf8_lossy(&schema.data).into_owned();
+            let known = json!({ "id": channel.id, "topic": channel.topic, "encoding": "cdr", "schemaName": schema.name, "schema": text });
+            channels.insert(channel.id, known);
+        }
+        say(&mut socket, &json!({ "op": "serverInfo", "name": "a robot" }));
+        say(&mut socket, &json!({ "op": "advertise", "channels": channels.values().collect::<Vec<_>>() }));
+        let asked: Value = socket.read().expect("a request").to_text().expect("a text").parse().expect("JSON");
+        let subscribed = asked["subscriptions"].as_array().expect("subscriptions").clone();
+        for message in messages() {
+            if let Some(of) = subscribed.iter().find(|of| of["channelId"] == message.channel.id) {
+                send(&mut socket, of["id"].as_u64().expect("a number") as u32, &message.data[4..]);
+            }
+        }
+        while socket.read().is_ok() {}
+    };
+    (address, std::thread::spawn(serve))
+}
+
+#[test]
+fn the_page_shows_the_robot_on_its_map() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path in UTF-8").to_owned();
+    let mapping = "tick_s = 0.1\nreorder_s = 0\n[robot]\nmap = \"/map\"\nscan = \"/scan\"\n[[messages]]\ntopic = \"/scan\"\n\
+        from = \"laser\"\nto = \"robot\"\nfields = { x = \"range_max\" }\n";
+    std::fs::write(path("robot.toml"), mapping).expect("room for a file");
+    std::fs::write(path("far.scope"), "property far := always (laser, robot, m.x < 20)\n").expect("room for a file");
+    let (address, served) = replaying(bag(&log(), &maps::house::draw(), true));
+    let mut child = Command::new(binary())
+        .args([
+            "watch",
+            "--foxglove",
+            &address,
+            "--map-channels",
+            &path("robot.toml"),
+            "--property",
+            &path("far.scope"),
+        ])
+        .args(["--live", "--no-open"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let mut notes = BufReader::new(child.stderr.take().expect("a pipe")).lines().map(|line| line.expect("text"));
+    let shown = notes.find_map(|note| note.strip_prefix("note: the page is at ").map(str::to_owned));
+    let shown = shown.expect("an address");
+    let page = Page::new(&shown, &shown);
+    let mut socket = page.socket(&page.pilot);
+    until(&mut socket, |known| {
+        let hits = known["scene"]["hits"].as_array().map_or(0, Vec::len);
+        known["greeting"]["floor"]["svg"].is_string() && known["pose"].is_array() && hits > 100
+    });
     child.kill().and_then(|()| child.wait()).expect("it ends");
     served.join().expect("a bridge that ends");
 }

@@ -34,7 +34,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     } else {
         let bag = open(path)?;
         let messages = bag.messages_on(mapping.topics());
-        (bag.survey().clone(), Box::new(messages), folder.and_then(|_| way(&bag)))
+        (bag.survey().clone(), Box::new(messages), folder.and_then(|_| way(&bag, mapping.robot())))
     };
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let mapped = Mapped {

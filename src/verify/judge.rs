@@ -1,7 +1,8 @@
 //! Properties checked against recorded events, and the report of the results.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bags::Found;
 use campaigns::{Error, refuse_campaign};
@@ -10,13 +11,18 @@ use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
 use reports::{Outputs, Presentation};
 use runs::FITS;
+use trials::replay::sight::Sight;
 
 use super::announcer::Announcer;
-use super::around::Around;
+use super::around::{Around, Looking};
 use super::live_page::LivePage;
 use crate::live::BoardArgs;
 use crate::monitor::System;
-use crate::output::warn;
+use crate::output::{note, warn};
+
+/// How long a page waits for the map, the robot on it and its laser: what is latched may take as long as the period of
+/// a publisher's heartbeats.
+const LONGEST_WAIT: Duration = Duration::from_secs(4);
 
 /// A log that was checked.
 pub(crate) struct Verified {
@@ -185,12 +191,14 @@ impl Judged<'_> {
     /// The same with all records, for those who look at them.
     fn show(
         &self,
-        events: impl Iterator<Item = Result<Found, Error>>,
+        mut events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
         mut announcer: Option<Announcer>,
     ) -> Result<Judgment, Error> {
         let Self { around, system, .. } = self;
+        let first = around.sight.iter().flat_map(|sight| await_sight(sight, &mut events)).collect::<Vec<_>>();
+        let events = first.into_iter().chain(events);
         let outputs = Outputs { folder: self.folder.map(Path::to_owned), ..Outputs::default() };
         refuse_campaign(&outputs)?;
         let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
@@ -199,6 +207,7 @@ impl Judged<'_> {
         let (mut judge, mut header, start) =
             Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
         around.describe(&mut header);
+        let mut looking = Looking::begin(around, &header);
         let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
         let mut view = RunView::new(header, start).expect(FITS);
         let mut presentation = Presentation::begin(&view, &outputs)?;
@@ -208,8 +217,15 @@ impl Judged<'_> {
             match event? {
                 Found::Event(event) => {
                     while let Some(place) = places.next_if(|place| around.time(place) <= event.time) {
-                        view.apply(judge.place(around.time(place).max(view.time()), place.pose)).expect(FITS);
+                        let time = around.time(place).max(view.time());
+                        view.apply(judge.place(time, place.pose, None)).expect(FITS);
                         presentation.follow(&view)?;
+                    }
+                    if let Some((pose, scene)) = looking.as_mut().and_then(|looking| looking.look(event.time)) {
+                        let time = event.time.max(view.time());
+                        view.apply(judge.place(time, pose, scene)).expect(FITS);
+                        presentation.follow(&view)?;
+                        page.iter_mut().try_for_each(|page| page.follow(&view))?;
                     }
                     view.apply(judge.step(event, properties)).expect(FITS);
                     if let Some(page) = &mut page {
@@ -244,6 +260,28 @@ impl Judged<'_> {
         }
         Ok(Judgment::of(judge.end(), judge.doubts()))
     }
+}
+
+/// Waits until a robot can be shown, but not for long. Returns what has been found meanwhile.
+#[expect(clippy::disallowed_methods, reason = "a robot is waited for in real time")]
+fn await_sight(
+    sight: &RefCell<Sight>,
+    events: &mut impl Iterator<Item = Result<Found, Error>>,
+) -> Vec<Result<Found, Error>> {
+    let (mut found, asked) = (Vec::new(), Instant::now());
+    while !sight.borrow_mut().is_complete() && asked.elapsed() < LONGEST_WAIT {
+        match events.next() {
+            Some(Ok(Found::Idle)) => {}
+            Some(next) => found.push(next),
+            None => break,
+        }
+    }
+    let sight = sight.borrow();
+    sight.unread().for_each(note);
+    if sight.map().is_none() {
+        note("no map has come: the page does not show where the robot is");
+    }
+    found
 }
 
 /// The same without a report, which is faster.

@@ -1,7 +1,9 @@
 //! Properties judged on messages of ROS 2, wherever they come from: a bag, one that is being written, or a robot.
 
+use std::cell::RefCell;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,6 +12,7 @@ use campaigns::Error;
 use diagnostics::from_disk;
 use monitors::{Property, Violation};
 use recording::Doubts;
+use trials::replay::sight::Sight;
 use trials::replay::way::Way;
 
 use super::announcer::Announcer;
@@ -75,8 +78,17 @@ impl Mapped<'_> {
             true => Doubts::about_losses(&properties, &system.topology),
             false => Doubts::about_any_messages(&properties, &system.topology),
         };
+        let sight = self.board.and(mapping.robot()).map(|topics| Rc::new(RefCell::new(Sight::new(topics.clone()))));
+        let source = Through::new(source, |source: &mut _, body: &mut Vec<u8>| {
+            let received = Source::receive(source, body);
+            if let (Some(sight), Received::Message(head)) = (&sight, received) {
+                sight.borrow_mut().take(head, body, source.survey());
+            }
+            received
+        });
         let mut events = Events::new(Box::new(source), mapping, compiled, &from_disk);
-        let around = Around { way: self.way, is_by_log: mapping.is_by_log(), ..Around::default() };
+        let around =
+            Around { way: self.way, sight: sight.clone(), is_by_log: mapping.is_by_log(), ..Around::default() };
         let found = std::iter::from_fn(|| {
             let found = events.next();
             around.start_ns.set(events.start_ns());

@@ -78,7 +78,26 @@ impl Contents {
     #[must_use]
     pub fn proposal(&self) -> Option<String> {
         let entries: String = self.topics.iter().map(|topic| topic.entry.as_str()).collect();
-        (!entries.is_empty()).then(|| format!("tick_s = 1.0\ntime = \"log\"\n{entries}"))
+        (!entries.is_empty()).then(|| format!("tick_s = 1.0\ntime = \"log\"\n{}{entries}", self.robot()))
+    }
+
+    /// The topics that show the robot on its map, where there is one of a kind; empty without a map.
+    fn robot(&self) -> String {
+        let line = |(key, kind): (&str, &str)| {
+            let mut found = self.topics.iter().filter(|topic| topic.kind == kind);
+            let only = found.next().filter(|_| found.next().is_none())?;
+            Some(format!("{key} = {:?}\n", only.name))
+        };
+        let map = line(("map", "nav_msgs/msg/OccupancyGrid"));
+        let others = [
+            ("pose", "geometry_msgs/msg/PoseWithCovarianceStamped"),
+            ("odometry", "nav_msgs/msg/Odometry"),
+            ("scan", "sensor_msgs/msg/LaserScan"),
+            ("path", "nav_msgs/msg/Path"),
+        ];
+        map.map_or_else(String::new, |map| {
+            format!("\n[robot]\n{map}{}", others.into_iter().filter_map(line).collect::<String>())
+        })
     }
 }
 

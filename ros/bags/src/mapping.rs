@@ -26,6 +26,45 @@ pub struct Mapping {
     /// Folders with definitions.
     folders: Vec<PathBuf>,
     messages: Vec<Mapped>,
+    robot: Option<RobotTopics>,
+}
+
+/// The topics that tell where a robot is, for pictures of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotTopics {
+    /// The map: `nav_msgs/msg/OccupancyGrid`.
+    pub map: String,
+    /// Where localization sees the robot on it; without one, the transforms say so.
+    pub pose: Option<String>,
+    /// Its odometry: `nav_msgs/msg/Odometry`. Without such a topic, the transforms tell it.
+    pub odometry: Option<String>,
+    /// Its scans: `sensor_msgs/msg/LaserScan`.
+    pub scan: Option<String>,
+    /// The path that it follows: `nav_msgs/msg/Path`.
+    pub path: Option<String>,
+}
+
+impl RobotTopics {
+    /// The topics of transforms, which have these names everywhere.
+    pub const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
+
+    /// All of them.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let named = [&self.pose, &self.odometry, &self.scan, &self.path].into_iter().flatten();
+        std::iter::once(&self.map).chain(named).map(String::as_str).chain(Self::TRANSFORMS)
+    }
+
+    fn within(self, space: &str) -> Self {
+        let name = |name| within(space, name);
+        let Self { map, pose, odometry, scan, path } = self;
+        let [pose, odometry, scan, path] = [pose, odometry, scan, path].map(|topic| topic.map(name));
+        Self { map: name(map), pose, odometry, scan, path }
+    }
+}
+
+/// The name of a topic in a namespace, if it does not begin with `/`.
+fn within(space: &str, name: String) -> String {
+    if name.starts_with('/') { name } else { format!("{space}/{name}") }
 }
 
 /// An entry of `[[messages]]`.
@@ -64,17 +103,21 @@ impl Mapping {
 
     /// The mapping for each of several robots, by their namespaces, such as `/fleet/r1`. Names of topics that do not
     /// begin with `/` are within the namespace, and each robot has its own processes: `fleet/r1/battery`. Without
-    /// robots, such topics are those of the root.
+    /// robots, such topics are those of the root. Of several robots, there is no picture.
     #[must_use]
     pub fn of_robots(self, robots: &[String]) -> Self {
-        let within = |space: &str, mut mapped: Mapped| {
-            if !mapped.topic.value.starts_with('/') {
-                mapped.topic.value = format!("{space}/{}", mapped.topic.value);
-            }
+        let in_space = |space: &str, mut mapped: Mapped| {
+            mapped.topic.value = within(space, mapped.topic.value);
             mapped
         };
+        let only = match robots {
+            [] => Some(""),
+            [space] => Some(space.as_str()),
+            _ => None,
+        };
+        let robot = only.and_then(|space| Some(self.robot?.within(space)));
         let messages = if robots.is_empty() {
-            self.messages.into_iter().map(|mapped| within("", mapped)).collect()
+            self.messages.into_iter().map(|mapped| in_space("", mapped)).collect()
         } else {
             let of = |space: &String| {
                 let prefix = prefix(space);
@@ -82,11 +125,17 @@ impl Mapping {
                 for end in all.iter_mut().flat_map(|mapped| [&mut mapped.from, &mut mapped.to]) {
                     end.value.insert_str(0, &prefix);
                 }
-                all.into_iter().map(|mapped| within(space, mapped)).collect::<Vec<_>>()
+                all.into_iter().map(|mapped| in_space(space, mapped)).collect::<Vec<_>>()
             };
             robots.iter().flat_map(of).collect()
         };
-        Self { messages, ..self }
+        Self { messages, robot, ..self }
+    }
+
+    /// The topics that tell where the robot is, if the mapping names them.
+    #[must_use]
+    pub fn robot(&self) -> Option<&RobotTopics> {
+        self.robot.as_ref()
     }
 
     /// Whether messages have the times at which they were recorded, unless an entry says otherwise, and not stamps.
@@ -171,6 +220,9 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
     let folders = folders.or(Vec::new());
     let messages = root.tables("messages").about("The messages that travel on a channel.");
     let messages = messages.required_or("add a table `[[messages]]`; `steward verify --list BAG` proposes some")?;
+    let about = "Topics that show the robot on its map: on the page of `watch --live`, and in the report of a bag, which \
+                 otherwise takes the only topic of each kind.";
+    let robot = root.table("robot").about(about).optional().and_then(robot);
     let messages: Vec<Option<Mapped>> = messages.into_iter().map(mapped).collect();
     Some(Mapping {
         tick,
@@ -178,7 +230,19 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
         time,
         folders: folders.into_iter().map(|name| folder.join(name)).collect(),
         messages: messages.into_iter().collect::<Option<_>>()?,
+        robot,
     })
+}
+
+fn robot(table: Table<'_>) -> Option<RobotTopics> {
+    let topic = |key, about| table.text(key).about(about);
+    let map = topic("map", "The map, `nav_msgs/msg/OccupancyGrid`.").required();
+    let about = "Where localization sees the robot, such as `/amcl_pose`. Without it, `/tf` says where it is.";
+    let pose = topic("pose", about).optional();
+    let odometry = topic("odometry", "Its odometry, `nav_msgs/msg/Odometry`. Without it, `/tf` tells it.").optional();
+    let scan = topic("scan", "Its scans, `sensor_msgs/msg/LaserScan`.").optional();
+    let path = topic("path", "The path that it follows, `nav_msgs/msg/Path`.").optional();
+    Some(RobotTopics { map: map?, pose, odometry, scan, path })
 }
 
 fn mapped(table: Table<'_>) -> Option<Mapped> {

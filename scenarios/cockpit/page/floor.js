@@ -31,7 +31,8 @@ export class Floor {
     this.size = floor.size;
     this.places = places;
     [this.x0, this.y0, this.scale] = floor.origin;
-    this.radius_m = robot_radius_m;
+    // A robot whose size is unknown is drawn as a sign.
+    this.radius_m = robot_radius_m || 0.2;
     this.moving = shape('g', { class: 'moving' });
     this.svg.append(this.moving);
     this.layers = Object.fromEntries(LAYERS.map(name => [name, shape('g', { class: name })]));

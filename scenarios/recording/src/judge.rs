@@ -9,7 +9,7 @@ use monitors::{LogEnd, Property};
 
 use crate::{
     Details, Doubts, End, Ended, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin, RobotState,
-    Step, TraceHash, event_line,
+    Scene, Step, TraceHash, event_line,
 };
 
 /// Lets monitors judge events, and makes the records of a run from them, without what only a simulation can know.
@@ -59,11 +59,12 @@ impl Judge {
         (judge, header, start)
     }
 
-    /// The record of where the robot was at a time, between events.
+    /// The record of where the robot was at a time, between events, and of what it saw there, if that is known.
     #[must_use]
-    pub fn place(&self, time: Duration, estimate: Pose) -> Step {
+    pub fn place(&self, time: Duration, estimate: Pose, scene: Option<Scene>) -> Step {
         let robot = RobotState { estimate: Some(estimate), ..RobotState::default() };
-        Step { robot, ..self.record(time, Vec::new(), Details::default()) }
+        let details = Details { scene: scene.map(Arc::new), ..Details::default() };
+        Step { robot, ..self.record(time, Vec::new(), details) }
     }
 
     /// Lets the monitors judge an event, and returns its record.

@@ -367,13 +367,14 @@ impl RunView {
         (0..tree.len()).filter(is_running).filter(move |&node| is_leaf(node)).map(|node| tree[node].process.as_str())
     }
 
-    /// What the tree is doing, in words: the leaf that is running, or the node that made it fail.
+    /// What the tree is doing, in words: the leaf that is running, or the node that made it fail. Empty without a tree.
     #[must_use]
     pub fn doing(&self) -> String {
         let names: Vec<&str> = self.running().collect();
         match tree_failure::cause(&self.header.tree, &self.outcomes) {
             _ if !names.is_empty() => format!("{} is running", names.join(", ")),
             Some(node) => format!("the tree failed, because {} failed", self.header.tree[node].process),
+            None if self.header.tree.is_empty() => String::new(),
             None => "no leaf is running".to_owned(),
         }
     }

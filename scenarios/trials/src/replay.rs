@@ -11,6 +11,7 @@ pub mod drive;
 pub mod fit;
 pub mod mapping;
 mod score;
+pub mod sight;
 pub mod starts;
 pub mod way;
 

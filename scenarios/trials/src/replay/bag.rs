@@ -72,7 +72,9 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
         let (role, decoder, layout) = &decoders[&head.topic];
         let decoded = decoder.decode(&body);
         let message = decoded.as_ref().ok().and_then(|value| Structure::of(layout, value));
-        if message.and_then(|message| reader.take(*role, head.log_ns, message)).is_none() {
+        let taken = message.and_then(|message| reader.take(*role, message));
+        let is_record = matches!(role, TopicRole::Odometry | TopicRole::Scan);
+        if taken.and_then(|()| if is_record { reader.record(head.log_ns) } else { Some(()) }).is_none() {
             reader.left_out += 1;
         }
     }
@@ -166,7 +168,9 @@ pub(super) struct BagReader {
     odometry: Option<(Pose, VelocityCommand)>,
     /// The odometry's frame in the map, from published poses.
     correction: Option<Pose>,
-    laser: Option<LaserSpec>,
+    pub(super) laser: Option<LaserSpec>,
+    /// The scan read last, until it is part of a record.
+    pub(super) ranges_m: Option<Vec<f32>>,
     pub(super) map: Option<OccupancyGrid>,
     start_ns: Option<i64>,
     last: Duration,
@@ -176,7 +180,7 @@ pub(super) struct BagReader {
 
 impl BagReader {
     /// Takes a message; none if it cannot be used.
-    pub(super) fn take(&mut self, role: TopicRole, log_ns: i64, message: Structure<'_>) -> Option<()> {
+    pub(super) fn take(&mut self, role: TopicRole, message: Structure<'_>) -> Option<()> {
         match role {
             TopicRole::Transforms => {
                 for transform in message.parts("transforms") {
@@ -187,10 +191,7 @@ impl BagReader {
                 }
             }
             TopicRole::Map => self.map = Some(grid(message)?),
-            TopicRole::Odometry => {
-                self.take_odometry(message)?;
-                self.record(log_ns, None)?;
-            }
+            TopicRole::Odometry => self.take_odometry(message)?,
             TopicRole::Pose => {
                 let at = message.part("pose.pose").or_else(|| message.part("pose"))?;
                 let (odometry, _) = self.odometry()?;
@@ -198,8 +199,7 @@ impl BagReader {
             }
             TopicRole::Scan => {
                 self.odometry()?;
-                let scan = self.scan(message)?;
-                self.record(log_ns, Some(scan))?;
+                self.ranges_m = Some(self.scan(message)?);
             }
         }
         Some(())
@@ -214,12 +214,12 @@ impl BagReader {
         Some(())
     }
 
-    fn record(&mut self, log_ns: i64, ranges_m: Option<Vec<f32>>) -> Option<()> {
+    fn record(&mut self, log_ns: i64) -> Option<()> {
         let since = log_ns.saturating_sub(*self.start_ns.get_or_insert(log_ns)).max(0);
         let time = Duration::from_nanos(since.unsigned_abs()).max(self.last);
         self.last = time;
         let (odometry, velocity) = self.odometry()?;
-        let scan = ranges_m.map(|ranges_m| Arc::new(LaserScan { time, laser: 0, ranges_m }));
+        let scan = self.ranges_m.take().map(|ranges_m| Arc::new(LaserScan { time, laser: 0, ranges_m }));
         let corrected = self.corrected().filter(|_| scan.is_some());
         let line = self.records.len() + 1;
         self.records.push(Record { line, time, odometry, velocity, scan, corrected });
@@ -255,7 +255,7 @@ impl BagReader {
     }
 
     /// The pose of a frame in a frame above it.
-    fn pose_of(&self, child: &str, above: &str) -> Option<Pose> {
+    pub(super) fn pose_of(&self, child: &str, above: &str) -> Option<Pose> {
         let (mut at, mut found) = (child, Pose::identity());
         for _ in 0..self.frames.len() {
             let (parent, in_parent) = self.frames.get(at)?;
@@ -304,7 +304,7 @@ impl BagReader {
 }
 
 /// A frame's name. In ROS 1, names could begin with a slash.
-fn frame(name: &str) -> String {
+pub(super) fn frame(name: &str) -> String {
     name.trim_start_matches('/').to_owned()
 }
 

@@ -1,6 +1,6 @@
 //! The way of a robot in a bag, on the bag's own map.
 
-use bags::Bag;
+use bags::{Bag, RobotTopics};
 use maps::{OccupancyGrid, Pose};
 use ros_messages::Structure;
 
@@ -33,18 +33,25 @@ pub struct WayPlace {
     pub odometry: Option<Pose>,
 }
 
-/// The way of a robot; none if the bag has no map, or no poses on it.
+/// The way of a robot; none if the bag has no map, or no poses on it. `topics` says which are meant, if that is known.
 #[must_use]
-pub fn way(bag: &Bag) -> Option<Way> {
+pub fn way(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Way> {
     let all = &bag.survey().topics;
-    let of = |role, kind| of_kind(all, &[kind]).into_iter().map(move |topic| (role, topic));
-    of(TopicRole::Map, MAP).next()?;
+    let of = |role, kind, name: Option<&str>| -> Vec<(TopicRole, usize)> {
+        let found = of_kind(all, &[kind]).into_iter();
+        found.filter(|topic| name.is_none_or(|name| all[*topic].name == name)).map(|topic| (role, topic)).collect()
+    };
+    let maps = of(TopicRole::Map, MAP, topics.map(|topics| topics.map.as_str()));
+    maps.first()?;
     // Of several robots, or several localizations, none is meant.
-    let single = |role, kind| Some(of(role, kind)).filter(|found| found.clone().count() < 2).into_iter().flatten();
-    let roles = of(TopicRole::Map, MAP)
-        .chain(of(TopicRole::Transforms, super::bag::TRANSFORMS))
-        .chain(single(TopicRole::Odometry, ODOMETRY))
-        .chain(single(TopicRole::Pose, LOCALIZED));
+    let single = |role, kind, name| Some(of(role, kind, name)).filter(|found| found.len() < 2).unwrap_or_default();
+    let odometry = topics.and_then(|topics| topics.odometry.as_deref());
+    let pose = topics.and_then(|topics| topics.pose.as_deref());
+    let roles = maps
+        .into_iter()
+        .chain(of(TopicRole::Transforms, super::bag::TRANSFORMS, None))
+        .chain(single(TopicRole::Odometry, ODOMETRY, odometry))
+        .chain(single(TopicRole::Pose, LOCALIZED, pose));
     let decoders = decoders(bag, roles.collect()).ok()?;
     let wanted: Vec<usize> = decoders.keys().copied().collect();
     let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), BagReader::default());
@@ -54,7 +61,7 @@ pub fn way(bag: &Bag) -> Option<Way> {
         let decoded = decoder.decode(&body);
         let Some(message) = decoded.as_ref().ok().and_then(|value| Structure::of(layout, value)) else { continue };
         let localized = (*role == TopicRole::Pose).then(|| pose_in(message.part("pose.pose")?)).flatten();
-        let _ = reader.take(*role, head.log_ns, message);
+        let _ = reader.take(*role, message);
         if *role == TopicRole::Map {
             continue;
         }
