@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """`steward watch` beside real nodes: `dds.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
-`robots/fast.py` and of `robots/cyclone.py`.
+`robots/fast.py`, and of `robots/cyclone.py` and `robots/bridge.py`.
 
-What the robots tell is listed; planted violations are found at the right messages, the same ones beside both, and
-again by `steward verify` of what was recorded; what a robot knows of those who listen to it stays as it was, and its
+What the robots tell is listed; planted violations are found at the right messages, the same ones beside both and behind
+a bridge, and again by `steward verify` of what was recorded; what a robot knows of those who listen to it stays as it was, and its
 services and its action stay available; of messages lost on the way, exactly those are counted; a robot that is killed
-and started again is told of. All of it happens in a network of its own.
+and started again is told of; and whatever datagrams somebody sends, the watch goes on. All of it happens in a network of
+its own.
 """
-import json, os, signal, struct, subprocess, sys, tempfile, time
+import json, os, signal, socket, struct, subprocess, sys, tempfile, time
 from pathlib import Path
 
 STEWARD, FAST, CYCLONE = (os.path.abspath(path) for path in sys.argv[1:4])
@@ -129,15 +130,15 @@ def records(path):
     return found
 
 
-def beside(robot, record, passive):
+def beside(robot, record, passive, *target):
     before = robot.ask("seen") if passive else None
-    watching = watch("robot.toml", "safety.scope", record)
+    watching = watch("robot.toml", "safety.scope", record, *target)
     following = follow(record, "robot.toml", "safety.scope")
     during = robot.ask("seen") if passive else None
     done = robot.ask("go")
     time.sleep(0.5)
     status, said, report = end(watching)
-    assert status == 1 and report["loss"] == "counted", report
+    assert status == 1 and report["loss"] == ("unknown" if target else "counted"), report
     assert "missing" not in " ".join(note for note in report["notes"] if "best effort" not in note), report["notes"]
     found = verdicts(report)
     assert found == {
@@ -158,6 +159,7 @@ def beside(robot, record, passive):
         after = robot.ask("seen")
         assert before == during == after, (before, during, after)
         assert during["dock"] and during["go"] and during["called"] and during["requests"] == [0, 0], during
+        assert during["state"] == "inactive", during
         assert done["listeners"] == 1, done
         assert "incompatible" not in robot.said().lower(), robot.said()
     return report
@@ -169,7 +171,7 @@ time.sleep(3)
 begun = time.monotonic()
 listed = json.loads(subprocess.run([STEWARD, "watch", "--list", "--json"], stdout=subprocess.PIPE, text=True).stdout)
 print(f"listed in {time.monotonic() - begun:.1f} s")
-assert listed["nodes"] == ["/robot/base"], listed["nodes"]
+assert listed["nodes"] == ["/robot/base", "/robot/camera"], listed["nodes"]
 assert {"name": "/go", "type": "test_msgs/action/Fibonacci"} in listed["actions"], listed["actions"]
 assert {"name": "/dock", "type": "std_srvs/srv/Trigger"} in listed["services"], listed["services"]
 kinds = {topic["name"]: topic["type"] for topic in listed["topics"]}
@@ -204,7 +206,7 @@ print("--diagnostics: rclpy hears how the properties stand, before and after")
 watching = watch("robot.toml", "safety.scope", "killed.mcap")
 robot.kill()
 robot = Robot(FAST, "fast.py", 61)
-time.sleep(3)
+time.sleep(5)
 robot.ask("go")
 time.sleep(0.5)
 _, _, report = end(watching)
@@ -218,6 +220,14 @@ robot = Robot(CYCLONE, "cyclone.py", 61)
 beside(robot, "cyclone.mcap", False)
 robot.kill()
 print("beside Cyclone DDS: the same verdicts")
+
+with socket.socket() as free:
+    free.bind(("127.0.0.1", 0))
+    port = free.getsockname()[1]
+robot = Robot(CYCLONE, "bridge.py", 61, port)
+beside(robot, "bridge.mcap", False, "--foxglove", f"ws://127.0.0.1:{port}")
+robot.kill()
+print("behind a bridge: the same verdicts, and nothing is said to be known of losses")
 
 robot = Robot(CYCLONE, "cyclone.py", 61)
 watching = watch("robot.toml", "safety.scope", "replaced.mcap")
@@ -283,3 +293,28 @@ total = f"{missing + before} messages on /count are missing"
 assert any(note.startswith(total) for note in report["notes"]), (total, report["notes"])
 assert verdicts(report)["positive"][0] == "unsure" or report["monitors"][0]["unsure"], report["monitors"]
 print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS lost are counted, each in its place")
+
+# Everybody here may send anything, so no verdict is certain: but there is one.
+seconds = float(os.environ.get("HOSTILE_SECONDS", 6))
+robot = Robot(FAST, "fast.py", int(seconds * 100))
+watching = watch("robot.toml", "safety.scope", "hostile.mcap")
+robot.process.stdin.write("go\n")
+robot.process.stdin.flush()
+hostile = subprocess.Popen([sys.executable, ROBOTS / "hostile.py", str(seconds)], stdout=subprocess.PIPE, text=True)
+largest_mb = 0
+while hostile.poll() is None:
+    for pid in [watching.pid, *listener()]:
+        try:
+            status = Path(f"/proc/{pid}/status").read_text()
+        except OSError:
+            continue
+        largest_mb = max([largest_mb, *(int(line.split()[1]) // 1024 for line in status.splitlines() if "VmHWM" in line)])
+    time.sleep(0.1)
+sent = int(hostile.stdout.read())
+assert watching.poll() is None, watching.communicate()
+status, _, report = end(watching)
+robot.kill()
+assert sent > 1000 * seconds and status in (0, 1) and len(report["monitors"]) == 5, (sent, status, report)
+assert largest_mb < 1200, largest_mb
+failed = sum("DDS failed after" in note for note in report["notes"])
+print(f"{sent} changed datagrams: at most {largest_mb} MB, and what listens began anew {failed} times")

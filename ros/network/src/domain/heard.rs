@@ -193,20 +193,29 @@ impl Heard {
     }
 }
 
+/// A node of a participant, and the GUIDs of its writers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Node {
+    pub(super) name: String,
+    pub(super) writers: Vec<[u8; 16]>,
+}
+
 /// The nodes of a participant, from its message on [`NODES`]: `rmw_dds_common/msg/ParticipantEntitiesInfo`.
-pub(super) fn nodes(message: &[u8]) -> Option<(Prefix, Vec<String>)> {
+pub(super) fn nodes(message: &[u8]) -> Option<(Prefix, Vec<Node>)> {
     // GUIDs have 24 bytes in Humble, and 16 since Iron, under one name of the type.
-    let read = |size: usize| -> Result<Option<(Prefix, Vec<String>)>, Mismatch> {
+    let read = |size: usize| -> Result<Option<(Prefix, Vec<Node>)>, Mismatch> {
         let mut reader = CdrReader::new(message)?;
         let participant = *reader.take(size)?.first_chunk().ok_or(Mismatch::Short)?;
         let nodes = (0..reader.length(usize::MAX)?).map(|_| {
             let space = String::from_utf8_lossy(reader.string(None)?).into_owned();
             let name = String::from_utf8_lossy(reader.string(None)?).into_owned();
-            for _ in ["readers", "writers"] {
+            let mut all = || {
                 let count = reader.length(usize::MAX)?;
-                reader.take(count.checked_mul(size).ok_or(Mismatch::Short)?)?;
-            }
-            Ok(format!("{}/{name}", space.trim_end_matches('/')))
+                reader.take(count.checked_mul(size).ok_or(Mismatch::Short)?)
+            };
+            let (_readers, writers) = (all()?, all()?);
+            let writers = writers.chunks_exact(size).filter_map(|guid| guid.first_chunk().copied()).collect();
+            Ok(Node { name: format!("{}/{name}", space.trim_end_matches('/')), writers })
         });
         let nodes = nodes.collect::<Result<_, Mismatch>>()?;
         Ok((reader.left() == 0).then_some((participant, nodes)))
@@ -239,7 +248,8 @@ mod tests {
     #[test]
     fn nodes_are_read_in_both_versions_of_the_message() {
         for size in [16, 24] {
-            assert_eq!(nodes(&message(size)), Some(([7; 12], vec!["/robot/base".to_owned()])));
+            let node = Node { name: "/robot/base".to_owned(), writers: vec![[7; 16]; 2] };
+            assert_eq!(nodes(&message(size)), Some(([7; 12], vec![node])));
         }
     }
 

@@ -5,15 +5,15 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use bags::{Head, Received, Survey, Topic};
 
-use super::heard::{self, Heard, NODES, Prefix, Sample, Writer, participant};
+use super::heard::{self, Heard, NODES, Node, Prefix, Sample, Writer, participant};
 use super::names::{self, RosName};
 use crate::robot::{Robot, is_of_action};
 
 /// How long after subscribing a publisher may not have noticed it. What is not latched is not judged meanwhile.
 const SETTLING_NS: i64 = 500_000_000;
 
-/// How long a publisher's participant may take to say which nodes it has.
-const NAMING_NS: i64 = 3_000_000_000;
+/// How long a publisher's participant may take to say which nodes it has: longer than the period of its heartbeats.
+const NAMING_NS: i64 = 4_000_000_000;
 
 /// How often silence is reported.
 const QUIET_NS: i64 = 5_000_000;
@@ -62,7 +62,7 @@ pub(super) struct Hearing {
     unnamed: Vec<(i64, [u8; 16], usize)>,
     /// The writers and participants that said goodbye, and the nodes of all participants.
     goodbyes: BTreeSet<[u8; 16]>,
-    nodes: BTreeMap<Prefix, Vec<String>>,
+    nodes: BTreeMap<Prefix, Vec<Node>>,
     /// The topics whose stamps have been mentioned.
     odd: BTreeSet<usize>,
     /// The topics on which a message could not be read.
@@ -300,7 +300,7 @@ impl Hearing {
     }
 
     fn describe_nodes(&mut self) {
-        let nodes: Vec<String> = self.nodes.values().flatten().cloned().collect();
+        let nodes: Vec<String> = self.nodes.values().flatten().map(|node| node.name.clone()).collect();
         self.robot.nodes.clear();
         self.robot.add_nodes(nodes);
     }
@@ -377,11 +377,10 @@ impl Hearing {
             return self.unnamed.clear();
         }
         let is_due = |(since_ns, guid, _): &(i64, [u8; 16], usize)| {
-            now_ns.saturating_sub(*since_ns) > NAMING_NS || self.nodes.contains_key(&heard::prefix(guid))
+            now_ns.saturating_sub(*since_ns) > NAMING_NS || self.node_of(guid).is_some()
         };
-        let (due, rest) = std::mem::take(&mut self.unnamed).into_iter().partition(is_due);
+        let (due, rest): (Vec<_>, Vec<_>) = self.unnamed.iter().copied().partition(is_due);
         self.unnamed = rest;
-        let due: Vec<(i64, [u8; 16], usize)> = due;
         for (since_ns, guid, topic) in due {
             let Some(known) = self.writers.get(&guid) else { continue };
             let (writer, name) = (&known.writer, &self.survey.topics[topic].name);
@@ -417,10 +416,21 @@ impl Hearing {
         Some(self.survey.add(Topic { name, kind, encoding, definition: None, hash }))
     }
 
-    /// The nodes of a writer's participant, in words.
+    fn node_of(&self, writer: &[u8; 16]) -> Option<&Node> {
+        self.nodes.get(&heard::prefix(writer))?.iter().find(|node| node.writers.contains(writer))
+    }
+
+    /// The node of a writer, or those of its participant, in words.
     fn who(&self, writer: &Writer) -> String {
-        let nodes = self.nodes.get(&writer.participant()).map(|nodes| nodes.join(", "));
-        nodes.filter(|nodes| !nodes.is_empty()).unwrap_or_else(|| "a participant without a node".to_owned())
+        if let Some(node) = self.node_of(&writer.guid) {
+            return node.name.clone();
+        }
+        let nodes = self.nodes.get(&writer.participant()).map(Vec::as_slice).unwrap_or_default();
+        match nodes.iter().map(|node| node.name.as_str()).collect::<Vec<_>>().as_slice() {
+            [] => "a participant without a node".to_owned(),
+            [node] => (*node).to_owned(),
+            nodes => format!("one of {}", nodes.join(", ")),
+        }
     }
 
     /// Describes the robot anew.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read as _};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -28,6 +28,9 @@ const MOST_WAITING: usize = 1 << 27;
 
 /// The most that waits, of any kind: then the process that listens has to wait, too.
 const MOST_HEARD: usize = 1 << 16;
+
+/// The most that waits to be told to the process that listens: what is asked of one that has stopped reading is lost.
+const MOST_ASKED: usize = 1 << 12;
 
 /// The executable whose processes can listen.
 static LISTENER: OnceLock<PathBuf> = OnceLock::new();
@@ -59,7 +62,7 @@ struct Process {
     subscribed: Option<Subscribed>,
     /// What was published last on each topic.
     published: BTreeMap<String, Publication>,
-    input: Option<ChildStdin>,
+    input: Option<SyncSender<Ask>>,
     child: Option<Child>,
     /// When it last said anything.
     heard: Option<Instant>,
@@ -97,7 +100,7 @@ impl Participant {
     pub(super) fn subscribe(&self, subscribed: Subscribed) {
         let mut process = self.shared.process();
         process.subscribed = Some(subscribed.clone());
-        process.ask(&Ask::Subscribe(subscribed));
+        process.ask(Ask::Subscribe(subscribed));
     }
 
     /// What publishes there, for as long as it takes part.
@@ -113,7 +116,7 @@ impl Voice {
     pub(super) fn publish(&self, message: Publication) {
         let mut process = self.0.process();
         process.published.insert(message.topic.clone(), message.clone());
-        process.ask(&Ask::Publish(message));
+        process.ask(Ask::Publish(message));
     }
 }
 
@@ -136,9 +139,9 @@ impl Drop for Participant {
 }
 
 impl Process {
-    fn ask(&mut self, ask: &Ask) {
-        // One that has ended is told of by whoever reads what it says.
-        self.input.as_mut().map(|input| ask.write(input));
+    /// Asks without waiting. One that has ended is told of by whoever reads what it says.
+    fn ask(&self, ask: Ask) {
+        self.input.as_ref().map(|input| input.try_send(ask));
     }
 
     /// Kills it. What it said last is still heard.
@@ -191,8 +194,12 @@ fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Opt
     let subscribe = process.subscribed.clone().map(Ask::Subscribe);
     let publish = process.published.values().cloned().map(Ask::Publish);
     let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).collect();
-    process.input = child.stdin.take();
-    asks.iter().for_each(|ask| process.ask(ask));
+    let (sender, asked) = sync_channel::<Ask>(MOST_ASKED);
+    let mut input = child.stdin.take().ok_or_else(none)?;
+    // The end of its input is the end of its work.
+    std::thread::spawn(move || asked.into_iter().try_for_each(|ask| ask.write(&mut input)));
+    process.input = Some(sender);
+    asks.into_iter().for_each(|ask| process.ask(ask));
     if shared.is_to_end() {
         process.input = None;
     }

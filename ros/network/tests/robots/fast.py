@@ -1,14 +1,17 @@
 """A robot of rclpy on Fast DDS (pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-std-msgs ros-jazzy-std-srvs
-ros-jazzy-test-msgs ros-jazzy-diagnostic-msgs numpy): topics of three kinds of quality, one latched, a service and an
-action. It says a line of JSON at each step; `seen` is what it knows of those who listen to it, and whether its services
-and its action are available to its own clients; `diagnosed` is what is published of its properties.
+ros-jazzy-test-msgs ros-jazzy-diagnostic-msgs numpy): topics of three kinds of quality, one latched, a service, an
+action, and a node with a lifecycle. It says a line of JSON at each step; `seen` is what it knows of those who listen to
+it, whether its services and its action are available to its own clients, and the state of that node; `diagnosed` is
+what is published of its properties.
 """
 import json, sys, time
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.srv import GetState
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from std_msgs.msg import Bool, Int32, String
@@ -30,6 +33,9 @@ def go(handle):
     return Fibonacci.Result()
 
 
+camera = LifecycleNode("camera", namespace="/robot")
+camera.trigger_configure()
+state = node.create_client(GetState, "/robot/camera/get_state")
 server = ActionServer(node, Fibonacci, "/go", go)
 client = node.create_client(Trigger, "/dock")
 action = ActionClient(node, Fibonacci, "/go")
@@ -42,7 +48,7 @@ def say(**line):
 def seen():
     say(
         dock=client.wait_for_service(1.0), go=action.wait_for_server(1.0),
-        called=client.call(Trigger.Request()) is not None,
+        called=client.call(Trigger.Request()) is not None, state=state.call(GetState.Request()).current_state.label,
         clients=node.count_clients("/dock"), services=node.count_services("/dock"),
         publishers=node.count_publishers("/level"), nodes=sorted(node.get_node_names_and_namespaces()),
         requests=[node.count_subscribers(topic) for topic in ("rq/dockRequest", "/dockRequest")],
@@ -85,6 +91,7 @@ def run():
 
 executor = MultiThreadedExecutor()
 executor.add_node(node)
+executor.add_node(camera)
 import threading
 
 threading.Thread(target=run, daemon=True).start()
