@@ -91,11 +91,13 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         let help = format!("add `--map-channels FILE`; `{} --list` proposes such a file", args.target.command());
         return Err(Error::refused(message, help));
     };
-    let (mapping, text) = load_mapping(mapping, &args.robots.robots)?;
+    let robots = args.robots.spaces()?;
+    let (mapping, text) = load_mapping(mapping, robots)?;
+    let judged: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
     let shown = mapping.robot().filter(|_| args.board.is_live());
-    let topics = mapping.topics().chain(shown.iter().flat_map(|robot| robot.names()));
-    let topics: BTreeSet<String> = topics.map(str::to_owned).collect();
-    let mut robot = args.target.connect(Some(topics))?;
+    let shown: BTreeSet<String> = shown.iter().flat_map(|robot| robot.names()).map(str::to_owned).collect();
+    let mut robot = args.target.connect(Some(&judged | &shown))?;
+    robot.only_show(&shown - &judged);
     note(&format!("listening to {}", robot.name()));
     let is_to_end = ends_after(args.seconds)?;
     refuse_unknown_calls(&mapping, robot.as_ref())?;
@@ -130,7 +132,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         mapping: &mapping,
         text,
         properties: &args.properties,
-        robots: &args.robots.robots,
+        robots,
         scenario: args.scenario.as_deref(),
         folder: args.out.as_deref(),
         command: args.command(),

@@ -266,4 +266,8 @@ fn each_of_several_robots_is_judged_by_its_own_messages() {
     assert!(said.contains("there is no topic `/level`"), "{said}");
     let said = refusal(&["verify", &bag, "--property", &scope, "--map-channels", &mapping, "--robot", "1/r"]);
     assert!(said.contains("such as `/r1`"), "{said}");
+    let twice = ["--robot", "/r1", "--robot", "r1"];
+    let command = ["verify", &bag, "--property", &scope, "--map-channels", &mapping];
+    let said = refusal(&[&command[..], &twice].concat());
+    assert!(said.contains("the robot /r1 is named twice"), "{said}");
 }

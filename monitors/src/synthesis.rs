@@ -225,6 +225,15 @@ impl RunningMonitor {
         }
     }
 
+    /// Forgets what does not matter for what comes.
+    pub(crate) fn forget(&mut self) {
+        match self {
+            Self::Compact(run) => run.forget(),
+            Self::Automaton(_) => {}
+            Self::Progression(run) => run.forget(),
+        }
+    }
+
     /// The state that determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
         match self {

@@ -58,6 +58,8 @@ struct Said {
     violations: u64,
     /// Since when something is due.
     waiting_since: Option<Duration>,
+    /// Whether it has been said to be violated.
+    has_been_violated: bool,
     /// Why it is unsure.
     why: Option<String>,
 }
@@ -108,13 +110,15 @@ impl Announcer {
             let said = &mut self.said[index];
             // One that rests on what channels can carry is no verdict yet: a message that they cannot may be left out.
             let settled = doubts.verdict(index, property);
-            let why = doubts.why(index).or(doubts.why_later(index));
+            let (why, later) = (doubts.why(index), doubts.why_later(index));
             let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
             said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
             let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
             let count = violations.map_or(0, |violations| violations.count);
             let verdict = match (settled, why) {
                 (_, Some(_)) => Some("unsure"),
+                // Whether it was violated again is unsure, so nothing is said of that.
+                (Verdict::False, None) if later.is_some() && said.has_been_violated => said.verdict,
                 (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
                     Some("holds again")
                 }
@@ -122,7 +126,9 @@ impl Announcer {
                 (Verdict::True, None) => Some("satisfied"),
                 (Verdict::Inconclusive, None) => (said.verdict == Some("unsure")).then_some("sure again"),
             };
-            let is_new = verdict != said.verdict || verdict == Some("violated") && count > said.violations;
+            let is_again = verdict == Some("violated") && count > said.violations && later.is_none();
+            let is_new = verdict != said.verdict || is_again;
+            said.has_been_violated |= verdict == Some("violated");
             self.has_changed |= is_new;
             (said.verdict, said.violations) = (verdict, count);
             if said.why.as_deref() != why {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use campaigns::Error;
 use clap::Args;
 use reports::html::quoted;
 
@@ -14,10 +15,20 @@ pub(crate) struct RobotsArgs {
     /// beginning are within it, and there is a property `r1/NAME` for each; may be given more than once
     #[arg(long = "robot", value_name = "NAMESPACE", value_parser = namespace, requires = "map_channels")]
     #[arg(conflicts_with = "scenario")]
-    pub(crate) robots: Vec<String>,
+    robots: Vec<String>,
 }
 
 impl RobotsArgs {
+    /// Their namespaces, each with `/` at its beginning.
+    pub(crate) fn spaces(&self) -> Result<&[String], Error> {
+        match self.robots.iter().enumerate().find(|(index, space)| self.robots[..*index].contains(space)) {
+            Some((_, space)) => {
+                Err(Error::refused(format!("the robot {space} is named twice"), "name each robot once"))
+            }
+            None => Ok(&self.robots),
+        }
+    }
+
     /// As words of a command.
     pub(crate) fn words(&self) -> impl Iterator<Item = String> {
         self.robots.iter().flat_map(|space| ["--robot".to_owned(), quoted(space)])

@@ -8,11 +8,11 @@ use std::time::Duration;
 use maps::{Point, Pose};
 use recording::{Header, Premises, RobotBody, Scene};
 use robot::LaserScan;
-use trials::replay::sight::Sight;
+use trials::replay::sight::{Glance, Sight};
 use trials::replay::way::{Way, WayPlace};
 
-/// How often a page shows where a robot is.
-const OFTEN: Duration = Duration::from_millis(100);
+/// How often a page shows what a robot sees: a page that is open for days keeps it all.
+const OFTEN: Duration = Duration::from_millis(500);
 
 /// What is known of a log beyond its events.
 #[derive(Default)]
@@ -40,8 +40,8 @@ impl Around {
     pub(super) fn describe(&self, header: &mut Header) {
         if let Some(sight) = &self.sight {
             let mut sight = sight.borrow_mut();
-            let start = sight.pose().unwrap_or_default();
             let Some(map) = sight.map().cloned().map(Arc::new) else { return };
+            let start = sight.pose().unwrap_or_else(|| map.origin());
             header.premises = Some(Premises { map, places: Vec::new(), start, station: None, destination: None });
             header.robot = Some(RobotBody { radius_m: 0.0, lasers: sight.laser().cloned().into_iter().collect() });
             return;
@@ -65,8 +65,8 @@ pub(super) struct Looking {
     sight: Rc<RefCell<Sight>>,
     /// Whether its scans can be shown: its laser was known at the beginning.
     has_laser: bool,
+    /// When its surroundings are shown again, and with which path they were.
     due: Duration,
-    /// The path that is shown.
     path: Vec<Point>,
 }
 
@@ -74,24 +74,25 @@ impl Looking {
     /// At the beginning of a run with this header.
     pub(super) fn begin(around: &Around, header: &Header) -> Option<Self> {
         let has_laser = header.robot.as_ref().is_some_and(|robot| !robot.lasers.is_empty());
-        let sight = around.sight.as_ref().filter(|_| header.premises.is_some())?;
+        let sight = around.sight.as_ref()?;
+        sight.borrow_mut().begin();
+        header.premises.as_ref()?;
         Some(Self { sight: Rc::clone(sight), has_laser, due: Duration::ZERO, path: Vec::new() })
     }
 
-    /// Where the robot is, if that is due, and what it sees, if that is new.
-    pub(super) fn look(&mut self, time: Duration) -> Option<(Pose, Option<Scene>)> {
-        if time < self.due {
-            return None;
-        }
-        self.due = time + OFTEN;
-        let mut sight = self.sight.borrow_mut();
-        let pose = sight.pose()?;
-        let scan = sight.next_scan().filter(|_| self.has_laser);
-        if scan.is_none() && sight.path() == self.path {
+    /// Where the robot was at a time, and what it saw, if that is new and due.
+    pub(super) fn look(&mut self, time: Duration, around: &Around) -> Option<(Pose, Option<Scene>)> {
+        let ns = i64::try_from(time.as_nanos()).unwrap_or(i64::MAX);
+        // Stamps have another clock.
+        let until_ns =
+            around.start_ns.get().filter(|_| around.is_by_log).map_or(i64::MAX, |start| start.saturating_add(ns));
+        let Glance { pose, scan, path, .. } = self.sight.borrow_mut().look(until_ns)?;
+        let scan = scan.filter(|_| self.has_laser);
+        if time < self.due || scan.is_none() && path == self.path {
             return Some((pose, None));
         }
-        self.path = sight.path().to_vec();
+        (self.due, self.path) = (time + OFTEN, path.clone());
         let scans = scan.map(|ranges_m| Arc::new(LaserScan { time, laser: 0, ranges_m })).into_iter().collect();
-        Some((pose, Some(Scene { scans, path: self.path.clone(), ..Scene::default() })))
+        Some((pose, Some(Scene { scans, path, ..Scene::default() })))
     }
 }

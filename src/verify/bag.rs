@@ -27,14 +27,19 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
             format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
         return Err(Error::refused(message, help));
     };
-    let (mapping, text) = load_mapping(mapping, &args.robots.robots)?;
+    let robots = args.robots.spaces()?;
+    let (mapping, text) = load_mapping(mapping, robots)?;
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
         (survey, Box::new(Through::new(following, patiently)), None)
     } else {
         let bag = open(path)?;
         let messages = bag.messages_on(mapping.topics());
-        (bag.survey().clone(), Box::new(messages), folder.and_then(|_| way(&bag, mapping.robot())))
+        (
+            bag.survey().clone(),
+            Box::new(messages),
+            folder.filter(|_| robots.len() < 2).and_then(|_| way(&bag, mapping.robot())),
+        )
     };
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let mapped = Mapped {
@@ -43,7 +48,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         mapping: &mapping,
         text,
         properties: &args.properties,
-        robots: &args.robots.robots,
+        robots,
         scenario: args.scenario.as_deref(),
         folder,
         command: args.command(path),

@@ -197,7 +197,9 @@ impl Judged<'_> {
         mut announcer: Option<Announcer>,
     ) -> Result<Judgment, Error> {
         let Self { around, system, .. } = self;
-        let first = around.sight.iter().flat_map(|sight| await_sight(sight, &mut events)).collect::<Vec<_>>();
+        let mut idle = || announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
+        let first = around.sight.iter().flat_map(|sight| await_sight(sight, &mut events, &mut idle));
+        let first: Vec<_> = first.collect();
         let events = first.into_iter().chain(events);
         let outputs = Outputs { folder: self.folder.map(Path::to_owned), ..Outputs::default() };
         refuse_campaign(&outputs)?;
@@ -221,7 +223,7 @@ impl Judged<'_> {
                         view.apply(judge.place(time, place.pose, None)).expect(FITS);
                         presentation.follow(&view)?;
                     }
-                    if let Some((pose, scene)) = looking.as_mut().and_then(|looking| looking.look(event.time)) {
+                    if let Some((pose, scene)) = looking.as_mut().and_then(|looking| looking.look(event.time, around)) {
                         let time = event.time.max(view.time());
                         view.apply(judge.place(time, pose, scene)).expect(FITS);
                         presentation.follow(&view)?;
@@ -267,20 +269,19 @@ impl Judged<'_> {
 fn await_sight(
     sight: &RefCell<Sight>,
     events: &mut impl Iterator<Item = Result<Found, Error>>,
+    idle: &mut impl FnMut(),
 ) -> Vec<Result<Found, Error>> {
     let (mut found, asked) = (Vec::new(), Instant::now());
-    while !sight.borrow_mut().is_complete() && asked.elapsed() < LONGEST_WAIT {
+    while sight.borrow_mut().missing().is_some() && asked.elapsed() < LONGEST_WAIT {
         match events.next() {
-            Some(Ok(Found::Idle)) => {}
+            Some(Ok(Found::Idle)) => idle(),
             Some(next) => found.push(next),
             None => break,
         }
     }
-    let sight = sight.borrow();
+    let mut sight = sight.borrow_mut();
     sight.unread().for_each(note);
-    if sight.map().is_none() {
-        note("no map has come: the page does not show where the robot is");
-    }
+    sight.missing().into_iter().for_each(note);
     found
 }
 

@@ -32,7 +32,10 @@ const PROPERTIES: &str = "
     timed property soon := always ((request, monitor, m.x > 8) implies time_until (reply, monitor, true) < 0.35 s)
     property fresh_ones := always ((request, monitor, m.x = 7) and fresh (request, monitor, true) implies
         not (reply, monitor, m.x = 7))
-    property charged := always (battery, monitor, m.x > 2 or m.x < 1)";
+    property charged := always (battery, monitor, m.x > 2 or m.x < 1)
+    property both := always ((request, monitor, m.x > 9) implies time_until (reply, monitor, true) < 0.5 s)
+        and always (battery, monitor, m.x >= 4)
+    property either := (time_until (reply, monitor, m.x = 9) < 0.3 s) implies always (battery, monitor, m.x >= 5)";
 
 /// A message: when it was received, its topic, and its number.
 #[derive(Clone, Copy, Debug)]

@@ -320,11 +320,21 @@ impl CompactRun {
 
     /// Resets τ to 0, and forgets what no rule needs.
     pub(crate) fn normalize(&mut self) {
+        self.forget();
         for ticks in self.ticks.iter_mut().filter(|ticks| **ticks != u64::MAX) {
             *ticks = ticks.saturating_sub(self.now);
         }
-        self.memory.last &= self.compact.remembered();
         self.now = 0;
+    }
+
+    /// Forgets what no rule needs: what the last messages were, and bans that are over.
+    pub(crate) fn forget(&mut self) {
+        self.memory.last &= self.compact.remembered();
+        for (rule, ticks) in self.compact.rules.iter().zip(&mut self.ticks) {
+            if matches!(rule.timing, Timing::Without { .. }) && *ticks <= self.now {
+                *ticks = 0;
+            }
+        }
     }
 
     /// The state that determines how it continues.

@@ -95,8 +95,13 @@ impl Progression {
     /// Resets τ to 0, and forgets what explains a verdict.
     pub(crate) fn normalize(&mut self) {
         self.owed = self.owed.take().map(|owed| owed.shifted(self.now));
-        self.operators.forget(&mut self.memory);
+        self.forget();
         (self.now, self.missed) = (0, None);
+    }
+
+    /// Forgets what does not matter for what comes.
+    pub(crate) fn forget(&mut self) {
+        self.operators.forget(&mut self.memory);
     }
 
     /// The state that determines how it continues.

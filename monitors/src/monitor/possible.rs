@@ -12,10 +12,14 @@ use crate::engine::{Letter, Situation};
 use crate::outcome::Outcome;
 use crate::synthesis::{RunningMonitor, Synthesis};
 
-/// So many states are kept, and so many steps of the run, to go back to where messages went missing. What takes more
-/// transitions than this, which are a few milliseconds, is not worked out.
+/// So many states are kept, and so many steps and gaps of the run, to go back to where messages went missing.
 const MOST_STATES: usize = 256;
 const MOST_STEPS: usize = 4096;
+const MOST_GAPS: usize = 64;
+
+/// So many transitions of further states are worked out with each step, or later, but at most so many at once: a few
+/// milliseconds.
+const WORK: usize = 64;
 const MOST_WORK: usize = 40_000;
 
 /// The states in which a monitor may be if messages are missing: any number of messages, with any content, at any
@@ -34,6 +38,10 @@ pub struct PossibleStates {
     dropped: u64,
     gaps: Vec<Lapse>,
     now: Now,
+    /// The step of the run at which every state had become violated.
+    broken: Option<u64>,
+    /// How many transitions may be worked out.
+    left: usize,
 }
 
 /// What is possible after the last step.
@@ -54,6 +62,8 @@ struct Step {
     time: Duration,
     /// τ, counted from the first state.
     now: u64,
+    /// Its number in the run.
+    step: u64,
 }
 
 /// Where messages on a channel are missing: before the steps with these numbers.
@@ -100,6 +110,7 @@ impl Candidate {
             }
         }
         self.run.read(letter, None, &synthesis.alphabet);
+        self.run.forget();
         self.verdict = self.run.verdict();
     }
 
@@ -144,6 +155,8 @@ impl PossibleStates {
             dropped: 0,
             gaps: Vec::new(),
             now: Now::AsSeen,
+            broken: None,
+            left: MOST_WORK,
         })
     }
 
@@ -157,11 +170,13 @@ impl PossibleStates {
             },
         };
         let start = *self.start.get_or_insert(event.tick);
-        let step = Step { letter, channel, time: event.time, now: event.tick.saturating_sub(start) };
+        let now = event.tick.saturating_sub(start);
+        let step = Step { letter, channel, time: event.time, now, step: event.step };
+        let mut work = (self.left + WORK).min(MOST_WORK);
         if self.steps.len() == MOST_STEPS
             && let Some(oldest) = self.steps.pop_front()
         {
-            let (base, mut work) = (self.base.take(), MOST_WORK);
+            let base = self.base.take();
             self.base = base.and_then(|base| self.after(base, self.dropped, oldest, &mut work));
             self.dropped += 1;
             self.gaps.retain(|gap| gap.last.is_none_or(|last| last >= self.dropped));
@@ -169,9 +184,12 @@ impl PossibleStates {
         let number = self.end();
         self.steps.push_back(step);
         if let Now::Several(states) = &mut self.now {
-            let (states, mut work) = (std::mem::take(states), MOST_WORK);
-            self.now = self.settled(self.after(states, number, step, &mut work));
+            let states = std::mem::take(states);
+            let states = self.after(states, number, step, &mut work);
+            self.note_broken(states.as_deref(), step);
+            self.now = self.settled(states);
         }
+        self.left = work;
     }
 
     /// Messages on this channel may be missing from here on, or have been since its message at a time.
@@ -179,17 +197,37 @@ impl PossibleStates {
         let letters = self.synthesis.alphabet.letters().filter(|(_, of, _)| *of == channel);
         let letters: Vec<Letter> = letters.map(|(letter, ..)| letter).collect();
         match since.map_or(Some(self.end()), |since| self.number_after(channel, since)) {
-            Some(first) => self.gaps.push(Lapse { channel, letters, first, last: None }),
-            None => self.base = None,
+            Some(first) if self.gaps.len() < MOST_GAPS => {
+                self.gaps.push(Lapse { channel, letters, first, last: None });
+            }
+            _ => self.base = None,
         }
-        let mut work = MOST_WORK;
-        let base = self.base.clone().and_then(|base| self.closed(base, self.dropped, &mut work));
-        let numbered = (self.dropped..).zip(&self.steps);
-        let states = numbered.fold(base, |states, (number, step)| self.after(states?, number, *step, &mut work));
+        let mut work = self.left;
+        let mut states = self.base.clone().and_then(|base| self.closed(base, self.dropped, &mut work));
+        self.broken = None;
+        for index in 0..self.steps.len() {
+            let Some(before) = states else { break };
+            let step = self.steps[index];
+            states = self.after(before, self.dropped + index as u64, step, &mut work);
+            self.note_broken(states.as_deref(), step);
+        }
+        self.left = work;
         self.now = self.settled(states);
     }
 
-    /// The gap in the messages of this channel is over.
+    /// The step of the run at which every state had become violated, if that was within what is kept.
+    #[must_use]
+    pub fn broken(&self) -> Option<u64> {
+        self.broken
+    }
+
+    fn note_broken(&mut self, states: Option<&[Candidate]>, step: Step) {
+        if self.broken.is_none() && states.is_some_and(|all| all.iter().all(|state| state.verdict == Verdict::False)) {
+            self.broken = Some(step.step);
+        }
+    }
+
+    /// All gaps in the messages of this channel are over.
     pub fn resume(&mut self, channel: ChannelId) {
         let end = self.end();
         let open = self.gaps.iter_mut().filter(|gap| gap.channel == channel && gap.last.is_none());
@@ -202,12 +240,20 @@ impl PossibleStates {
         !matches!(self.now, Now::AsSeen)
     }
 
-    /// The outcome in all of several states if the run ends now; `None` if they differ, or are too many.
+    /// Whether the states are too many to be worked out.
     #[must_use]
-    pub fn outcome(&self) -> Option<Outcome> {
+    pub fn are_unknown(&self) -> bool {
+        matches!(self.now, Now::Unknown)
+    }
+
+    /// The verdict in all of several states, and the outcome if the run ends now; `None` if they differ, or are too
+    /// many.
+    #[must_use]
+    pub fn agreed(&self) -> Option<(Verdict, Outcome)> {
         let Now::Several(states) = &self.now else { return None };
-        let outcome = states.first()?.outcome();
-        states.iter().all(|state| state.outcome() == outcome).then_some(outcome)
+        let of = |state: &Candidate| (state.verdict, state.outcome());
+        let first = of(states.first()?);
+        states.iter().all(|state| of(state) == first).then_some(first)
     }
 
     /// The number of the next step.
@@ -227,7 +273,7 @@ impl PossibleStates {
 
     /// The states after a step, and after what may be missing between it and the next.
     fn after(&self, mut states: Vec<Candidate>, number: u64, step: Step, work: &mut usize) -> Option<Vec<Candidate>> {
-        *work = work.checked_sub(states.len())?;
+        *work = work.checked_sub(states.len().saturating_sub(1))?;
         states.iter_mut().for_each(|state| state.read(step.letter, step.now, &self.synthesis));
         if states.len() > 1 {
             states = HashSet::<Candidate>::from_iter(states).into_iter().collect();
@@ -237,17 +283,21 @@ impl PossibleStates {
 
     /// With the states after messages that may be missing before the step of this number.
     fn closed(&self, mut states: Vec<Candidate>, number: u64, work: &mut usize) -> Option<Vec<Candidate>> {
-        let letters = || self.gaps.iter().filter(|gap| gap.contains(number)).flat_map(|gap| &gap.letters);
-        if letters().next().is_none() {
+        let letters = self.gaps.iter().filter(|gap| gap.contains(number)).flat_map(|gap| &gap.letters);
+        let letters: Vec<Letter> = letters.copied().collect();
+        if letters.is_empty() {
             return Some(states);
         }
         let mut known: HashSet<Candidate> = states.iter().cloned().collect();
         let mut at = 0;
         while at < states.len() {
-            for letter in letters() {
+            // Whatever comes, a final state remains.
+            let letters = letters.iter().filter(|_| states[at].verdict == Verdict::Inconclusive);
+            let letters: Vec<Letter> = letters.copied().collect();
+            for letter in letters {
                 *work = work.checked_sub(1)?;
                 let mut state = states[at].clone();
-                state.read(*letter, state.now, &self.synthesis);
+                state.read(letter, state.now, &self.synthesis);
                 if known.insert(state.clone()) {
                     states.push(state);
                 }
@@ -318,7 +368,11 @@ mod tests {
 
         /// The outcome in all states that are possible.
         fn outcome(&self) -> Option<Outcome> {
-            if self.possible.are_several() { self.possible.outcome() } else { Some(self.monitor.outcome()) }
+            if self.possible.are_several() {
+                self.possible.agreed().map(|(_, outcome)| outcome)
+            } else {
+                Some(self.monitor.outcome())
+            }
         }
     }
 

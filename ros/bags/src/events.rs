@@ -58,9 +58,10 @@ pub struct Events<'r> {
     /// The channels of messages that were left out, or `None` for anything; those that the caller knows.
     gaps: BTreeMap<Option<ChannelId>, String>,
     known_gaps: BTreeSet<Option<ChannelId>>,
-    /// Gaps that end; the topics, and their entries, whose next message ends one; what was missing in all of them.
+    /// Gaps that end; the topics, and their entries, whose next message ends some, with when those began; what was
+    /// missing in all of them.
     ending: VecDeque<Gap>,
-    interrupted: BTreeSet<(usize, usize)>,
+    interrupted: BTreeMap<(usize, usize), Vec<i64>>,
     /// The time of the last message of each entry of a topic.
     told: BTreeMap<(usize, usize), i64>,
     missing: BTreeMap<usize, Missing>,
@@ -165,7 +166,7 @@ impl<'r> Events<'r> {
             gaps: BTreeMap::new(),
             known_gaps: BTreeSet::new(),
             ending: VecDeque::new(),
-            interrupted: BTreeSet::new(),
+            interrupted: BTreeMap::new(),
             told: BTreeMap::new(),
             missing: BTreeMap::new(),
             noted: 0,
@@ -250,6 +251,8 @@ impl<'r> Events<'r> {
         for index in 0..self.compiled.entries[head.topic].len() {
             let channel = self.compiled.entries[head.topic][index].0;
             match self.convert(head, index) {
+                // What is missing was before it, whether or not it is wanted.
+                Ok(None) if self.mapping.is_received() => self.end_gaps((head.topic, index), channel, head.log_ns),
                 Ok(None) => {}
                 Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => {
                     self.early.push((head, channel, message))
@@ -259,9 +262,7 @@ impl<'r> Events<'r> {
                 }
                 Ok(Some((time_ns, message))) => {
                     self.told.insert((head.topic, index), time_ns);
-                    if self.interrupted.remove(&(head.topic, index)) {
-                        self.put_in_order(time_ns, Waiting::Resumed(channel));
-                    }
+                    self.end_gaps((head.topic, index), channel, time_ns);
                     self.put_in_order(time_ns, Waiting::Message(channel, message));
                 }
                 Err((reason, first)) => self.leave_out(head.topic, channel, reason, first),
@@ -339,9 +340,12 @@ impl<'r> Events<'r> {
         for index in 0..self.compiled.entries[topic].len() {
             let (channel, entry) = &self.compiled.entries[topic][index];
             let is_lossy = entry.as_ref().is_ok_and(|entry| entry.is_lossy);
-            if is_lossy || !self.interrupted.insert((topic, index)) {
+            let begun = self.interrupted.entry((topic, index)).or_default();
+            // One that has begun later is part of it.
+            if is_lossy || begun.iter().any(|begun_ns| *begun_ns <= since_ns) {
                 continue;
             }
+            begun.push(since_ns);
             let told_ns = self.told.get(&(topic, index)).copied().unwrap_or(i64::MIN);
             let since_ns = if is_received { since_ns } else { told_ns };
             let mut gap = Gap { why: why.clone(), channel: Some(*channel), since: None, ends: is_received };
@@ -353,6 +357,13 @@ impl<'r> Events<'r> {
                     self.ending.push_back(gap);
                 }
             }
+        }
+    }
+
+    /// A message of an entry of a topic ends what was missing before it.
+    fn end_gaps(&mut self, entry: (usize, usize), channel: ChannelId, time_ns: i64) {
+        for _ in self.interrupted.remove(&entry).unwrap_or_default() {
+            self.put_in_order(time_ns, Waiting::Resumed(channel));
         }
     }
 

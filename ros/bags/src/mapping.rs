@@ -42,23 +42,25 @@ pub struct RobotTopics {
     pub scan: Option<String>,
     /// The path that it follows: `nav_msgs/msg/Path`.
     pub path: Option<String>,
+    /// Its transforms: `/tf` and `/tf_static`, and the same within its namespace if it has one.
+    pub transforms: Vec<String>,
 }
 
 impl RobotTopics {
-    /// The topics of transforms, which have these names everywhere.
-    pub const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
-
     /// All of them.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let named = [&self.pose, &self.odometry, &self.scan, &self.path].into_iter().flatten();
-        std::iter::once(&self.map).chain(named).map(String::as_str).chain(Self::TRANSFORMS)
+        std::iter::once(&self.map).chain(named).chain(&self.transforms).map(String::as_str)
     }
 
     fn within(self, space: &str) -> Self {
         let name = |name| within(space, name);
-        let Self { map, pose, odometry, scan, path } = self;
+        let Self { map, pose, odometry, scan, path, mut transforms } = self;
         let [pose, odometry, scan, path] = [pose, odometry, scan, path].map(|topic| topic.map(name));
-        Self { map: name(map), pose, odometry, scan, path }
+        if !space.is_empty() {
+            transforms.extend(transforms.clone().iter().map(|topic| format!("{space}{topic}")));
+        }
+        Self { map: name(map), pose, odometry, scan, path, transforms }
     }
 }
 
@@ -242,7 +244,8 @@ fn robot(table: Table<'_>) -> Option<RobotTopics> {
     let odometry = topic("odometry", "Its odometry, `nav_msgs/msg/Odometry`. Without it, `/tf` tells it.").optional();
     let scan = topic("scan", "Its scans, `sensor_msgs/msg/LaserScan`.").optional();
     let path = topic("path", "The path that it follows, `nav_msgs/msg/Path`.").optional();
-    Some(RobotTopics { map: map?, pose, odometry, scan, path })
+    let transforms = ["/tf", "/tf_static"].map(str::to_owned).into();
+    Some(RobotTopics { map: map?, pose, odometry, scan, path, transforms })
 }
 
 fn mapped(table: Table<'_>) -> Option<Mapped> {

@@ -71,6 +71,8 @@ pub struct Bridge {
     survey: Survey,
     /// The names of the wanted topics; none for all.
     wanted: Option<BTreeSet<String>>,
+    /// Those of them of which it does not matter what is missing.
+    shown: BTreeSet<String>,
     /// The size of all definitions, in bytes.
     defined: usize,
     lost: Vec<String>,
@@ -118,6 +120,7 @@ impl Bridge {
             clock: Clock::start(),
             survey: Survey::default(),
             wanted,
+            shown: BTreeSet::new(),
             defined: 0,
             lost: Vec::new(),
             notes: [AS_TOLD.to_owned()],
@@ -225,7 +228,7 @@ impl Bridge {
                 let mut asked = Vec::new();
                 for channel in channels {
                     let (id, topic) = (channel.id, channel.into_topic());
-                    if self.gone.remove(&topic.name) {
+                    if self.gone.remove(&topic.name) && !self.shown.contains(&topic.name) {
                         let when = bags::moment(self.clock.now_ns());
                         self.lose(format!(
                             "{} was offered again at {when}: what it said before may be missing",
@@ -346,6 +349,10 @@ impl Live for Bridge {
 
     fn robot(&self) -> &Robot {
         &self.robot
+    }
+
+    fn only_show(&mut self, topics: BTreeSet<String>) {
+        self.shown = topics;
     }
 
     fn begin(&mut self) -> Result<(), Error> {

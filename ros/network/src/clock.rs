@@ -32,7 +32,7 @@ impl Clock {
 }
 
 #[expect(clippy::disallowed_methods, reason = "messages are received in real time")]
-fn system_ns() -> i64 {
+pub(crate) fn system_ns() -> i64 {
     nanoseconds(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
 }
 

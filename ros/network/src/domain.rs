@@ -16,7 +16,7 @@ use std::time::Duration;
 use bags::{Received, Source, Survey};
 
 use crate::Error;
-use crate::clock::{Clock, now};
+use crate::clock::now;
 use crate::robot::{Live, Publish, Robot};
 use heard::Subscribed;
 use hearing::Hearing;
@@ -121,6 +121,10 @@ impl Live for Domain {
         &self.hearing.robot
     }
 
+    fn only_show(&mut self, topics: BTreeSet<String>) {
+        self.hearing.shown = topics;
+    }
+
     /// Subscribes to the wanted topics. Messages count once their publishers know it.
     fn begin(&mut self) -> Result<(), Error> {
         if let (Some(topics), Some(participant)) = (self.hearing.wanted(), &self.participant) {
@@ -132,7 +136,7 @@ impl Live for Domain {
 
     fn publisher(&self) -> Option<Publish> {
         let voice = self.participant.as_ref()?.voice();
-        let mut standings = Standings { last: Vec::new(), clock: Clock::start() };
+        let mut standings = Standings { last: Vec::new() };
         Some(Box::new(move |now| standings.publications(now).into_iter().for_each(|message| voice.publish(message))))
     }
 }

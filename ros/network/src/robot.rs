@@ -20,6 +20,9 @@ pub trait Live: Source {
     /// What the robot tells beside its topics.
     fn robot(&self) -> &Robot;
 
+    /// These of the wanted topics are only shown: no verdict depends on what is missing there.
+    fn only_show(&mut self, topics: BTreeSet<String>);
+
     /// Messages count from here on. What is latched comes again, if it has come before.
     ///
     /// # Errors

@@ -239,9 +239,10 @@ time.sleep(4)
 robot.ask("go")
 time.sleep(0.5)
 second = listener()
-_, _, report = end(watching)
+_, said, report = end(watching)
 assert first != second and "DDS failed after" in str(report["notes"]), (first, second, report["notes"])
-# What a message shows by itself is sure.
+# What a message shows by itself is sure, and is said at once.
+assert any((line["property"], line["verdict"]) == ("charged", "violated") for line in said), said
 assert verdicts(report)["charged"] == ("violated", [[24]], None), report
 assert verdicts(report)["dead"][2], report
 watching = watch("robot.toml", "safety.scope", "orphan.mcap")

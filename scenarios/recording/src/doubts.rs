@@ -23,8 +23,8 @@ struct State {
     later: Option<String>,
     /// The monitor that tells whether missing messages could change the verdict; without one, the property's own does.
     judge: Option<ScopeMonitor>,
-    /// When the verdict was reached.
-    reached: Option<Duration>,
+    /// When the verdict was reached, and at which step of the run.
+    reached: Option<(Duration, u64)>,
     /// Whether messages may be missing from now on, without an end.
     is_lasting: bool,
     /// What the monitor may have come to, if losses are counted, and why it may be more than one thing.
@@ -96,11 +96,17 @@ impl Doubts {
             property.scope_monitor_mut().into_iter().for_each(ScopeMonitor::give_up_vacuity);
             state.is_lasting |= !gap.ends;
             state.anew = None;
+            let is_late = state.was_reached_since(gap) && state.verdict(property) == Verdict::False;
             match (&mut state.possible, ending) {
                 (Some(possible), Some(channel)) => {
                     possible.miss(channel, gap.since);
-                    state.gap.get_or_insert_with(|| gap.why.clone());
-                    state.weigh(property);
+                    let is_elsewhen = is_late && possible.broken() != state.reached.map(|(_, step)| step);
+                    if possible.are_unknown() || is_elsewhen {
+                        state.suspect(gap, property);
+                    } else {
+                        state.gap.get_or_insert_with(|| gap.why.clone());
+                        state.weigh(property);
+                    }
                 }
                 _ => state.suspect(gap, property),
             }
@@ -111,8 +117,9 @@ impl Doubts {
     pub fn resume(&mut self, channel: ChannelId, properties: &[Property]) {
         let open = self.gaps.entry(channel).or_default();
         *open = open.saturating_sub(1);
+        let is_over = *open == 0;
         for (state, property) in self.states.iter_mut().zip(properties) {
-            state.possible.iter_mut().for_each(|possible| possible.resume(channel));
+            state.possible.iter_mut().filter(|_| is_over).for_each(|possible| possible.resume(channel));
             state.begin_anew(property, &self.gaps);
         }
     }
@@ -122,7 +129,7 @@ impl Doubts {
     pub fn observe(&mut self, event: &Event, properties: &mut [Property]) {
         for (state, property) in self.states.iter_mut().zip(properties) {
             state.observe(event);
-            state.settle(event.time, property);
+            state.settle(event, property);
             state.begin_anew(property, &self.gaps);
         }
     }
@@ -170,15 +177,19 @@ impl State {
         }
     }
 
+    /// Whether the verdict was reached after messages had begun to be missing.
+    fn was_reached_since(&self, gap: &Gap) -> bool {
+        self.reached.zip(gap.since).is_some_and(|((reached, _), since)| reached > since)
+    }
+
     /// Messages may be missing, and what they could change is not worked out.
     fn suspect(&mut self, gap: &Gap, property: &Property) {
         self.possible = None;
         let verdict = self.verdict(property);
-        let was_reached_since = self.reached.zip(gap.since).is_some_and(|(reached, since)| reached > since);
         match verdict {
             // It was violated by a message that was there.
             Verdict::False if judged(property).is_some() => {}
-            Verdict::True | Verdict::False if !was_reached_since => {
+            Verdict::True | Verdict::False if !self.was_reached_since(gap) => {
                 if verdict == Verdict::False {
                     self.later.get_or_insert_with(|| gap.why.clone());
                 }
@@ -192,17 +203,19 @@ impl State {
     /// Compares what the monitor has come to with what it may have come to.
     fn weigh(&mut self, property: &Property) {
         let (Some(possible), Some(gap)) = (&self.possible, &self.gap) else { return };
-        let outcome = Outcome::of(property.monitor.as_ref());
-        if !possible.are_several() {
-            (self.why, self.gap) = (None, None);
-        } else if possible.outcome() == Some(outcome) {
+        let (verdict, outcome) = (self.verdict(property), Outcome::of(property.monitor.as_ref()));
+        let is_sure = !possible.are_several() || possible.agreed() == Some((verdict, outcome));
+        if is_sure {
             if outcome == Outcome::Violated {
                 self.later = Some(gap.clone());
             }
-            self.why = None;
+            if !possible.are_several() {
+                self.gap = None;
+            }
+            (self.why, self.anew) = (None, None);
         } else {
             self.why.get_or_insert_with(|| gap.clone());
-            if self.verdict(property) == Verdict::False {
+            if verdict == Verdict::False || possible.are_unknown() {
                 // Whenever it is violated for sure, this is not why.
                 self.possible = None;
             }
@@ -224,21 +237,22 @@ impl State {
         };
     }
 
-    fn settle(&mut self, time: Duration, property: &mut Property) {
+    fn settle(&mut self, event: &Event, property: &mut Property) {
+        let at = (event.time, event.step);
         let is_violated = |(monitor, judge): &mut (ScopeMonitor, Option<ScopeMonitor>)| {
             judge.as_ref().unwrap_or(monitor).verdict() == Verdict::False
         };
         if let (Some((anew, judge)), Some(monitor)) = (self.anew.take_if(is_violated), property.scope_monitor_mut()) {
             *monitor = anew;
             (self.judge, self.possible) = (judge, None);
-            (self.later, self.reached) = (self.why.take(), Some(time));
+            (self.later, self.reached) = (self.why.take(), Some(at));
             return;
         }
         let verdict = self.verdict(property);
         if verdict != Verdict::Inconclusive && self.reached.is_none() {
-            self.reached = Some(time);
+            self.reached = Some(at);
             if verdict == Verdict::False && judged(property).is_some() {
-                self.why = None;
+                (self.why, self.anew) = (None, None);
             }
         }
         self.weigh(property);

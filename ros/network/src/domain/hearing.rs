@@ -48,6 +48,8 @@ pub(super) struct Hearing {
     phase: Phase,
     /// The names of the wanted topics; none for all.
     wanted: Option<BTreeSet<String>>,
+    /// Those of them of which it does not matter what is missing.
+    pub(super) shown: BTreeSet<String>,
     pub(super) survey: Survey,
     pub(super) lost: Vec<String>,
     pub(super) notes: Vec<String>,
@@ -96,6 +98,7 @@ impl Hearing {
         Self {
             phase: if wanted.is_some() { Phase::Looking } else { Phase::Watching },
             wanted,
+            shown: BTreeSet::new(),
             survey: Survey::default(),
             lost: Vec::new(),
             notes: Vec::new(),
@@ -126,10 +129,14 @@ impl Hearing {
         guids.iter().for_each(|guid| self.miss(guid));
     }
 
+    fn is_only_shown(&self, topic: usize) -> bool {
+        self.shown.contains(&self.survey.topics[topic].name)
+    }
+
     /// Tells of what cannot be heard of a writer.
     fn miss(&mut self, guid: &[u8; 16]) {
         let Some(known) = self.writers.get(guid).filter(|_| self.wanted.is_some()) else { return };
-        let Some(topic) = known.topic else { return };
+        let Some(topic) = known.topic.filter(|topic| !self.is_only_shown(*topic)) else { return };
         let (name, who) = (&self.survey.topics[topic].name, self.who(&known.writer));
         let (writer, kind) = (&known.writer, names::kind(&known.writer.kind));
         if let Some(policy) = &writer.unfit {
@@ -332,7 +339,8 @@ impl Hearing {
 
     fn leave(&mut self, guid: [u8; 16]) {
         let Some(known) = self.writers.remove(&guid) else { return };
-        if let Some(topic) = known.topic.filter(|_| self.phase != Phase::Looking && self.wanted.is_some()) {
+        let is_told = self.phase != Phase::Looking && self.wanted.is_some();
+        if let Some(topic) = known.topic.filter(|topic| is_told && !self.is_only_shown(*topic)) {
             let (name, when) = (&self.survey.topics[topic].name, bags::moment(self.newest_ns));
             let who = self.who(&known.writer);
             if [guid, participant(&guid)].iter().any(|guid| self.goodbyes.contains(guid)) {
@@ -382,7 +390,7 @@ impl Hearing {
         let (due, rest): (Vec<_>, Vec<_>) = self.unnamed.iter().copied().partition(is_due);
         self.unnamed = rest;
         for (since_ns, guid, topic) in due {
-            let Some(known) = self.writers.get(&guid) else { continue };
+            let Some(known) = self.writers.get(&guid).filter(|_| !self.is_only_shown(topic)) else { continue };
             let (writer, name) = (&known.writer, &self.survey.topics[topic].name);
             let who = self.who(writer);
             let mut notes = Vec::new();

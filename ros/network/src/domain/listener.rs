@@ -138,8 +138,10 @@ struct Listener {
     events: DomainParticipantStatusListener,
     subscriber: Subscriber,
     readers: BTreeMap<String, Reader>,
-    /// What publishes, by topic.
+    /// What publishes, by topic; and what had no room there: one reader that does not answer must not keep the last
+    /// message from the others for longer than it takes to forget it.
     writers: BTreeMap<String, DataWriter<Vec<u8>, AsIs>>,
+    unsent: BTreeMap<String, Vec<u8>>,
     options: Options,
     clock: Clock,
     /// The system's clock minus ours; until when that has to catch up, as it went back a little.
@@ -194,6 +196,7 @@ impl Listener {
             subscriber,
             readers,
             writers,
+            unsent: BTreeMap::new(),
             options,
             clock,
             offset_ns,
@@ -215,6 +218,7 @@ impl Listener {
             is_due |= self.take_note();
             let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
             messages.into_iter().try_for_each(|message| self.publish(message))?;
+            self.send();
             let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
             is_due |= wanted != subscribed;
             // What a writer says last is taken before it is gone.
@@ -396,7 +400,8 @@ impl Listener {
     /// Publishes a message, reliably.
     fn publish(&mut self, Publication { topic, kind, is_latched, body }: Publication) -> Result<(), String> {
         if !self.writers.contains_key(&topic) {
-            let qos = qos(true, is_latched, KEPT);
+            // Who comes later receives the last one.
+            let qos = qos(true, is_latched, if is_latched { 1 } else { KEPT_SMALL });
             let make = || {
                 let made = self.participant.create_topic(names::topic(&topic), kind, &qos, TopicKind::NoKey)?;
                 self.participant.create_publisher(&qos)?.create_datawriter_no_key(&made, Some(qos.clone()))
@@ -404,9 +409,18 @@ impl Listener {
             let made = make().map_err(|error| format!("{topic} cannot be published: {error}"))?;
             self.writers.insert(topic.clone(), made);
         }
-        // One that waits for who reads it would keep what is heard waiting, too: it is left out.
-        self.writers.get(&topic).map(|writer| writer.write(body, None));
+        self.unsent.insert(topic, body);
+        self.send();
         Ok(())
+    }
+
+    /// Sends the last message on each topic that has not been sent, where there is room now.
+    fn send(&mut self) {
+        let writers = &self.writers;
+        let has_no_room = |topic: &String, body: &mut Vec<u8>| {
+            writers.get(topic).is_some_and(|writer| writer.write(body.clone(), None).is_err())
+        };
+        self.unsent.retain(has_no_room);
     }
 
     /// What the readers have received, in order.
@@ -422,6 +436,8 @@ impl Listener {
             let begun = samples.len();
             loop {
                 match reader.data.try_take_one() {
+                    // What is published here is not heard.
+                    Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
                     Ok(Some(change)) => {
                         let age_ns = system_ns.saturating_sub(nanoseconds(change.receive_instant)).max(0);
                         let sent = change.source_timestamp().filter(|stamp| *stamp != Timestamp::INVALID);

@@ -3,13 +3,12 @@
 use ros_messages::CdrWriter;
 
 use super::heard::Publication;
-use crate::clock::Clock;
+use crate::clock::system_ns;
 use crate::robot::Standing;
 
 /// Publishes standings: all of them on `/diagnostics`, and each that has changed on a latched topic of its own.
 pub(super) struct Standings {
     pub(super) last: Vec<Standing>,
-    pub(super) clock: Clock,
 }
 
 impl Standings {
@@ -17,18 +16,18 @@ impl Standings {
     pub(super) fn publications(&mut self, standings: &[Standing]) -> Vec<Publication> {
         let changed = standings.iter().filter(|standing| !self.last.contains(standing));
         let mut publications: Vec<Publication> = changed.map(alone).collect();
-        publications.push(together(standings, self.clock.now_ns()));
+        publications.push(together(standings, system_ns()));
         self.last = standings.to_vec();
         publications
     }
 }
 
-/// On a topic of its own.
+/// On a topic of its own, whose name has no other letters than ROS allows.
 fn alone(standing: &Standing) -> Publication {
     let mut body = CdrWriter::reusing(Vec::new());
     write(standing, &mut body);
     Publication {
-        topic: format!("/steward/properties/{}", standing.property),
+        topic: format!("/steward/properties/{}", standing.property.replace(|letter: char| !letter.is_ascii(), "_")),
         kind: "diagnostic_msgs::msg::dds_::DiagnosticStatus_".to_owned(),
         is_latched: true,
         body: body.bytes(),

@@ -47,6 +47,9 @@ pub(super) const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
 pub(super) const MAP: &str = "nav_msgs/msg/OccupancyGrid";
 const POSES: [&str; 3] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/msg/PoseStamped", ODOMETRY];
 
+/// More frames are not a robot's own: whatever is detected may have one.
+const MOST_FRAMES: usize = 1000;
+
 /// The frames of a robot's body.
 const BASES: [&str; 2] = ["base_footprint", "base_link"];
 
@@ -187,7 +190,10 @@ impl BagReader {
                     let parent = frame(transform.part("header")?.text("frame_id")?);
                     let child = frame(transform.text("child_frame_id")?);
                     let to = transform.part("transform")?;
-                    self.frames.insert(child, (parent, plane(to.part("translation")?, to.part("rotation")?)?));
+                    let pose = plane(to.part("translation")?, to.part("rotation")?)?;
+                    if self.frames.len() < MOST_FRAMES || self.frames.contains_key(&child) {
+                        self.frames.insert(child, (parent, pose));
+                    }
                 }
             }
             TopicRole::Map => self.map = Some(grid(message)?),
@@ -227,7 +233,7 @@ impl BagReader {
     }
 
     /// The newest odometry in the `map` frame, by the newest correction.
-    fn corrected(&mut self) -> Option<Pose> {
+    pub(super) fn corrected(&mut self) -> Option<Pose> {
         let (odometry, _) = self.odometry()?;
         let correction = self.correction.or_else(|| self.pose_of(&self.names.as_ref()?.0, "map"))?;
         Some(correction * odometry)

@@ -1,6 +1,6 @@
 //! Where a robot is while it runs, on its own map: what a page shows of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
@@ -23,7 +23,27 @@ pub struct Sight {
     path: Vec<Point>,
     /// What could not be read, in words: the first of each topic.
     unread: BTreeMap<usize, String>,
+    /// What has been seen and not been looked at.
+    seen: VecDeque<Glance>,
+    /// Whether the picture has begun, with the map that there was.
+    has_begun: bool,
 }
+
+/// Where a robot was, and what was new there.
+pub struct Glance {
+    /// When it was received, in nanoseconds since 1970.
+    pub log_ns: i64,
+    /// The robot, in the frame of the map.
+    pub pose: Pose,
+    /// The ranges of a scan, in meters, one for each beam of the [laser](Sight::laser).
+    pub scan: Option<Vec<f32>>,
+    /// The path that it follows, in the frame of the map.
+    pub path: Vec<Point>,
+}
+
+/// How often a robot is looked at, in nanoseconds; and how many such glances are kept.
+const OFTEN_NS: i64 = 100_000_000;
+const MOST_SEEN: usize = 1000;
 
 /// What a topic is read for.
 #[derive(Clone, Copy)]
@@ -37,16 +57,20 @@ impl Sight {
     #[must_use]
     pub fn new(topics: RobotTopics) -> Self {
         let (read, reader, path, unread) = (Vec::new(), BagReader::default(), Vec::new(), BTreeMap::new());
-        Self { topics, read, reader, localized: None, path, unread }
+        let (seen, has_begun) = (VecDeque::new(), false);
+        Self { topics, read, reader, localized: None, path, unread, seen, has_begun }
     }
 
-    /// Takes a message, if it is on one of the topics. Returns whether it was.
-    pub fn take(&mut self, head: Head, body: &[u8], survey: &Survey) -> bool {
+    /// Takes a message, if it is on one of the topics.
+    pub fn take(&mut self, head: Head, body: &[u8], survey: &Survey) {
         while self.read.len() < survey.topics.len() {
             let made = self.reading(self.read.len(), survey);
             self.read.push(made);
         }
-        let Some((what, decoder, layout)) = &self.read[head.topic] else { return false };
+        let Some((what, decoder, layout)) = &self.read[head.topic] else { return };
+        if self.has_begun && matches!(what, Use::Role(TopicRole::Map)) {
+            return;
+        }
         let decoded = decoder.decode(body);
         let taken = match (what, decoded.as_ref().ok().and_then(|value| Structure::of(layout, value))) {
             (_, None) => None,
@@ -59,18 +83,40 @@ impl Sight {
                 self.reader.take(*role, message)
             }
         };
-        // A pose or a scan that comes before odometry is no fault.
-        if taken.is_none() && matches!(what, Use::Role(TopicRole::Map) | Use::Path) {
+        // A pose, a scan or a path that comes before a transform is no fault.
+        if taken.is_none() && matches!(what, Use::Role(TopicRole::Map)) {
             let name = &survey.topics[head.topic].name;
             self.unread.entry(head.topic).or_insert_with(|| format!("{name} cannot be shown: it makes no sense"));
         }
-        true
+        let is_due = self.seen.back().is_none_or(|last| head.log_ns.saturating_sub(last.log_ns) >= OFTEN_NS);
+        if let Some(pose) = self.pose().filter(|_| is_due) {
+            let (scan, path) = (self.reader.ranges_m.take(), self.path.clone());
+            if self.seen.len() == MOST_SEEN {
+                self.seen.pop_front();
+            }
+            self.seen.push_back(Glance { log_ns: head.log_ns, pose, scan, path });
+        }
+    }
+
+    /// The last glance until a time, in nanoseconds since 1970, with the last scan; none if there is none that is new.
+    pub fn look(&mut self, until_ns: i64) -> Option<Glance> {
+        let (mut last, mut scan) = (None, None);
+        while let Some(glance) = self.seen.pop_front_if(|glance| glance.log_ns <= until_ns) {
+            scan = glance.scan.clone().or(scan);
+            last = Some(glance);
+        }
+        Some(Glance { scan, ..last? })
+    }
+
+    /// The picture begins: with the map, the robot and the laser that there are.
+    pub fn begin(&mut self) {
+        self.has_begun = true;
     }
 
     /// How a topic is read, if it is.
     fn reading(&mut self, index: usize, survey: &Survey) -> Option<(Use, Decoder, Arc<Layout>)> {
         let topic = &survey.topics[index];
-        let RobotTopics { map, pose, odometry, scan, path } = &self.topics;
+        let RobotTopics { map, pose, odometry, scan, path, transforms } = &self.topics;
         let is = |name: &Option<String>| name.as_ref() == Some(&topic.name);
         let what = match () {
             () if topic.name == *map => Use::Role(TopicRole::Map),
@@ -78,7 +124,7 @@ impl Sight {
             () if is(odometry) => Use::Role(TopicRole::Odometry),
             () if is(scan) => Use::Role(TopicRole::Scan),
             () if is(path) => Use::Path,
-            () if RobotTopics::TRANSFORMS.contains(&topic.name.as_str()) => Use::Role(TopicRole::Transforms),
+            () if transforms.contains(&topic.name) => Use::Role(TopicRole::Transforms),
             () => return None,
         };
         let nothing = |_: &Path| Err(ErrorKind::NotFound.into());
@@ -97,33 +143,31 @@ impl Sight {
         self.reader.map.as_ref()
     }
 
-    /// Whether all has been told that a picture begins with: the map, the robot on it, and its laser.
+    /// What a picture begins with and has not been told, in words.
     #[must_use]
-    pub fn is_complete(&mut self) -> bool {
-        self.map().is_some() && self.pose().is_some() && (self.topics.scan.is_none() || self.laser().is_some())
+    pub fn missing(&mut self) -> Option<&'static str> {
+        if self.map().is_none() {
+            Some("no map has come: the page does not show where the robot is")
+        } else if self.pose().is_none() {
+            Some("nothing has told where the robot is on its map")
+        } else if self.topics.scan.is_some() && self.laser().is_none() {
+            Some("no scan has come of which it is known where the laser is: the page shows none")
+        } else {
+            None
+        }
     }
 
     /// The robot, in the frame of the map.
     #[must_use]
     pub fn pose(&mut self) -> Option<Pose> {
-        self.reader.pose().or(self.localized)
+        let by_localization = self.topics.pose.is_some().then(|| self.reader.corrected()).flatten();
+        by_localization.or_else(|| self.reader.pose()).or(self.localized)
     }
 
     /// Its laser, once there was a scan.
     #[must_use]
     pub fn laser(&self) -> Option<&LaserSpec> {
         self.reader.laser.as_ref()
-    }
-
-    /// The ranges of the last scan that has not been returned, in meters.
-    pub fn next_scan(&mut self) -> Option<Vec<f32>> {
-        self.reader.ranges_m.take()
-    }
-
-    /// The path that it follows, in the frame of the map.
-    #[must_use]
-    pub fn path(&self) -> &[Point] {
-        &self.path
     }
 
     /// What cannot be shown, in words.
@@ -134,8 +178,9 @@ impl Sight {
 
 /// The positions of a path, in the frame of the map.
 fn path(message: Structure<'_>, reader: &BagReader) -> Option<Vec<Point>> {
-    let own = frame(message.part("header")?.text("frame_id")?);
-    let onto_map = if own == "map" { Pose::identity() } else { reader.pose_of(&own, "map")? };
-    let poses = message.parts("poses").into_iter().map(|stamped| Some(onto_map * pose_in(stamped.part("pose")?)?));
+    let (own, poses) = (frame(message.part("header")?.text("frame_id")?), message.parts("poses"));
+    let is_own = own == "map" || poses.is_empty();
+    let onto_map = if is_own { Pose::identity() } else { reader.pose_of(&own, "map")? };
+    let poses = poses.into_iter().map(|stamped| Some(onto_map * pose_in(stamped.part("pose")?)?));
     poses.map(|pose| Some(pose?.translation.vector.into())).collect()
 }

@@ -45,11 +45,14 @@ pub fn way(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Way> {
     maps.first()?;
     // Of several robots, or several localizations, none is meant.
     let single = |role, kind, name| Some(of(role, kind, name)).filter(|found| found.len() < 2).unwrap_or_default();
+    let is_meant =
+        |topic: &(TopicRole, usize)| topics.is_none_or(|topics| topics.transforms.contains(&all[topic.1].name));
+    let transforms = of(TopicRole::Transforms, super::bag::TRANSFORMS, None).into_iter().filter(is_meant);
     let odometry = topics.and_then(|topics| topics.odometry.as_deref());
     let pose = topics.and_then(|topics| topics.pose.as_deref());
     let roles = maps
         .into_iter()
-        .chain(of(TopicRole::Transforms, super::bag::TRANSFORMS, None))
+        .chain(transforms)
         .chain(single(TopicRole::Odometry, ODOMETRY, odometry))
         .chain(single(TopicRole::Pose, LOCALIZED, pose));
     let decoders = decoders(bag, roles.collect()).ok()?;
