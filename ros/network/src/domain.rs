@@ -1,5 +1,6 @@
 //! A DDS domain: the nodes of ROS 2 themselves, without a bridge.
 
+mod announcements;
 mod goodbye;
 mod heard;
 mod hearing;

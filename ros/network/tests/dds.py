@@ -295,6 +295,20 @@ assert any(note.startswith(total) for note in report["notes"]), (total, report["
 assert verdicts(report)["positive"][0] == "unsure" or report["monitors"][0]["unsure"], report["monitors"]
 print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS lost are counted, each in its place")
 
+# Its lease ends before it announces itself again, as if an announcement were lost.
+LATE = "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration><SPDPInterval>4s</SPDPInterval></Discovery></Domain></CycloneDDS>"
+robot = Robot(CYCLONE, "cyclone.py", 0, 20000, CYCLONEDDS_URI=LATE)
+robot.process.stdin.write("go\n")
+robot.process.stdin.flush()
+watching = watch("count.toml", "count.scope", "late.mcap")
+time.sleep(8)
+_, _, report = end(watching)
+robot.kill()
+numbers = [struct.unpack_from("<i", data, 4)[0] for topic, data in records(FOLDER / "late.mcap") if topic == "/count"]
+assert "a participant that was given up goes on" in str(report["notes"]), report["notes"]
+assert numbers[-1] - numbers[0] > 5000, (numbers[0], numbers[-1])
+print("a robot that announces itself late is heard again")
+
 # Everybody here may send anything, so no verdict is certain: but there is one.
 seconds = float(os.environ.get("HOSTILE_SECONDS", 6))
 robot = Robot(FAST, "fast.py", int(seconds * 100))

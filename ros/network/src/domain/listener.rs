@@ -26,8 +26,9 @@ use rustdds::{
     Subscriber, Timestamp, TopicKind,
 };
 
+use super::announcements::Announcements;
 use super::goodbye;
-use super::heard::{Ask, Heard, LEAVING, Publication, Sample, Subscribed, Writer, participant};
+use super::heard::{Ask, Heard, LEAVING, Publication, Sample, Subscribed, Writer, participant, prefix};
 use super::names;
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
@@ -151,6 +152,7 @@ struct Listener {
     known: BTreeSet<[u8; 16]>,
     /// Those that are gone without a goodbye. If they come back, rustdds does not tell their readers.
     given_up: BTreeSet<[u8; 16]>,
+    announcements: Option<Announcements>,
     /// Those that said goodbye since it was told the last time.
     goodbyes: BTreeSet<[u8; 16]>,
 }
@@ -203,6 +205,7 @@ impl Listener {
             behind_ns,
             known,
             given_up,
+            announcements: Announcements::of(options),
             goodbyes,
         })
     }
@@ -216,6 +219,11 @@ impl Listener {
                 return Err(why);
             }
             is_due |= self.take_note();
+            let is_given_up = |of: &_| self.given_up.iter().any(|guid| prefix(guid) == *of);
+            if self.announcements.as_mut().is_some_and(|announcements| announcements.has_returned(is_given_up)) {
+                self.leave();
+                return Err("a participant that was given up goes on".to_owned());
+            }
             let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
             messages.into_iter().try_for_each(|message| self.publish(message))?;
             self.send();
