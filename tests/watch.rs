@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
 use tungstenite::{Message, WebSocket};
 
-use crate::live::browser::{Page, until};
+use crate::live::browser::{Page, Socket, until};
 use crate::localize_command::{bag, log};
 use crate::steward::{binary, refusal, steward};
 
@@ -133,13 +133,9 @@ fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
     served.join().expect("a bridge that ends");
 }
 
-#[test]
-fn the_page_shows_what_is_heard_until_it_is_no_longer_wanted() {
-    let (_folder, mapping, properties) = files();
-    let (address, served) = bridge(1);
-    let asked = ["--map-channels", &mapping, "--property", &properties, "--seconds", "1", "--live", "--no-open"];
+/// A program that shows a page: what it notes after that, and the socket of the page.
+fn shown(asked: &[&str]) -> (Child, impl Iterator<Item = String> + use<>, Socket) {
     let mut child = Command::new(binary())
-        .args(["watch", "--foxglove", &address])
         .args(asked)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -149,7 +145,16 @@ fn the_page_shows_what_is_heard_until_it_is_no_longer_wanted() {
     let shown = notes.find_map(|note| note.strip_prefix("note: the page is at ").map(str::to_owned));
     let shown = shown.expect("an address");
     let page = Page::new(&shown, &shown);
-    let mut socket = page.socket(&page.pilot);
+    let socket = page.socket(&page.pilot);
+    (child, notes, socket)
+}
+
+#[test]
+fn the_page_shows_what_is_heard_until_it_is_no_longer_wanted() {
+    let (_folder, mapping, properties) = files();
+    let (address, served) = bridge(1);
+    let asked = ["--map-channels", &mapping, "--property", &properties, "--seconds", "1", "--live", "--no-open"];
+    let (mut child, mut notes, mut socket) = shown(&[&["watch", "--foxglove", &address][..], &asked].concat());
     let is_shown = |known: &Value| {
         let verdicts = known["verdicts"].as_str().unwrap_or_default();
         ["charged", "answered", "violated"].iter().all(|word| verdicts.contains(word))
@@ -199,26 +204,9 @@ fn the_page_shows_the_robot_on_its_map() {
     std::fs::write(path("robot.toml"), mapping).expect("room for a file");
     std::fs::write(path("far.scope"), "property far := always (laser, robot, m.x < 20)\n").expect("room for a file");
     let (address, served) = replaying(bag(&log(), &maps::house::draw(), true));
-    let mut child = Command::new(binary())
-        .args([
-            "watch",
-            "--foxglove",
-            &address,
-            "--map-channels",
-            &path("robot.toml"),
-            "--property",
-            &path("far.scope"),
-        ])
-        .args(["--live", "--no-open"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the binary starts");
-    let mut notes = BufReader::new(child.stderr.take().expect("a pipe")).lines().map(|line| line.expect("text"));
-    let shown = notes.find_map(|note| note.strip_prefix("note: the page is at ").map(str::to_owned));
-    let shown = shown.expect("an address");
-    let page = Page::new(&shown, &shown);
-    let mut socket = page.socket(&page.pilot);
+    let [mapping, property] = [path("robot.toml"), path("far.scope")];
+    let asked = ["watch", "--foxglove", &address, "--map-channels", &mapping, "--property", &property];
+    let (mut child, _notes, mut socket) = shown(&[&asked[..], &["--live", "--no-open"]].concat());
     until(&mut socket, |known| {
         let hits = known["scene"]["hits"].as_array().map_or(0, Vec::len);
         known["greeting"]["floor"]["svg"].is_string() && known["pose"].is_array() && hits > 100

@@ -292,12 +292,11 @@ impl PossibleStates {
         let mut at = 0;
         while at < states.len() {
             // Whatever comes, a final state remains.
-            let letters = letters.iter().filter(|_| states[at].verdict == Verdict::Inconclusive);
-            let letters: Vec<Letter> = letters.copied().collect();
-            for letter in letters {
+            let is_final = states[at].verdict != Verdict::Inconclusive;
+            for letter in letters.iter().filter(|_| !is_final) {
                 *work = work.checked_sub(1)?;
                 let mut state = states[at].clone();
-                state.read(letter, state.now, &self.synthesis);
+                state.read(*letter, state.now, &self.synthesis);
                 if known.insert(state.clone()) {
                     states.push(state);
                 }

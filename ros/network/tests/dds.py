@@ -67,9 +67,12 @@ class Robot:
         return json.loads(line)
 
     def ask(self, what):
+        self.begin(what)
+        return self.heard()
+
+    def begin(self, what):
         self.process.stdin.write(what + "\n")
         self.process.stdin.flush()
-        return self.heard()
 
     def said(self):
         self.errors.seek(0)
@@ -270,8 +273,7 @@ assert found["dead"][0] == "satisfied" or found["dead"][2], found
 print(f"of 61 reliable messages, {len(levels)} came, {61 - len(levels)} never, in the order in which they were sent")
 
 robot = Robot(CYCLONE, "cyclone.py", 0, 7000, CYCLONEDDS_URI=LOSSY)
-robot.process.stdin.write("go\n")
-robot.process.stdin.flush()
+robot.begin("go")
 watching = watch("count.toml", "count.scope", "count.mcap")
 time.sleep(1)
 _, _, report = end(watching)
@@ -298,8 +300,7 @@ print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS los
 # Its lease ends before it announces itself again, as if an announcement were lost.
 LATE = "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration><SPDPInterval>4s</SPDPInterval></Discovery></Domain></CycloneDDS>"
 robot = Robot(CYCLONE, "cyclone.py", 0, 20000, CYCLONEDDS_URI=LATE)
-robot.process.stdin.write("go\n")
-robot.process.stdin.flush()
+robot.begin("go")
 watching = watch("count.toml", "count.scope", "late.mcap")
 time.sleep(8)
 _, _, report = end(watching)
@@ -313,8 +314,7 @@ print("a robot that announces itself late is heard again")
 seconds = float(os.environ.get("HOSTILE_SECONDS", 6))
 robot = Robot(FAST, "fast.py", int(seconds * 100))
 watching = watch("robot.toml", "safety.scope", "hostile.mcap")
-robot.process.stdin.write("go\n")
-robot.process.stdin.flush()
+robot.begin("go")
 hostile = subprocess.Popen([sys.executable, ROBOTS / "hostile.py", str(seconds)], stdout=subprocess.PIPE, text=True)
 largest_mb = 0
 while hostile.poll() is None:

@@ -4,18 +4,15 @@
 //! the same number as before for a repetition: it never hears such a participant again. With Cyclone DDS, one lost
 //! announcement is enough.
 //!
-//! Source: OMG's DDSI-RTPS 2.5, 8.3.3.2 (header), 9.6.2.2 (ports).
+//! Source: OMG's DDSI-RTPS 2.5, 8.3.3.2 (header).
 
 use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
 use std::time::{Duration, Instant};
 
 use super::heard::Prefix;
-use super::options::Options;
+use super::options::{EVERYBODY, Options};
 use crate::clock::now;
-
-/// The multicast address of discovery.
-const EVERYBODY: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
 /// How long rustdds may take to know a participant that has announced itself.
 const RETURNING: Duration = Duration::from_secs(2);
@@ -31,10 +28,9 @@ pub(super) struct Announcements {
 
 impl Announcements {
     /// Listens to what is announced to all in a domain; none if that cannot be heard here.
-    pub(super) fn of(Options { domain, is_local }: Options) -> Option<Self> {
-        let port = u16::try_from(7400 + 250 * u32::from(domain)).ok()?;
-        let socket = shared(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port))?;
-        let interface = if is_local { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
+    pub(super) fn of(options: Options) -> Option<Self> {
+        let socket = shared(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, u16::try_from(options.port()).ok()?))?;
+        let interface = if options.is_local { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
         socket.join_multicast_v4(&EVERYBODY, &interface).ok()?;
         socket.set_nonblocking(true).ok()?;
         Some(Self { socket, heard: BTreeMap::new() })

@@ -3,27 +3,23 @@
 //! rustdds says goodbye with the serialized key alone. Fast DDS takes note of such a message only if it has the hash of
 //! the key, and otherwise keeps readers that are gone for as long as their lease lasts.
 //!
-//! Source: OMG's DDSI-RTPS 2.5, 8.5.3 (participant discovery), 9.4.5.4 (`Data`), 9.6.2.2 (ports), 9.6.4.8 and 9.6.4.9
-//! (parameters).
+//! Source: OMG's DDSI-RTPS 2.5, 8.5.3 (participant discovery), 9.4.5.4 (`Data`), 9.6.4.8 and 9.6.4.9 (parameters).
 
 use std::net::{Ipv4Addr, UdpSocket};
 
-use super::options::Options;
-
-/// The multicast address of discovery.
-const EVERYBODY: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+use super::options::{EVERYBODY, Options};
 
 /// The most participants on one machine that are told one by one: its loopback may have no multicast.
 const MOST_LOCAL: u16 = 32;
 
 /// Tells everybody in a domain that the participant with this GUID leaves it. Those who do not hear it wait for the end
 /// of its lease.
-pub(super) fn say(Options { domain, is_local }: Options, participant: &[u8; 16]) {
-    let base = 7400 + 250 * u32::from(domain);
+pub(super) fn say(options: Options, participant: &[u8; 16]) {
+    let base = options.port();
     let Ok(socket) = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)) else { return };
     let datagram = datagram(participant);
     let local = (0..u32::from(MOST_LOCAL)).map(|index| (Ipv4Addr::LOCALHOST, base + 10 + 2 * index));
-    let everybody = (!is_local).then_some((EVERYBODY, base));
+    let everybody = (!options.is_local).then_some((EVERYBODY, base));
     for (address, port) in everybody.into_iter().chain(local) {
         if let Ok(port) = u16::try_from(port) {
             // Nobody may be there.

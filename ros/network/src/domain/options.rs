@@ -1,6 +1,13 @@
 //! Which part of the network is joined.
+//!
+//! Source: OMG's DDSI-RTPS 2.5, 9.6.2.2 (ports).
+
+use std::net::Ipv4Addr;
 
 use serde::{Deserialize, Serialize};
+
+/// The multicast address of discovery.
+pub(super) const EVERYBODY: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
 /// Which domain is joined, and how far discovery reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,6 +21,11 @@ pub struct Options {
 impl Options {
     /// The largest number of a domain: with larger ones, no port would be left.
     pub const LARGEST_DOMAIN: u16 = 232;
+
+    /// The port of the domain's discovery by multicast, with which its other ports begin.
+    pub(super) fn port(self) -> u32 {
+        7400 + 250 * u32::from(self.domain)
+    }
 }
 
 /// What in the environment of ROS 2 keeps a robot from being seen, each with what to do; `variable` returns a variable
