@@ -12,10 +12,12 @@ use crate::engine::{Letter, Situation};
 use crate::outcome::Outcome;
 use crate::synthesis::{RunningMonitor, Synthesis};
 
-/// So many states are kept, and so many steps and gaps of the run, to go back to where messages went missing.
+/// So many states are kept, and at least so many steps of the run, to go back to where messages went missing.
 const MOST_STATES: usize = 256;
-const MOST_STEPS: usize = 4096;
-const MOST_GAPS: usize = 64;
+const KEPT_STEPS: usize = 4096;
+
+/// The states before every step with a number that this divides are kept, so as not to go back further.
+const EVERY: usize = 64;
 
 /// So many transitions of further states are worked out with each step, or later, but at most so many at once: a few
 /// milliseconds.
@@ -31,12 +33,14 @@ const MOST_WORK: usize = 40_000;
 pub struct PossibleStates {
     synthesis: Arc<Synthesis>,
     start: Option<u64>,
-    /// The states before the first of the steps that are kept; none if there are too many.
-    base: Option<Vec<Candidate>>,
     steps: VecDeque<Step>,
     /// How many steps came before those.
     dropped: u64,
-    gaps: Vec<Lapse>,
+    /// The states before some of the steps, the first of those kept among them: all at once, or from the first gap on.
+    marks: VecDeque<Mark>,
+    /// Where messages may be missing before the next step, and before those after it.
+    missing: Vec<ChannelId>,
+    open: Vec<ChannelId>,
     now: Now,
     /// The step of the run at which every state had become violated.
     broken: Option<u64>,
@@ -47,15 +51,15 @@ pub struct PossibleStates {
 /// What is possible after the last step.
 #[derive(Clone, Debug)]
 enum Now {
-    /// The state of the monitor that has seen these events, and no other.
+    /// The state of the monitor that has seen these events: there has been no gap.
     AsSeen,
-    Several(Vec<Candidate>),
-    /// Too many to be worked out.
+    States(Vec<Candidate>),
+    /// Too many to be worked out, for good.
     Unknown,
 }
 
 /// A state of the run: a tick, or a message on a channel that the formula mentions.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Step {
     letter: Letter,
     channel: Option<ChannelId>,
@@ -64,23 +68,15 @@ struct Step {
     now: u64,
     /// Its number in the run.
     step: u64,
+    /// The channels on which messages may be missing before it.
+    missing: Vec<ChannelId>,
 }
 
-/// Where messages on a channel are missing: before the steps with these numbers.
+/// The states before the step of this number, after what may be missing before it.
 #[derive(Clone, Debug)]
-struct Lapse {
-    channel: ChannelId,
-    /// What these messages can be.
-    letters: Vec<Letter>,
-    first: u64,
-    /// None while the gap lasts.
-    last: Option<u64>,
-}
-
-impl Lapse {
-    fn contains(&self, number: u64) -> bool {
-        self.first <= number && self.last.is_none_or(|last| number <= last)
-    }
+struct Mark {
+    number: u64,
+    states: Vec<Candidate>,
 }
 
 /// A state of the machine. Two that continue alike are equal.
@@ -150,10 +146,11 @@ impl PossibleStates {
         Some(Self {
             synthesis: Arc::clone(synthesis),
             start: None,
-            base: Some(vec![Candidate { verdict: run.verdict(), run, now: 0 }]),
             steps: VecDeque::new(),
             dropped: 0,
-            gaps: Vec::new(),
+            marks: [Mark { number: 0, states: vec![Candidate { verdict: run.verdict(), run, now: 0 }] }].into(),
+            missing: Vec::new(),
+            open: Vec::new(),
             now: Now::AsSeen,
             broken: None,
             left: MOST_WORK,
@@ -162,6 +159,9 @@ impl PossibleStates {
 
     /// Processes an event.
     pub fn observe(&mut self, event: &Event) {
+        if self.are_unknown() {
+            return;
+        }
         let (letter, channel) = match &event.kind {
             EventKind::Tick => (Letter::TICK, None),
             EventKind::Received { channel, message } => match self.synthesis.alphabet.read(*channel, message) {
@@ -169,75 +169,58 @@ impl PossibleStates {
                 None => return,
             },
         };
+        self.left = (self.left + WORK).min(MOST_WORK);
         let start = *self.start.get_or_insert(event.tick);
         let now = event.tick.saturating_sub(start);
-        let step = Step { letter, channel, time: event.time, now, step: event.step };
-        let mut work = (self.left + WORK).min(MOST_WORK);
-        if self.steps.len() == MOST_STEPS
-            && let Some(oldest) = self.steps.pop_front()
-        {
-            let base = self.base.take();
-            self.base = base.and_then(|base| self.after(base, self.dropped, oldest, &mut work));
-            self.dropped += 1;
-            self.gaps.retain(|gap| gap.last.is_none_or(|last| last >= self.dropped));
-        }
-        let number = self.end();
-        self.steps.push_back(step);
-        if let Now::Several(states) = &mut self.now {
+        let missing = std::mem::replace(&mut self.missing, self.open.clone());
+        self.steps.push_back(Step { letter, channel, time: event.time, now, step: event.step, missing });
+        if let Now::States(states) = &mut self.now {
             let states = std::mem::take(states);
-            let states = self.after(states, number, step, &mut work);
-            self.note_broken(states.as_deref(), step);
-            self.now = self.settled(states);
+            self.judge(self.end() - 1, states);
         }
-        self.left = work;
+        if self.steps.len() == KEPT_STEPS + EVERY {
+            self.drop_oldest();
+        }
     }
 
     /// Messages on this channel may be missing from here on, or have been since its message at a time.
     pub fn miss(&mut self, channel: ChannelId, since: Option<Duration>) {
-        let letters = self.synthesis.alphabet.letters().filter(|(_, of, _)| *of == channel);
-        let letters: Vec<Letter> = letters.map(|(letter, ..)| letter).collect();
-        match since.map_or(Some(self.end()), |since| self.number_after(channel, since)) {
-            Some(first) if self.gaps.len() < MOST_GAPS => {
-                self.gaps.push(Lapse { channel, letters, first, last: None });
+        let first = since.map_or(Some(self.end()), |since| self.number_after(channel, since));
+        let known = (!self.are_unknown()).then_some(first).flatten();
+        self.now = Now::Unknown;
+        let Some(first) = known else { return };
+        let kept = usize::try_from(first - self.dropped).unwrap_or(usize::MAX);
+        let lists = self.steps.iter_mut().skip(kept).map(|step| &mut step.missing);
+        for list in lists.chain([&mut self.missing, &mut self.open]).filter(|list| !list.contains(&channel)) {
+            list.push(channel);
+        }
+        while self.marks.len() > 1 && self.marks.back().is_some_and(|mark| mark.number >= first) {
+            self.marks.pop_back();
+        }
+        let Some(Mark { number, states }) = self.marks.pop_back() else { return };
+        if let Some(states) = self.closed(states, number) {
+            if !is_broken(&states) {
+                self.broken = None;
             }
-            _ => self.base = None,
-        }
-        let mut work = self.left;
-        let mut states = self.base.clone().and_then(|base| self.closed(base, self.dropped, &mut work));
-        self.broken = None;
-        for index in 0..self.steps.len() {
-            let Some(before) = states else { break };
-            let step = self.steps[index];
-            states = self.after(before, self.dropped + index as u64, step, &mut work);
-            self.note_broken(states.as_deref(), step);
-        }
-        self.left = work;
-        self.now = self.settled(states);
-    }
-
-    /// The step of the run at which every state had become violated, if that was within what is kept.
-    #[must_use]
-    pub fn broken(&self) -> Option<u64> {
-        self.broken
-    }
-
-    fn note_broken(&mut self, states: Option<&[Candidate]>, step: Step) {
-        if self.broken.is_none() && states.is_some_and(|all| all.iter().all(|state| state.verdict == Verdict::False)) {
-            self.broken = Some(step.step);
+            self.marks.push_back(Mark { number, states: states.clone() });
+            self.judge(number, states);
         }
     }
 
     /// All gaps in the messages of this channel are over.
     pub fn resume(&mut self, channel: ChannelId) {
-        let end = self.end();
-        let open = self.gaps.iter_mut().filter(|gap| gap.channel == channel && gap.last.is_none());
-        open.for_each(|gap| gap.last = Some(end));
+        self.open.retain(|open| *open != channel);
     }
 
-    /// Whether a state may be possible besides that of the monitor that has seen these events.
+    /// Whether a state may be possible besides that of the monitor that has seen these events, which is always among
+    /// them.
     #[must_use]
     pub fn are_several(&self) -> bool {
-        !matches!(self.now, Now::AsSeen)
+        match &self.now {
+            Now::AsSeen => false,
+            Now::States(states) => states.len() > 1 || !self.missing.is_empty(),
+            Now::Unknown => true,
+        }
     }
 
     /// Whether the states are too many to be worked out.
@@ -250,10 +233,16 @@ impl PossibleStates {
     /// many.
     #[must_use]
     pub fn agreed(&self) -> Option<(Verdict, Outcome)> {
-        let Now::Several(states) = &self.now else { return None };
+        let Now::States(states) = &self.now else { return None };
         let of = |state: &Candidate| (state.verdict, state.outcome());
         let first = of(states.first()?);
         states.iter().all(|state| of(state) == first).then_some(first)
+    }
+
+    /// The step of the run at which every state had become violated, if that was within what is kept.
+    #[must_use]
+    pub fn broken(&self) -> Option<u64> {
+        self.broken
     }
 
     /// The number of the next step.
@@ -271,30 +260,68 @@ impl PossibleStates {
         }
     }
 
-    /// The states after a step, and after what may be missing between it and the next.
-    fn after(&self, mut states: Vec<Candidate>, number: u64, step: Step, work: &mut usize) -> Option<Vec<Candidate>> {
-        *work = work.checked_sub(states.len().saturating_sub(1))?;
+    /// Gives up the oldest steps.
+    fn drop_oldest(&mut self) {
+        if self.marks.len() == 1 {
+            // There has been no gap, so there is one state.
+            let oldest = self.steps.iter().take(EVERY);
+            for state in self.marks.iter_mut().flat_map(|mark| &mut mark.states) {
+                oldest.clone().for_each(|step| state.read(step.letter, step.now, &self.synthesis));
+            }
+            self.marks.iter_mut().for_each(|mark| mark.number += EVERY as u64);
+        } else {
+            self.marks.pop_front();
+        }
+        self.steps.drain(..EVERY);
+        self.dropped += EVERY as u64;
+    }
+
+    /// Judges the steps from that of this number on, and notes the states before some of them.
+    fn judge(&mut self, from: u64, mut states: Vec<Candidate>) {
+        self.now = Now::Unknown;
+        for number in from..self.end() {
+            let Some(after) = self.after(states, number) else { return };
+            states = after;
+            if (number + 1).is_multiple_of(EVERY as u64) {
+                self.marks.push_back(Mark { number: number + 1, states: states.clone() });
+            }
+        }
+        self.now = Now::States(states);
+    }
+
+    /// The states after the step of this number, and after what may be missing between it and the next; `None` if they
+    /// are too many.
+    fn after(&mut self, mut states: Vec<Candidate>, number: u64) -> Option<Vec<Candidate>> {
+        self.left = self.left.checked_sub(states.len().saturating_sub(1))?;
+        let step = &self.steps[usize::try_from(number - self.dropped).ok()?];
         states.iter_mut().for_each(|state| state.read(step.letter, step.now, &self.synthesis));
+        let step = step.step;
         if states.len() > 1 {
             states = HashSet::<Candidate>::from_iter(states).into_iter().collect();
         }
-        self.closed(states, number + 1, work)
+        let states = self.closed(states, number + 1)?;
+        if self.broken.is_none() && is_broken(&states) {
+            self.broken = Some(step);
+        }
+        Some(states)
     }
 
     /// With the states after messages that may be missing before the step of this number.
-    fn closed(&self, mut states: Vec<Candidate>, number: u64, work: &mut usize) -> Option<Vec<Candidate>> {
-        let letters = self.gaps.iter().filter(|gap| gap.contains(number)).flat_map(|gap| &gap.letters);
-        let letters: Vec<Letter> = letters.copied().collect();
-        if letters.is_empty() {
+    fn closed(&mut self, mut states: Vec<Candidate>, number: u64) -> Option<Vec<Candidate>> {
+        let kept = usize::try_from(number - self.dropped).ok()?;
+        let missing = self.steps.get(kept).map_or(&self.missing, |step| &step.missing);
+        if missing.is_empty() {
             return Some(states);
         }
+        let letters = self.synthesis.alphabet.letters().filter(|(_, of, _)| missing.contains(of));
+        let letters: Vec<Letter> = letters.map(|(letter, ..)| letter).collect();
         let mut known: HashSet<Candidate> = states.iter().cloned().collect();
         let mut at = 0;
         while at < states.len() {
             // Whatever comes, a final state remains.
             let is_final = states[at].verdict != Verdict::Inconclusive;
             for letter in letters.iter().filter(|_| !is_final) {
-                *work = work.checked_sub(1)?;
+                self.left = self.left.checked_sub(1)?;
                 let mut state = states[at].clone();
                 state.read(*letter, state.now, &self.synthesis);
                 if known.insert(state.clone()) {
@@ -305,15 +332,10 @@ impl PossibleStates {
         }
         (states.len() <= MOST_STATES).then_some(states)
     }
+}
 
-    /// Among them is always the state of the monitor that has seen these events.
-    fn settled(&self, states: Option<Vec<Candidate>>) -> Now {
-        match states {
-            Some(states) if states.len() == 1 && !self.gaps.iter().any(|gap| gap.contains(self.end())) => Now::AsSeen,
-            Some(states) => Now::Several(states),
-            None => Now::Unknown,
-        }
-    }
+fn is_broken(states: &[Candidate]) -> bool {
+    states.iter().all(|state| state.verdict == Verdict::False)
 }
 
 #[cfg(test)]
@@ -412,7 +434,7 @@ mod tests {
 
     #[test]
     fn a_gap_that_began_before_what_is_kept_leaves_everything_open() {
-        for (ticks, is_known) in [(MOST_STEPS - 1, true), (MOST_STEPS + 2, false)] {
+        for (ticks, is_known) in [(KEPT_STEPS - 1, true), (KEPT_STEPS + 2 * EVERY, false)] {
             let mut watched = Watched::new("always ((a, monitor, m[1] > 0) implies not (b, monitor, m[1] > 0))");
             watched.hear(1, 0);
             (0..ticks).for_each(|_| watched.tick());

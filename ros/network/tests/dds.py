@@ -2,11 +2,12 @@
 """`steward watch` beside real nodes: `dds.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
 `robots/fast.py`, and of `robots/cyclone.py` and `robots/bridge.py`.
 
-What the robots tell is listed; planted violations are found at the right messages, the same ones beside both and behind
-a bridge, and again by `steward verify` of what was recorded; what a robot knows of those who listen to it stays as it was, and its
-services and its action stay available; of messages lost on the way, exactly those are counted; a robot that is killed
-and started again is told of; and whatever datagrams somebody sends, the watch goes on. All of it happens in a network of
-its own.
+What the robots tell is listed; planted violations are found at the right messages, the same ones beside both and
+behind a bridge, and again by `steward verify` of what was recorded; what a robot knows of those who listen to it
+stays as it was, and its services and its action stay available; of messages that a network loses, sends twice or
+late, exactly those that are missing are counted, and verdicts are those of what was sent, or unsure; a robot that is
+killed and started again is told of; and whatever datagrams somebody sends, the watch goes on. All of it happens in a
+network of its own.
 """
 import json, os, signal, socket, struct, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -52,9 +53,9 @@ for file, text in {"robot.toml": MAPPING, "safety.scope": PROPERTIES, "count.tom
 
 
 class Robot:
-    def __init__(self, python, file, *args, **env):
+    def __init__(self, python, file, *args, network=(), **env):
         self.errors = tempfile.TemporaryFile("w+")
-        words = [python, ROBOTS / file, *map(str, args)]
+        words = [*network, python, ROBOTS / file, *map(str, args)]
         env = {**{name: value for name, value in os.environ.items() if name != "PYTHONPATH"}, **env}
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=self.errors, text=True, env=env,
@@ -84,10 +85,10 @@ class Robot:
         self.process.wait()
 
 
-def watch(mapping, properties, record, *more):
+def watch(mapping, properties, record, *more, network=()):
     options = ["--map-channels", FOLDER / mapping, "--property", FOLDER / properties, "--record", FOLDER / record,
                "--black-box", "3s", "--out", FOLDER / f"{record}.report", *more]
-    process = subprocess.Popen([STEWARD, "watch", "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    process = subprocess.Popen([*network, STEWARD, "watch", "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True)
     # Publishers are looked for, and told; half a second later, messages count. What is latched may take as long as a
     # publisher's period of heartbeats.
@@ -296,6 +297,66 @@ total = f"{missing + before} messages on /count are missing"
 assert any(note.startswith(total) for note in report["notes"]), (total, report["notes"])
 assert verdicts(report)["positive"][0] == "unsure" or report["monitors"][0]["unsure"], report["monitors"]
 print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS lost are counted, each in its place")
+
+class Network:
+    """Another network, which ends with the process that holds it."""
+
+    def __init__(self):
+        self.holder = subprocess.Popen(["unshare", "-n", "cat"], stdin=subprocess.PIPE)
+        self.name = f"/proc/{self.holder.pid}/ns/net"
+        while os.readlink(self.name) == os.readlink("/proc/self/ns/net"):
+            time.sleep(0.01)
+        self.inside = ["nsenter", f"--net={self.name}"]
+
+    def run(self, script):
+        subprocess.run([*self.inside, "sh", "-ec", script], check=True)
+
+
+# Between a robot and the watch is a network that loses datagrams, sends some twice, and others late.
+robots, between, watchers = Network(), Network(), Network()
+for network, name, address, other in [(robots, "robot", "10.0.0.1", "from"), (watchers, "watch", "10.0.0.2", "to")]:
+    between.run(f"ip link add {other} type veth peer name {name} netns {network.holder.pid} && ip link set {other} up")
+    network.run(f"ip link set lo up && ip address add {address}/24 dev {name} && ip link set {name} up && "
+                f"ip route add 224.0.0.0/4 dev {name}")
+relay = Robot(sys.executable, "relay.py", "from", "to", network=between.inside)
+total = int(os.environ.get("MESSAGES", 8000))
+asked = {number: -number for number in range(200, total, total // 40)}
+# Every other one is answered by the next message.
+answers = {number + 1: answer for number, answer in list(asked.items())[::2]}
+(FOLDER / "asked.scope").write_text("".join(
+    f"property answered_{number} := always ((counter, base, m.x = {number}) implies next (counter, base, m.x = {answer}))\n"
+    f"property seen_{number} := eventually (counter, base, m.x = {answer})\n" for number, answer in asked.items()))
+burst = 1 if total < 100000 else 10
+sending = {"burst": burst, "restart": total // 2, "answers": answers, "record": str(FOLDER / "sent.mcap")}
+robot = Robot(CYCLONE, "cyclone.py", 0, total, json.dumps(sending), network=robots.inside)
+watching = watch("count.toml", "asked.scope", "impaired.mcap", network=watchers.inside)
+robot.ask("go")
+time.sleep(1)
+_, _, report = end(watching)
+robot.kill()
+relay.process.stdin.close()
+counts = relay.heard()
+expected, lost = 0, 0
+numbers = {answer: number for number, answer in answers.items()}
+for topic, data in records(FOLDER / "impaired.mcap"):
+    if topic == "/steward/missing":
+        missing = json.loads(data[8:-1])["count"]
+        expected, lost = expected + missing, lost + missing
+    if topic == "/count":
+        value = struct.unpack_from("<i", data, 4)[0]
+        number = numbers.get(value, value)
+        # Of what a participant sent last, nobody knows.
+        assert number == expected or number == sending["restart"] - 1 and number - expected < 5, (number, expected)
+        expected = number + 1
+live, sent = verdicts(report), verdicts(judged("sent.mcap", "count.toml", "asked.scope"))
+known = {name: of for name, of in live.items() if of[0] != "unsure"}
+assert lost >= counts["lost"] and counts["twice"] and counts["late"] and total - expected < 5, (lost, counts, expected)
+for name, (verdict, witness, _) in known.items():
+    assert sent[name] == (verdict, witness, None), (name, live[name], sent[name])
+by_verdict = {verdict: sum(of[0] == verdict for of in live.values()) for verdict in ["violated", "satisfied", "unsure"]}
+assert min(by_verdict.values()) > 12, (live, report["notes"])
+print(f"of {total} messages through a network that lost {counts['lost']}, sent {counts['twice']} twice and {counts['late']} late, "
+      f"exactly the {lost} that came too late or never are counted; verdicts as for what was sent: {by_verdict}")
 
 # Its lease ends before it announces itself again, as if an announcement were lost.
 LATE = "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration><SPDPInterval>4s</SPDPInterval></Discovery></Domain></CycloneDDS>"
