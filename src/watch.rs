@@ -92,7 +92,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         return Err(Error::refused(message, help));
     };
     let robots = args.robots.spaces()?;
-    let (mapping, text) = load_mapping(mapping, robots)?;
+    let (mapping, text) = load_mapping(mapping, &args.robots)?;
     let judged: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
     let shown = mapping.robot().filter(|_| args.board.is_live());
     let shown: BTreeSet<String> = shown.iter().flat_map(|robot| robot.names()).map(str::to_owned).collect();

@@ -266,8 +266,16 @@ fn each_of_several_robots_is_judged_by_its_own_messages() {
     assert!(said.contains("there is no topic `/level`"), "{said}");
     let said = refusal(&["verify", &bag, "--property", &scope, "--map-channels", &mapping, "--robot", "1/r"]);
     assert!(said.contains("such as `/r1`"), "{said}");
-    let twice = ["--robot", "/r1", "--robot", "r1"];
     let command = ["verify", &bag, "--property", &scope, "--map-channels", &mapping];
+    let moved = ["--robot", "/r1", "--remap", "level:=/fleet/r2/level", "--remap", "/r1/limit:=/limit"];
+    let said = refusal(&[&command[..], &moved].concat());
+    assert!(said.contains("fleet.toml names no topic `/r1/limit`"), "{said}");
+    let told: Value =
+        serde_json::from_slice(&steward(&[&command[..], &moved[..4], &["--json"]].concat()).stdout).unwrap();
+    assert_eq!(told["monitors"][0]["verdict"], "violated", "{told}");
+    let said = refusal(&[&command[..], &["--remap", "level=/r1/level"]].concat());
+    assert!(said.contains("such as `/battery:=/base/battery`"), "{said}");
+    let twice = ["--robot", "/r1", "--robot", "r1"];
     let said = refusal(&[&command[..], &twice].concat());
     assert!(said.contains("the robot /r1 is named twice"), "{said}");
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bags::Remapping;
 use campaigns::Error;
 use clap::Args;
 use reports::html::quoted;
@@ -16,6 +17,10 @@ pub(crate) struct RobotsArgs {
     #[arg(long = "robot", value_name = "NAMESPACE", value_parser = namespace, requires = "map_channels")]
     #[arg(conflicts_with = "scenario")]
     robots: Vec<String>,
+    /// Reads the topic TO, or the topics of that service or action, where the mapping names FROM, as in ROS 2; may be
+    /// given more than once
+    #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping, requires = "map_channels")]
+    pub(super) remapped: Vec<Remapping>,
 }
 
 impl RobotsArgs {
@@ -31,21 +36,32 @@ impl RobotsArgs {
 
     /// As words of a command.
     pub(crate) fn words(&self) -> impl Iterator<Item = String> {
-        self.robots.iter().flat_map(|space| ["--robot".to_owned(), quoted(space)])
+        let robots = self.robots.iter().flat_map(|space| ["--robot".to_owned(), quoted(space)]);
+        let remapped = self.remapped.iter().map(|Remapping { from, to }| quoted(&format!("{from}:={to}")));
+        robots.chain(remapped.flat_map(|rule| ["--remap".to_owned(), rule]))
     }
+}
+
+/// Whether this is a name of ROS 2, perhaps in namespaces.
+fn is_name(text: &str) -> bool {
+    text.strip_prefix('/').unwrap_or(text).split('/').all(|name| {
+        name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
+            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    })
 }
 
 /// A namespace of ROS 2, with `/` at its beginning.
 fn namespace(text: &str) -> Result<String, String> {
-    let is_name = |name: &str| {
-        name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
-            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
-    };
-    let name = text.strip_prefix('/').unwrap_or(text);
-    match name.split('/').all(is_name) {
-        true => Ok(format!("/{name}")),
+    match is_name(text) {
+        true => Ok(format!("/{}", text.strip_prefix('/').unwrap_or(text))),
         false => Err("names of letters, digits and `_`, such as `/r1` or `/fleet/r1`".to_owned()),
     }
+}
+
+fn remapping(text: &str) -> Result<Remapping, String> {
+    let names = text.split_once(":=").filter(|(from, to)| is_name(from) && is_name(to));
+    let (from, to) = names.ok_or("two names of letters, digits and `_`, such as `/battery:=/base/battery`")?;
+    Ok(Remapping { from: from.to_owned(), to: to.to_owned() })
 }
 
 /// Recorded runs and robots, and the properties to check.

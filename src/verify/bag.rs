@@ -28,7 +28,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         return Err(Error::refused(message, help));
     };
     let robots = args.robots.spaces()?;
-    let (mapping, text) = load_mapping(mapping, robots)?;
+    let (mapping, text) = load_mapping(mapping, &args.robots)?;
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
         (survey, Box::new(Through::new(following, patiently)), None)

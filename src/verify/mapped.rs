@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::{Events, Mapping, Received, Source, Survey, Through};
+use bags::{Events, Mapping, Received, Remapping, Source, Survey, Through};
 use campaigns::Error;
 use diagnostics::from_disk;
 use monitors::{Property, Violation};
@@ -16,6 +16,7 @@ use trials::replay::sight::Sight;
 use trials::replay::way::Way;
 
 use super::announcer::Announcer;
+use super::args::RobotsArgs;
 use super::around::Around;
 use super::judge::{Judged, Judgment, Verified, load};
 use crate::live::BoardArgs;
@@ -118,10 +119,14 @@ impl Mapped<'_> {
 }
 
 /// A mapping file, for these robots, and its text.
-pub(crate) fn load_mapping(path: &Path, robots: &[String]) -> Result<(Mapping, String), Error> {
+pub(crate) fn load_mapping(path: &Path, robots: &RobotsArgs) -> Result<(Mapping, String), Error> {
     let text = diagnostics::text_from_disk(path).unwrap_or_default();
     let mapping = Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?;
-    Ok((mapping.of_robots(robots), text))
+    let mapping = mapping.of_robots(robots.spaces()?, &robots.remapped).map_err(|Remapping { from, .. }| {
+        let message = format!("`--remap`: {} names no topic `{from}`, or an earlier one is about it", path.display());
+        Error::refused(message, "give the name of a topic, service or action as it is in the mapping")
+    })?;
+    Ok((mapping, text))
 }
 
 /// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end.

@@ -53,20 +53,40 @@ impl RobotTopics {
         std::iter::once(&self.map).chain(named).chain(&self.transforms).map(String::as_str)
     }
 
-    fn within(self, space: &str) -> Self {
-        let name = |name| within(space, name);
+    fn renamed(self, space: &str, mut name: impl FnMut(&str) -> String) -> Self {
+        let mut name = |topic: String| name(&topic);
         let Self { map, pose, odometry, scan, path, mut transforms } = self;
-        let [pose, odometry, scan, path] = [pose, odometry, scan, path].map(|topic| topic.map(name));
+        let [pose, odometry, scan, path] = [pose, odometry, scan, path].map(|topic| topic.map(&mut name));
         if !space.is_empty() {
             transforms.extend(transforms.clone().iter().map(|topic| format!("{space}{topic}")));
         }
+        transforms = transforms.into_iter().map(&mut name).collect();
         Self { map: name(map), pose, odometry, scan, path, transforms }
     }
 }
 
 /// The name of a topic in a namespace, if it does not begin with `/`.
-fn within(space: &str, name: String) -> String {
-    if name.starts_with('/') { name } else { format!("{space}/{name}") }
+fn within(space: &str, name: &str) -> String {
+    if name.starts_with('/') { name.to_owned() } else { format!("{space}/{name}") }
+}
+
+/// Another name for a topic, as `FROM:=TO` of ROS 2: both names are within a namespace if they do not begin with `/`.
+/// The topics of a service or an action go by its name.
+#[derive(Clone, Debug)]
+pub struct Remapping {
+    /// The name in the mapping.
+    pub from: String,
+    /// The one that is read.
+    pub to: String,
+}
+
+impl Remapping {
+    /// The other name of a topic whose name is within its namespace, if this is about it.
+    fn apply(&self, space: &str, name: &str) -> Option<String> {
+        let rest = name.strip_prefix(&within(space, &self.from))?;
+        let is_about = rest.is_empty() || rest == "/_service_event" || rest.starts_with("/_action/");
+        is_about.then(|| within(space, &self.to) + rest)
+    }
 }
 
 /// An entry of `[[messages]]`.
@@ -105,33 +125,42 @@ impl Mapping {
 
     /// The mapping for each of several robots, by their namespaces, such as `/fleet/r1`. Names of topics that do not
     /// begin with `/` are within the namespace, and each robot has its own processes: `fleet/r1/battery`. Without
-    /// robots, such topics are those of the root. Of several robots, there is no picture.
-    #[must_use]
-    pub fn of_robots(self, robots: &[String]) -> Self {
-        let in_space = |space: &str, mut mapped: Mapped| {
-            mapped.topic.value = within(space, mapped.topic.value);
-            mapped
+    /// robots, such topics are those of the root. Of several robots, there is no picture. The first remapping that is
+    /// about a topic gives it another name.
+    ///
+    /// # Errors
+    /// The first remapping that is about no topic.
+    pub fn of_robots<'r>(self, robots: &[String], remapped: &'r [Remapping]) -> Result<Self, &'r Remapping> {
+        let mut is_used = vec![false; remapped.len()];
+        let mut name = |space: &str, topic: &str| {
+            let name = within(space, topic);
+            let found = remapped.iter().enumerate().find_map(|(index, rule)| Some((index, rule.apply(space, &name)?)));
+            let Some((index, other)) = found else { return name };
+            is_used[index] = true;
+            other
         };
         let only = match robots {
             [] => Some(""),
             [space] => Some(space.as_str()),
             _ => None,
         };
-        let robot = only.and_then(|space| Some(self.robot?.within(space)));
-        let messages = if robots.is_empty() {
-            self.messages.into_iter().map(|mapped| in_space("", mapped)).collect()
-        } else {
-            let of = |space: &String| {
-                let prefix = prefix(space);
-                let mut all = self.messages.clone();
-                for end in all.iter_mut().flat_map(|mapped| [&mut mapped.from, &mut mapped.to]) {
-                    end.value.insert_str(0, &prefix);
+        let robot = only.and_then(|space| Some(self.robot?.renamed(space, |topic| name(space, topic))));
+        let root = [String::new()];
+        let mut messages = Vec::new();
+        for space in if robots.is_empty() { &root } else { robots } {
+            for mut mapped in self.messages.iter().cloned() {
+                mapped.topic.value = name(space, &mapped.topic.value);
+                if !robots.is_empty() {
+                    let ends = [&mut mapped.from, &mut mapped.to];
+                    ends.into_iter().for_each(|end| end.value.insert_str(0, &prefix(space)));
                 }
-                all.into_iter().map(|mapped| in_space(space, mapped)).collect::<Vec<_>>()
-            };
-            robots.iter().flat_map(of).collect()
-        };
-        Self { messages, robot, ..self }
+                messages.push(mapped);
+            }
+        }
+        match remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
+            Some((unused, _)) => Err(unused),
+            None => Ok(Self { messages, robot, ..self }),
+        }
     }
 
     /// The topics that tell where the robot is, if the mapping names them.

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """What it costs to watch ten topics of 1 kB at 100 Hz with ten properties, beside programs in Python that do less, all
-in turn beside the same robot: `cost.py STEWARD ROS`, with a Python that has rclpy, std_msgs and reelay.
+in turn beside the same robot: `cost.py STEWARD ROS`, with a Python that has rclpy, std_msgs and reelay, and beside it
+`ros2` with its command `topic`, which takes a process for each topic.
 
-Prints processor time as a share of one core, and the most memory that one of its processes took. Happens in a network of its own.
+Prints processor time as a share of one core, and the most memory that one of its processes took. Happens in a network
+of its own.
 """
 import os, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -78,4 +80,10 @@ options = ["--map-channels", FOLDER / "m.toml", "--property", FOLDER / "p.scope"
 cost("steward watch, ten properties", [STEWARD, "watch", *options])
 cost("rclpy, which only counts", [ROS, "-c", ECHO.replace("MONITORS", "").replace("HEARD", "")])
 cost("rclpy with ten monitors of reelay", [ROS, "-c", ECHO.replace("MONITORS", MONITORS).replace("HEARD", HEARD)])
+ros2 = Path(ROS).parent / "ros2"
+if ros2.exists():
+    echo = f"for i in 0 1 2 3 4 5 6 7 8 9; do timeout {SECONDS} {ros2} topic echo /t$i & done; wait"
+    cost("ten of `ros2 topic echo`", ["sh", "-c", echo])
+else:
+    print(f"not run here: `ros2 topic echo`: there is no {ros2}")
 os.killpg(robot.pid, 9)
