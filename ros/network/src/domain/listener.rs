@@ -37,7 +37,7 @@ use crate::clock::{Clock, now, sleep};
 const PATIENCE: Duration = Duration::from_millis(10);
 
 /// How long to wait for more once something has come: messages often come several at a time.
-const GATHERING: Duration = Duration::from_millis(1);
+const GATHERING: Duration = Duration::from_millis(2);
 
 /// How often silence is reported.
 const QUIET_NS: i64 = 10_000_000;
