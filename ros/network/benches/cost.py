@@ -82,7 +82,7 @@ cost("rclpy, which only counts", [ROS, "-c", ECHO.replace("MONITORS", "").replac
 cost("rclpy with ten monitors of reelay", [ROS, "-c", ECHO.replace("MONITORS", MONITORS).replace("HEARD", HEARD)])
 ros2 = Path(ROS).parent / "ros2"
 if ros2.exists():
-    echo = f"for i in 0 1 2 3 4 5 6 7 8 9; do timeout {SECONDS} {ros2} topic echo /t$i & done; wait"
+    echo = f"for i in 0 1 2 3 4 5 6 7 8 9; do timeout {SECONDS} {ros2} topic echo /t$i std_msgs/msg/String & done; wait"
     cost("ten of `ros2 topic echo`", ["sh", "-c", echo])
 else:
     print(f"not run here: `ros2 topic echo`: there is no {ros2}")

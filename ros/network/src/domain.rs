@@ -24,9 +24,11 @@ use hearing::Hearing;
 use participant::Participant;
 use standings::Standings;
 
+pub use heard::Publication;
 pub use options::{Options, obstacles};
+pub use participant::Voice;
 
-/// How long one call waits for a message.
+/// How long one call waits for a message, unless it is told otherwise.
 const PATIENCE: Duration = Duration::from_millis(10);
 
 /// How long to look for publishers: at least, and after the last one was found; and at most.
@@ -55,15 +57,28 @@ pub fn listen() -> Option<ExitCode> {
 pub struct Domain {
     participant: Option<Participant>,
     hearing: Hearing,
+    /// How long one call waits for a message.
+    pub patience: Duration,
 }
 
 impl Domain {
     /// Joins a domain, for topics with these names, or for all, and looks for publishers for a moment.
     #[must_use]
     pub fn join(options: Options, wanted: Option<BTreeSet<String>>) -> Self {
+        Self::join_as(options, None, wanted)
+    }
+
+    /// The same as a node with this name, such as `/robot`, which [publishes](Self::voice), too, and hands on messages
+    /// as soon as they come.
+    #[must_use]
+    pub fn node(options: Options, name: String, wanted: BTreeSet<String>) -> Self {
+        Self::join_as(options, Some(name), Some(wanted))
+    }
+
+    fn join_as(options: Options, node: Option<String>, wanted: Option<BTreeSet<String>>) -> Self {
         let subscribed = if wanted.is_some() { Subscribed::Nothing } else { Subscribed::All };
-        let participant = Participant::join(options, subscribed);
-        let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted) };
+        let participant = Participant::join(options, node, subscribed);
+        let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted), patience: PATIENCE };
         let (asked, mut found, mut found_at) = (now(), 0, now());
         while domain.hearing.is_looking() && asked.elapsed() < LONGEST_LOOK && (found == 0 || found_at.elapsed() < CALM)
         {
@@ -77,9 +92,22 @@ impl Domain {
     }
 
     fn hear(&mut self) {
-        if let Some(heard) = self.participant.as_ref().and_then(|participant| participant.next(PATIENCE)) {
+        let patience = self.patience;
+        if let Some(heard) = self.participant.as_ref().and_then(|participant| participant.next(patience)) {
             self.hearing.hear(heard);
         }
+    }
+
+    /// What publishes here; none if it has left the domain.
+    #[must_use]
+    pub fn voice(&self) -> Option<Voice> {
+        self.participant.as_ref().map(Participant::voice)
+    }
+
+    /// Whether somebody reads what is published on a topic.
+    #[must_use]
+    pub fn is_read(&self, topic: &str) -> bool {
+        self.hearing.read.contains(&names::topic(topic))
     }
 }
 
@@ -136,7 +164,7 @@ impl Live for Domain {
     }
 
     fn publisher(&self) -> Option<Publish> {
-        let voice = self.participant.as_ref()?.voice();
+        let voice = self.voice()?;
         let mut standings = Standings { last: Vec::new() };
         Some(Box::new(move |now| standings.publications(now).into_iter().for_each(|message| voice.publish(message))))
     }

@@ -7,8 +7,8 @@
 //! A `Domain` (with the feature `dds`) is a participant in a DDS domain, beside the robot's own nodes. Publishers
 //! number their messages there, so it is known which are missing.
 //!
-//! Both only listen. They are [`Live`] [sources](bags::Source), so that [`bags::Events`] makes events of their messages
-//! as it does of those of a bag.
+//! Both only listen, unless a domain is joined as a node. They are [`Live`] [sources](bags::Source), so that
+//! [`bags::Events`] makes events of their messages as it does of those of a bag.
 
 mod bridge;
 mod clock;
@@ -20,6 +20,6 @@ mod robot;
 
 pub use bridge::Bridge;
 #[cfg(feature = "dds")]
-pub use domain::{Domain, Options, listen, obstacles};
+pub use domain::{Domain, Options, Publication, Voice, listen, obstacles};
 pub use error::Error;
 pub use robot::{Level, Live, Publish, Robot, Standing};

@@ -340,7 +340,7 @@ expected, lost = 0, 0
 numbers = {answer: number for number, answer in answers.items()}
 for topic, data in records(FOLDER / "impaired.mcap"):
     if topic == "/steward/missing":
-        missing = json.loads(data[8:-1])["count"]
+        missing = json.loads(data[8:-1])["count"] or 0
         expected, lost = expected + missing, lost + missing
     if topic == "/count":
         value = struct.unpack_from("<i", data, 4)[0]

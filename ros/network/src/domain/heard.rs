@@ -2,11 +2,12 @@
 //! one asks for.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::time::Duration;
 
-use ros_messages::{CdrReader, Mismatch};
+use ros_messages::{CdrReader, CdrWriter, Mismatch};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::options::Options;
@@ -28,10 +29,9 @@ pub(super) enum Heard {
     Dropped(Sample),
     /// A message on this topic could not be read, for this reason.
     Unreadable(Arc<str>, String),
-    /// Which writers there are, and the GUIDs of those that said goodbye; those of participants end with zeros.
-    Writers {
-        writers: Vec<Writer>,
-        requests: BTreeMap<String, String>,
+    /// What others offer, and the GUIDs of those that said goodbye; those of participants end with zeros.
+    Others {
+        offers: Offers,
         goodbyes: BTreeSet<[u8; 16]>,
     },
     /// Every sample received before this time, in nanoseconds since 1970, has been returned.
@@ -48,6 +48,16 @@ impl Heard {
         }
         Self::Sample(sample)
     }
+}
+
+/// What others offer in a domain.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Offers {
+    pub(super) writers: Vec<Writer>,
+    /// Who answers requests: the types of requests, by the DDS topics.
+    pub(super) requests: BTreeMap<String, String>,
+    /// The DDS topics of what is published here that somebody reads.
+    pub(super) read: BTreeSet<String>,
 }
 
 /// What the GUIDs of a participant's writers begin with.
@@ -118,13 +128,15 @@ impl Subscribed {
     }
 }
 
-/// What is asked of the process that listens, as a line of JSON.
+/// What is asked of the process that listens.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Ask {
-    /// This comes first. The clock that gives messages their times is so far ahead of the system's, in nanoseconds.
+    /// This comes first. The clock that gives messages their times is so far ahead of the system's, in nanoseconds. It
+    /// may be a node, with this name: then it says so, and hands on what it hears at once.
     Join {
         options: Options,
         ahead_ns: i64,
+        node: Option<String>,
     },
     Subscribe(Subscribed),
     Publish(Publication),
@@ -132,39 +144,38 @@ pub(super) enum Ask {
 
 /// A message to be published.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Publication {
-    /// The topic in ROS 2, and the type in DDS.
-    pub(super) topic: String,
-    pub(super) kind: String,
-    /// Whether who comes later receives it, too.
-    pub(super) is_latched: bool,
-    pub(super) body: Vec<u8>,
+pub struct Publication {
+    /// The topic, such as `/scan`.
+    pub topic: String,
+    /// The type, such as `sensor_msgs/msg/LaserScan`.
+    pub kind: String,
+    /// Whether who comes later receives it, too, if it is the last one.
+    pub is_latched: bool,
+    /// The message, with the four bytes that say how it is encoded. Without any, the topic is only offered.
+    #[serde(skip)]
+    pub body: Vec<u8>,
 }
 
 impl Ask {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let line = serde_json::to_string(self).map_err(io::Error::other)?;
-        writeln!(out, "{line}").and_then(|()| out.flush())
+        let body: &[u8] = if let Self::Publish(publication) = self { &publication.body } else { &[] };
+        write(self, body, out).and_then(|()| out.flush())
     }
 
-    /// The next line; none at the end.
-    pub(super) fn read(from: &mut impl BufRead) -> Option<Self> {
-        let mut line = String::new();
-        from.read_line(&mut line).ok().filter(|length| *length > 0)?;
-        serde_json::from_str(&line).ok()
+    /// What is asked next; none at the end.
+    pub(super) fn read(from: &mut impl Read) -> Option<Self> {
+        let (mut ask, body, _) = read(from).ok()?;
+        if let Self::Publish(publication) = &mut ask {
+            publication.body = body;
+        }
+        Some(ask)
     }
 }
 
 impl Heard {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let head = postcard::to_stdvec(self).map_err(io::Error::other)?;
         let body: &[u8] = if let Self::Sample(sample) = self { &sample.body } else { &[] };
-        for part in [head.as_slice(), body] {
-            let length = u32::try_from(part.len()).ok().filter(|length| *length <= LARGEST);
-            out.write_all(&length.ok_or_else(|| io::Error::other("too large"))?.to_le_bytes())?;
-            out.write_all(part)?;
-        }
-        Ok(())
+        write(self, body, out)
     }
 
     /// What comes next, and its size in bytes.
@@ -172,25 +183,41 @@ impl Heard {
     /// # Errors
     /// At the end, and if it is nothing that can be heard.
     pub(super) fn read(from: &mut impl Read) -> io::Result<(Self, usize)> {
-        let mut part = || {
-            let mut length = [0; 4];
-            from.read_exact(&mut length)?;
-            let length = u32::from_le_bytes(length);
-            if length > LARGEST {
-                return Err(io::Error::other("too large"));
-            }
-            let mut bytes = vec![0; length as usize];
-            from.read_exact(&mut bytes)?;
-            Ok(bytes)
-        };
-        let (head, body) = (part()?, part()?);
-        let size = size_of::<Self>() + head.len() + body.len();
-        let mut heard = postcard::from_bytes(&head).map_err(io::Error::other)?;
+        let (mut heard, body, size) = read(from)?;
         if let Self::Sample(sample) = &mut heard {
             sample.body = body;
         }
-        Ok((heard, size))
+        Ok((heard, size_of::<Self>() + size))
     }
+}
+
+/// Hands something over to another process, with a message that follows it as it is.
+fn write(head: &impl Serialize, body: &[u8], out: &mut impl Write) -> io::Result<()> {
+    let head = postcard::to_stdvec(head).map_err(io::Error::other)?;
+    for part in [head.as_slice(), body] {
+        let length = u32::try_from(part.len()).ok().filter(|length| *length <= LARGEST);
+        out.write_all(&length.ok_or_else(|| io::Error::other("too large"))?.to_le_bytes())?;
+        out.write_all(part)?;
+    }
+    Ok(())
+}
+
+/// What was handed over, the message that followed it, and the size of both in bytes.
+fn read<T: DeserializeOwned>(from: &mut impl Read) -> io::Result<(T, Vec<u8>, usize)> {
+    let mut part = || {
+        let mut length = [0; 4];
+        from.read_exact(&mut length)?;
+        let length = u32::from_le_bytes(length);
+        if length > LARGEST {
+            return Err(io::Error::other("too large"));
+        }
+        let mut bytes = vec![0; length as usize];
+        from.read_exact(&mut bytes)?;
+        Ok(bytes)
+    };
+    let (head, body) = (part()?, part()?);
+    let size = head.len() + body.len();
+    Ok((postcard::from_bytes(&head).map_err(io::Error::other)?, body, size))
 }
 
 /// A node of a participant, and the GUIDs of its writers.
@@ -223,33 +250,43 @@ pub(super) fn nodes(message: &[u8]) -> Option<(Prefix, Vec<Node>)> {
     [16, 24].into_iter().find_map(|size| read(size).ok().flatten())
 }
 
+/// The message that says which node a participant has, and which readers and writers that has. GUIDs have `SIZE` bytes.
+pub(super) fn node<const SIZE: usize>(
+    participant: &[u8; 16],
+    name: &str,
+    readers: &[[u8; 16]],
+    writers: &[[u8; 16]],
+) -> Vec<u8> {
+    let mut body = CdrWriter::reusing(Vec::new());
+    let write = |guid: &[u8; 16], body: &mut CdrWriter| {
+        body.numbers((0..SIZE).map(|index| [guid.get(index).copied().unwrap_or_default()]));
+    };
+    let (space, name) = name.rsplit_once('/').unwrap_or(("", name));
+    write(participant, &mut body);
+    body.length(1);
+    body.text(if space.is_empty() { "/" } else { space });
+    body.text(name);
+    for guids in [readers, writers] {
+        body.length(guids.len());
+        guids.iter().for_each(|guid| write(guid, &mut body));
+    }
+    body.bytes()
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use ros_messages::CdrWriter;
 
     use super::*;
 
-    /// A node with two writers, where GUIDs have this size.
-    fn message(size: usize) -> Vec<u8> {
-        let mut body = CdrWriter::reusing(Vec::new());
-        let guid = |body: &mut CdrWriter| body.numbers(vec![[7]; size].into_iter());
-        guid(&mut body);
-        body.length(1);
-        body.text("/robot");
-        body.text("base");
-        body.length(0);
-        body.length(2);
-        guid(&mut body);
-        guid(&mut body);
-        body.bytes()
-    }
-
     #[test]
     fn nodes_are_read_in_both_versions_of_the_message() {
-        for size in [16, 24] {
-            let node = Node { name: "/robot/base".to_owned(), writers: vec![[7; 16]; 2] };
-            assert_eq!(nodes(&message(size)), Some(([7; 12], vec![node])));
+        let (of, writers) = ([7; 16], vec![[8; 16], [9; 16]]);
+        for name in ["/robot/base", "/base"] {
+            for message in [node::<16>(&of, name, &[of], &writers), node::<24>(&of, name, &[of], &writers)] {
+                let node = Node { name: name.to_owned(), writers: writers.clone() };
+                assert_eq!(nodes(&message), Some(([7; 12], vec![node])));
+            }
         }
     }
 
@@ -272,7 +309,8 @@ mod tests {
             sent_ns: Some(4),
             body: vec![7; 300],
         };
-        let writers = Heard::Writers { writers: vec![writer], requests: BTreeMap::new(), goodbyes: [[1; 16]].into() };
+        let offers = Offers { writers: vec![writer], ..Offers::default() };
+        let writers = Heard::Others { offers, goodbyes: [[1; 16]].into() };
         let (all, mut bytes) = ([Heard::Sample(sample), writers, Heard::Quiet(8)], Vec::new());
         all.iter().for_each(|heard| heard.write(&mut bytes).expect("room"));
         let mut from = bytes.as_slice();
@@ -281,7 +319,7 @@ mod tests {
         }
         assert!(Heard::read(&mut from).is_err());
         let asks = [
-            Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7 },
+            Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7, node: Some("/a".to_owned()) },
             Ask::Subscribe(Subscribed::To(["rt/a".to_owned()].into())),
             Ask::Publish(Publication { topic: "/a".to_owned(), kind: "k".to_owned(), is_latched: true, body: vec![1] }),
         ];
@@ -295,7 +333,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_bytes_are_nodes_or_none(size in 0..90_usize, at in 0..90_usize, byte: u8) {
-            let mut bytes = message(16);
+            let mut bytes = node::<16>(&[7; 16], "/a", &[], &[[7; 16]; 2]);
             bytes.truncate(size);
             if let Some(changed) = bytes.get_mut(at) {
                 *changed = byte;

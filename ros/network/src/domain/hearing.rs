@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use bags::{Head, Received, Survey, Topic};
 
-use super::heard::{self, Heard, NODES, Node, Prefix, Sample, Writer, participant};
+use super::heard::{self, Heard, NODES, Node, Offers, Prefix, Sample, Writer, participant};
 use super::names::{self, RosName};
 use crate::robot::{Robot, is_of_action};
 
@@ -20,6 +20,9 @@ const QUIET_NS: i64 = 5_000_000;
 
 /// A message that was received so long before it is heard was held back, until one before it had come.
 const HELD_BACK_NS: i64 = 20_000_000;
+
+/// How long a message that has been received takes at most to be heard.
+const HANDED_ON_NS: i64 = 100_000_000;
 
 /// How long publishers may take to be found again after the participant has been replaced.
 const FINDING_NS: i64 = 3_000_000_000;
@@ -54,6 +57,8 @@ pub(super) struct Hearing {
     pub(super) lost: Vec<String>,
     pub(super) notes: Vec<String>,
     pub(super) robot: Robot,
+    /// The DDS topics of what is published here, of which somebody reads.
+    pub(super) read: BTreeSet<String>,
     /// What is to be returned, and what waits until publishers have settled.
     ready: VecDeque<(Received, Vec<u8>)>,
     held: Vec<(usize, Sample)>,
@@ -103,6 +108,7 @@ impl Hearing {
             lost: Vec::new(),
             notes: Vec::new(),
             robot: Robot::default(),
+            read: BTreeSet::new(),
             ready: VecDeque::new(),
             held: Vec::new(),
             writers: BTreeMap::new(),
@@ -175,14 +181,30 @@ impl Hearing {
             Heard::Sample(sample) => self.take(sample, true),
             Heard::Dropped(sample) => self.take(sample, false),
             Heard::Unreadable(topic, why) => self.take_note_of(&topic, &why),
-            Heard::Writers { writers, requests, goodbyes } => self.compare(writers, &requests, goodbyes),
+            Heard::Others { offers: Offers { writers, requests, read }, goodbyes } => {
+                self.read = read;
+                self.compare(writers, &requests, goodbyes);
+            }
             Heard::Quiet(quiet_ns) => self.be_quiet(quiet_ns),
-            Heard::Died(why) => {
-                let when = if self.newest_ns > 0 { bags::moment(self.newest_ns) } else { "the beginning".to_owned() };
-                self.lose(format!(
-                    "DDS failed after {when}: {why}; it is tried again, and what comes meanwhile is missing"
-                ));
-                self.finding_ns = self.newest_ns.saturating_add(FINDING_NS);
+            Heard::Died(why) => self.fail(&why),
+        }
+    }
+
+    /// What comes until the participant has been replaced is missing on every topic, each until its next message.
+    fn fail(&mut self, why: &str) {
+        let when = if self.newest_ns > 0 { bags::moment(self.newest_ns) } else { "the beginning".to_owned() };
+        let what = format!("DDS failed after {when}: {why}; it is tried again, and what comes meanwhile is missing");
+        self.finding_ns = self.newest_ns.saturating_add(FINDING_NS);
+        let is_known = |name: &String| self.survey.topics.iter().any(|topic| topic.name == *name);
+        if self.wanted.as_ref().is_none_or(|wanted| !wanted.iter().all(is_known)) {
+            return self.lose(what);
+        }
+        self.note(what);
+        for topic in 0..self.survey.topics.len() {
+            let of_it = self.writers.values().filter(|known| known.topic == Some(topic));
+            let last_ns = of_it.filter_map(|known| Some(known.next?.1)).max().unwrap_or(i64::MIN);
+            if self.phase != Phase::Looking && !self.is_only_shown(topic) {
+                self.lose_on(topic, last_ns.max(self.newest_ns.saturating_sub(HANDED_ON_NS)));
             }
         }
     }
@@ -510,7 +532,7 @@ mod tests {
 
     fn writers(writers: &[Writer], goodbyes: &[u8]) -> Heard {
         let goodbyes = goodbyes.iter().map(|id| [*id; 16]).collect();
-        Heard::Writers { writers: writers.to_vec(), requests: BTreeMap::new(), goodbyes }
+        Heard::Others { offers: Offers { writers: writers.to_vec(), ..Offers::default() }, goodbyes }
     }
 
     /// What is told in turn: numbers of messages, and what is missing.
@@ -599,6 +621,23 @@ mod tests {
         hearing.hear(writers(&[writer(1, "rt/a", false), writer(3, "rt/a", false)], &[]));
         hearing.hear(writers(&[writer(3, "rt/a", false)], &[]));
         assert!(hearing.lost[0].contains("it may go on, unheard"), "{:?}", hearing.lost);
+    }
+
+    #[test]
+    fn when_dds_fails_every_topic_has_a_gap_whose_size_its_publishers_tell() {
+        let known = [writer(1, "rt/a", false), writer(2, "rt/b", false)];
+        let mut hearing = watching(&known);
+        hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
+        hearing.hear(Heard::Died("why".to_owned()));
+        assert_eq!(told(&mut hearing), ["1", "?", "?"]);
+        hearing.hear(writers(&known, &[]));
+        hearing.hear(sample(1, "rt/a", 5, 3 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["-3", "5"]);
+        assert!(hearing.lost.is_empty() && hearing.notes[0].contains("DDS failed"), "{:?}", hearing.notes);
+        // Of a topic on which nobody has published yet, nothing tells.
+        let mut hearing = watching(&known[..1]);
+        hearing.hear(Heard::Died("why".to_owned()));
+        assert!(told(&mut hearing).is_empty() && hearing.lost[0].contains("DDS failed"), "{:?}", hearing.lost);
     }
 
     #[test]

@@ -28,7 +28,9 @@ use rustdds::{
 
 use super::announcements::Announcements;
 use super::goodbye;
-use super::heard::{Ask, Heard, LEAVING, Publication, Sample, Subscribed, Writer, participant, prefix};
+use super::heard::{
+    self, Ask, Heard, LEAVING, NODES, Offers, Publication, Sample, Subscribed, Writer, participant, prefix,
+};
 use super::names;
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
@@ -65,6 +67,9 @@ const KEPT: i32 = 16;
 const KEPT_SMALL: i32 = 1024;
 const SMALL: usize = 1 << 14;
 
+/// How many samples of a topic are kept for readers that have not received them.
+const OFFERED: i32 = 32;
+
 /// The most writers that are known of, and the longest name of a topic or type.
 const MOST_WRITERS: usize = 20_000;
 const LONGEST_NAME: usize = 512;
@@ -99,7 +104,7 @@ pub(super) fn work() -> ExitCode {
         rustix::process::Resource::As,
         rustix::process::Rlimit { current: Some(MOST_MEMORY), maximum: Some(MOST_MEMORY) },
     );
-    let Some(Ask::Join { options, ahead_ns }) = Ask::read(&mut stdin().lock()) else { return ExitCode::FAILURE };
+    let Some(Ask::Join { options, ahead_ns, node }) = Ask::read(&mut stdin().lock()) else { return ExitCode::FAILURE };
     let asked = Arc::new(Asked {
         is_to_end: AtomicBool::new(false),
         subscribed: Mutex::new(Subscribed::Nothing),
@@ -123,7 +128,7 @@ pub(super) fn work() -> ExitCode {
         sleep(LEAVING);
         std::process::exit(0);
     });
-    let listener = Listener::join(options, Clock::ahead(ahead_ns));
+    let listener = Listener::join(options, Clock::ahead(ahead_ns), node);
     match listener.and_then(|listener| listener.listen(&asked, &mut BufWriter::new(stdout()))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
@@ -144,6 +149,9 @@ struct Listener {
     writers: BTreeMap<String, DataWriter<Vec<u8>, AsIs>>,
     unsent: BTreeMap<String, Vec<u8>>,
     options: Options,
+    /// Its name, if this is a node; and whether it has other readers or writers than it has said.
+    node: Option<String>,
+    has_changed: bool,
     clock: Clock,
     /// The system's clock minus ours; until when that has to catch up, as it went back a little.
     offset_ns: i64,
@@ -181,7 +189,7 @@ impl Wake for Alarm {
 }
 
 impl Listener {
-    fn join(options: Options, clock: Clock) -> Result<Self, String> {
+    fn join(options: Options, clock: Clock, node: Option<String>) -> Result<Self, String> {
         let mut builder = DomainParticipantBuilder::new(options.domain);
         if options.is_local {
             builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
@@ -200,6 +208,8 @@ impl Listener {
             writers,
             unsent: BTreeMap::new(),
             options,
+            has_changed: node.is_some(),
+            node,
             clock,
             offset_ns,
             behind_ns,
@@ -237,15 +247,15 @@ impl Listener {
                 told.iter().any(|heard| matches!(heard, Heard::Sample(of) if !self.known.contains(&of.writer)));
             if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {
                 (looked, subscribed) = (Some(now()), wanted);
-                let (writers, requests) = self.offers()?;
+                let offers = self.offers()?;
                 // rustdds tells of a goodbye after it has forgotten who said it.
-                if self.lacks_goodbyes(&writers) {
+                if self.lacks_goodbyes(&offers.writers) {
                     sleep(GATHERING);
                     self.take_note();
                 }
-                is_due = self.read(&writers, &subscribed)?;
-                self.known = writers.iter().map(|writer| writer.guid).collect();
-                let heard = Heard::Writers { writers, requests, goodbyes: std::mem::take(&mut self.goodbyes) };
+                is_due = self.read(&offers.writers, &subscribed)?;
+                self.known = offers.writers.iter().map(|writer| writer.guid).collect();
+                let heard = Heard::Others { offers, goodbyes: std::mem::take(&mut self.goodbyes) };
                 // Who has come is known before what it says, and who has gone after that.
                 told.insert(if has_new { 0 } else { told.len() }, heard);
             }
@@ -258,9 +268,10 @@ impl Listener {
                 // Nobody listens any more.
                 break;
             }
+            self.introduce()?;
             if is_silent {
                 std::thread::park_timeout(PATIENCE);
-            } else {
+            } else if self.node.is_none() {
                 sleep(GATHERING);
             }
         }
@@ -325,8 +336,7 @@ impl Listener {
         (back_ns > LONGEST_STEP).then(words)
     }
 
-    /// All writers, and who answers requests: the types of requests by the topics.
-    fn offers(&self) -> Result<(Vec<Writer>, BTreeMap<String, String>), String> {
+    fn offers(&self) -> Result<Offers, String> {
         let found = self.participant.discovered_writers();
         if found.len() > MOST_WRITERS {
             return Err(format!("there are more than {MOST_WRITERS} writers in the domain"));
@@ -345,13 +355,17 @@ impl Listener {
                 kind: data.type_name,
             })
         });
-        let readers = self.participant.discovered_readers();
-        let requests = readers.into_iter().filter_map(|reader| {
-            let data = reader.subscription_topic_data;
-            let is_request = data.topic_name().starts_with("rq/") && is_named(data.topic_name(), data.type_name());
-            is_request.then(|| (data.topic_name().clone(), data.type_name().clone()))
-        });
-        Ok((writers.collect(), requests.take(MOST_WRITERS).collect()))
+        let (mut requests, mut read) = (BTreeMap::new(), BTreeSet::new());
+        for reader in self.participant.discovered_readers() {
+            let (topic, kind) =
+                (reader.subscription_topic_data.topic_name(), reader.subscription_topic_data.type_name());
+            if self.writers.contains_key(topic) {
+                read.insert(topic.clone());
+            } else if topic.starts_with("rq/") && is_named(topic, kind) && requests.len() < MOST_WRITERS {
+                requests.insert(topic.clone(), kind.clone());
+            }
+        }
+        Ok(Offers { writers: writers.collect(), requests, read })
     }
 
     /// Makes the readers fit the writers: a topic is read reliably if all offer that, and likewise what is latched.
@@ -394,7 +408,7 @@ impl Listener {
         Ok(false)
     }
 
-    fn reader(&self, topic: &str, kind: String, is_reliable: bool, is_latched: bool) -> Result<Reader, String> {
+    fn reader(&mut self, topic: &str, kind: String, is_reliable: bool, is_latched: bool) -> Result<Reader, String> {
         let wanted = qos(is_reliable, is_latched, KEPT);
         let make = || {
             let made = self.participant.create_topic(topic.to_owned(), kind.clone(), &wanted, TopicKind::NoKey)?;
@@ -402,23 +416,45 @@ impl Listener {
         };
         let data = make().map_err(|error| format!("{topic} cannot be read: {error}"))?;
         let alarm = Arc::new(Alarm { rings: AtomicBool::new(true), thread: std::thread::current() });
+        self.has_changed = self.node.is_some();
         Ok(Reader { topic: topic.into(), kind, is_reliable, is_latched, data, alarm, is_small: false })
     }
 
     /// Publishes a message, reliably.
     fn publish(&mut self, Publication { topic, kind, is_latched, body }: Publication) -> Result<(), String> {
+        self.write(names::topic(&topic), names::dds_kind(&kind), is_latched, body)
+    }
+
+    /// Says which node this is, and what it reads and writes, if that has changed.
+    fn introduce(&mut self) -> Result<(), String> {
+        let Some(name) = self.node.as_ref().filter(|_| self.has_changed) else { return Ok(()) };
+        let readers: Vec<[u8; 16]> = self.readers.values().map(|reader| reader.data.guid().to_bytes()).collect();
+        let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
+        let writers: Vec<[u8; 16]> = writers.map(|(_, writer)| writer.guid().to_bytes()).collect();
+        let body = heard::node::<16>(&self.participant.guid().to_bytes(), name, &readers, &writers);
+        self.has_changed = false;
+        self.write(NODES.to_owned(), names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo"), true, body)
+    }
+
+    fn write(&mut self, topic: String, kind: String, is_latched: bool, body: Vec<u8>) -> Result<(), String> {
         if !self.writers.contains_key(&topic) {
-            // Who comes later receives the last one.
-            let qos = qos(true, is_latched, if is_latched { 1 } else { KEPT_SMALL });
+            // Who comes later receives the last one. What follows at once must not replace what is not sent yet.
+            let mut qos = qos(true, is_latched, if is_latched { 1 } else { KEPT_SMALL });
+            if !is_latched {
+                qos = qos.modify_by(&QosPolicyBuilder::new().history(History::KeepLast { depth: OFFERED }).build());
+            }
             let make = || {
-                let made = self.participant.create_topic(names::topic(&topic), kind, &qos, TopicKind::NoKey)?;
+                let made = self.participant.create_topic(topic.clone(), kind, &qos, TopicKind::NoKey)?;
                 self.participant.create_publisher(&qos)?.create_datawriter_no_key(&made, Some(qos.clone()))
             };
             let made = make().map_err(|error| format!("{topic} cannot be published: {error}"))?;
+            self.has_changed = self.node.is_some() && topic != NODES;
             self.writers.insert(topic.clone(), made);
         }
-        self.unsent.insert(topic, body);
-        self.send();
+        if !body.is_empty() {
+            self.unsent.insert(topic, body);
+            self.send();
+        }
         Ok(())
     }
 

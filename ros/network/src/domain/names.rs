@@ -36,6 +36,12 @@ pub(super) fn kind(name: &str) -> String {
     short.unwrap_or_else(|| name.to_owned())
 }
 
+/// The DDS type of messages: `std_msgs::msg::dds_::String_` for `std_msgs/msg/String`.
+pub(super) fn dds_kind(kind: &str) -> String {
+    let (package, name) = kind.rsplit_once('/').unwrap_or(("", kind));
+    format!("{}::dds_::{name}_", package.replace('/', "::"))
+}
+
 /// The type of a service or an action: that of a part of it, without the suffix which the part has.
 pub(super) fn whole(part: &str, suffixes: &[&str]) -> Option<String> {
     let kind = kind(part);

@@ -69,13 +69,14 @@ struct Process {
 }
 
 impl Participant {
-    pub(super) fn join(options: Options, subscribed: Subscribed) -> Self {
+    /// Joins a domain, as a node with this name, or none.
+    pub(super) fn join(options: Options, node: Option<String>, subscribed: Subscribed) -> Self {
         let (sender, heard) = sync_channel(MOST_HEARD);
         let shared = Arc::new(Shared::default());
         shared.process().subscribed = Some(subscribed);
         let thread = std::thread::spawn({
             let (shared, clock) = (Arc::clone(&shared), Clock::start());
-            move || run(options, clock, &shared, &sender)
+            move || run(&Join { options, clock, node }, &shared, &sender)
         });
         Self { heard, shared, thread: Some(thread) }
     }
@@ -110,10 +111,11 @@ impl Participant {
 }
 
 /// Publishes in the domain of a participant.
-pub(super) struct Voice(Arc<Shared>);
+pub struct Voice(Arc<Shared>);
 
 impl Voice {
-    pub(super) fn publish(&self, message: Publication) {
+    /// Publishes a message, reliably.
+    pub fn publish(&self, message: Publication) {
         let mut process = self.0.process();
         process.published.insert(message.topic.clone(), message.clone());
         process.ask(Ask::Publish(message));
@@ -160,10 +162,17 @@ impl Shared {
     }
 }
 
+/// How to join a domain.
+struct Join {
+    options: Options,
+    clock: Clock,
+    node: Option<String>,
+}
+
 /// Keeps a process listening until it is to end.
-fn run(options: Options, clock: Clock, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
+fn run(join: &Join, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
     while !shared.is_to_end() {
-        let why = match start(options, clock, shared) {
+        let why = match start(join, shared) {
             Ok(output) => {
                 hand_on(output, shared, sender);
                 bury(shared)
@@ -181,7 +190,7 @@ fn run(options: Options, clock: Clock, shared: &Shared, sender: &SyncSender<(Hea
 }
 
 /// Starts a process. Returns where it says what it hears.
-fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Option<ChildStdout>> {
+fn start(Join { options, clock, node }: &Join, shared: &Shared) -> std::io::Result<Option<ChildStdout>> {
     let none = || std::io::Error::other("the `main` of this process does not call `network::listen`");
     let mut command = Command::new(LISTENER.get().ok_or_else(none)?);
     command.arg(LISTEN).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -190,7 +199,7 @@ fn start(options: Options, clock: Clock, shared: &Shared) -> std::io::Result<Opt
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let mut child = command.spawn()?;
     let mut process = shared.process();
-    let join = Ask::Join { options, ahead_ns: clock.is_ahead_ns() };
+    let join = Ask::Join { options: *options, ahead_ns: clock.is_ahead_ns(), node: node.clone() };
     let subscribe = process.subscribed.clone().map(Ask::Subscribe);
     let publish = process.published.values().cloned().map(Ask::Publish);
     let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).collect();

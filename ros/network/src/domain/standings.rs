@@ -28,7 +28,7 @@ fn alone(standing: &Standing) -> Publication {
     write(standing, &mut body);
     Publication {
         topic: format!("/steward/properties/{}", standing.property.replace(|letter: char| !letter.is_ascii(), "_")),
-        kind: "diagnostic_msgs::msg::dds_::DiagnosticStatus_".to_owned(),
+        kind: "diagnostic_msgs/msg/DiagnosticStatus".to_owned(),
         is_latched: true,
         body: body.bytes(),
     }
@@ -45,7 +45,7 @@ fn together(standings: &[Standing], now_ns: i64) -> Publication {
     standings.iter().for_each(|standing| write(standing, &mut body));
     Publication {
         topic: "/diagnostics".to_owned(),
-        kind: "diagnostic_msgs::msg::dds_::DiagnosticArray_".to_owned(),
+        kind: "diagnostic_msgs/msg/DiagnosticArray".to_owned(),
         is_latched: false,
         body: body.bytes(),
     }
