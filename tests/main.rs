@@ -27,6 +27,7 @@ mod monitors;
 mod navigation;
 mod notices;
 mod outputs;
+mod piloted;
 mod programs;
 mod protocol;
 mod prove_command;

@@ -59,5 +59,5 @@ pub use map_file::{ImageFormat, MapFiles, load_map, map_files, save_map};
 pub use places::{Place, Places, Zone, distance_to_area_m, is_inside};
 #[cfg(feature = "files")]
 pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};
-pub use pose::{Point, Pose, heading, pose, wrap_angle};
+pub use pose::{Point, Pose, heading, pose, seen_from_above, wrap_angle};
 pub use shape::Shape;

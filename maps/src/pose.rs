@@ -14,6 +14,12 @@ pub fn pose(x_m: f64, y_m: f64, heading_rad: f64) -> Pose {
     Pose::new(nalgebra::Vector2::new(x_m, y_m), heading_rad)
 }
 
+/// A pose with a rotation in space, as a quaternion (x, y, z, w), seen from above.
+#[must_use]
+pub fn seen_from_above([x, y]: [f64; 2], [a, b, c, w]: [f64; 4]) -> Pose {
+    pose(x, y, libm::atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c)))
+}
+
 /// The heading of a pose, in radians in (−π, π].
 #[must_use]
 pub fn heading(pose: &Pose) -> f64 {

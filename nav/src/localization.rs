@@ -93,6 +93,12 @@ pub enum InitialPose {
 }
 
 impl InitialPose {
+    /// Near a pose in the `map` frame, with the covariance of x, y (meters) and heading (radians).
+    #[must_use]
+    pub fn near(pose: Pose, covariance: [[f64; 3]; 3]) -> Self {
+        Self::Near { pose, covariance: covariance.into() }
+    }
+
     /// A pose known to within 5 cm and 3° (standard deviations).
     #[must_use]
     pub fn at(pose: Pose) -> Self {

@@ -89,6 +89,14 @@ impl Remapping {
     }
 }
 
+/// The name of a topic in a namespace, and which remapping has given it, if one is about it: the first.
+#[must_use]
+pub fn resolve(space: &str, name: &str, remapped: &[Remapping]) -> (String, Option<usize>) {
+    let name = within(space, name);
+    let other = remapped.iter().enumerate().find_map(|(rule, of)| Some((of.apply(space, &name)?, Some(rule))));
+    other.unwrap_or((name, None))
+}
+
 /// An entry of `[[messages]]`.
 #[derive(Clone, Debug)]
 struct Mapped {
@@ -133,11 +141,9 @@ impl Mapping {
     pub fn of_robots<'r>(self, robots: &[String], remapped: &'r [Remapping]) -> Result<Self, &'r Remapping> {
         let mut is_used = vec![false; remapped.len()];
         let mut name = |space: &str, topic: &str| {
-            let name = within(space, topic);
-            let found = remapped.iter().enumerate().find_map(|(index, rule)| Some((index, rule.apply(space, &name)?)));
-            let Some((index, other)) = found else { return name };
-            is_used[index] = true;
-            other
+            let (name, rule) = resolve(space, topic, remapped);
+            rule.into_iter().for_each(|rule| is_used[rule] = true);
+            name
         };
         let only = match robots {
             [] => Some(""),

@@ -106,6 +106,7 @@ mod plain;
 mod record;
 mod record_store;
 mod recording;
+pub mod ros;
 mod scene_clock;
 mod step;
 mod tally;

@@ -10,9 +10,9 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use ros_messages::CdrReader;
 
 use crate::chunk::{ChunkError, MAX_CHUNK_BYTES, encode};
+use crate::ros;
 use crate::topics::Topics;
 use crate::topics::output::{LIBRARY, Output, Topic};
-use crate::topics::ros;
 use crate::{FORMAT, Follower, RecordRef, RunView};
 
 /// The topic with the records.

@@ -170,7 +170,7 @@ pub enum Happening {
         /// The text.
         text: String,
     },
-    /// Something happened around the processes, because the schedule of the run says so.
+    /// Something happened around the processes: because the schedule of the run says so, or to who drives the robot.
     Moved {
         /// What, in words.
         words: String,

@@ -5,7 +5,6 @@
 mod messages;
 mod outlines;
 pub(crate) mod output;
-pub(crate) mod ros;
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
@@ -13,19 +12,16 @@ use std::time::Duration;
 
 use channels::{ChannelId, EventKind, Topology, Verdict};
 use maps::{Cell, OccupancyGrid, Point, Pose};
-use robot::{LaserScan, LaserSpec};
+use robot::LaserSpec;
 use ros_messages::{Byte, TypeName};
 
 use self::messages::{MessageType, unique};
 use self::outlines::Outline;
 use self::output::{Output, Topic};
-use self::ros::{Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
+use crate::ros::{
+    self, BASE, Header, KeyValue, MAP, Moment, PointCloud, PoseStamped, TransformStamped, Transforms, laser_frame,
+};
 use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RunView, Scene};
-
-/// The frame of the map.
-const MAP: &str = "map";
-/// The frame of the robot.
-const BASE: &str = "base_link";
 
 /// The topics of a run, and what was last written on them.
 pub(crate) struct Topics {
@@ -198,13 +194,8 @@ fn processes(view: &RunView) -> Vec<ros::Status> {
 
 impl World {
     fn begin<W: Write>(header: &RunHeader, output: &mut Output<W>) -> io::Result<Self> {
-        let mounts = header
-            .lasers()
-            .iter()
-            .map(|laser| TransformStamped::new(Duration::ZERO, BASE, laser_frame(laser), &laser.mount));
-        let mounts = Transforms { transforms: mounts.collect() };
         let topic = output.latched("/tf_static")?;
-        output.write(&topic, Duration::ZERO, &mounts)?;
+        output.write(&topic, Duration::ZERO, &Transforms::of_lasers(header.lasers()))?;
         let body = header.robot.iter().map(|robot| Outline::disc("robot", &Pose::identity(), robot.radius_m));
         OutlineTopics::new("/robot", output)?.write(Duration::ZERO, BASE, &body.collect::<Vec<_>>(), output)?;
         // Some viewers draw nothing but points, so scans are also written as what they hit.
@@ -234,7 +225,7 @@ impl World {
             output.write(&self.pose, time, &PoseStamped::new(time, MAP, &pose))?;
         }
         if let Some(battery) = robot.battery.filter(|_| is_due || changes.battery.is_some()) {
-            output.write(&self.battery, time, &battery_state(time, battery))?;
+            output.write(&self.battery, time, &ros::BatteryState::of(time, battery.charge_pct, battery.charging))?;
         }
         match view.new_scene() {
             Some(scene) => self.write_scene(time, scene, view.header().lasers(), output),
@@ -251,7 +242,7 @@ impl World {
     ) -> io::Result<()> {
         for scan in &scene.scans {
             let (laser, (ranges, hits)) = (&lasers[scan.laser], &self.lasers[scan.laser]);
-            output.write(ranges, time, &laser_scan(laser, scan))?;
+            output.write(ranges, time, &ros::LaserScan::of(laser, scan))?;
             output.write(hits, time, &PointCloud::new(scan.time, BASE, scan.hits(laser, &Pose::identity())))?;
         }
         output.write(&self.particles, time, &PointCloud::new(time, MAP, scene.particles.iter().copied()))?;
@@ -272,10 +263,6 @@ fn place(place: &Place) -> Outline {
         [point] => Outline::disc(&place.name, &maps::pose(point.x, point.y, 0.0), POINT_RADIUS_M),
         _ => Outline::new(&place.name, place.corners.clone()),
     }
-}
-
-fn laser_frame(laser: &LaserSpec) -> String {
-    format!("laser_{}", token(&laser.name))
 }
 
 /// The name with everything but letters and digits replaced by underscores.
@@ -312,22 +299,8 @@ fn capitalized(word: &str) -> String {
 /// Writes the map as a grid, as an image, and as points.
 fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Result<()> {
     let header = Header::new(Duration::ZERO, MAP);
-    let (width, height) = (map.width() as u32, map.height() as u32);
-    let info = ros::MapMetaData {
-        map_load_time: Duration::ZERO.into(),
-        resolution: map.resolution_m() as f32,
-        width,
-        height,
-        origin: (&map.origin()).into(),
-    };
-    let occupancy = |cell: &Cell| match cell {
-        Cell::Free => 0,
-        Cell::Occupied => 100,
-        Cell::Unknown => -1,
-    };
-    let data = map.cells().iter().map(occupancy).collect();
     let topic = output.latched("/map")?;
-    output.write(&topic, Duration::ZERO, &ros::OccupancyGrid { header: header.clone(), info, data })?;
+    output.write(&topic, Duration::ZERO, &ros::OccupancyGrid::of(map))?;
     let gray = |cell: &Cell| match cell {
         Cell::Free => 254,
         Cell::Occupied => 0,
@@ -338,7 +311,7 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
     let mut data = Vec::with_capacity(3 * map.cells().len());
     rows.flatten().for_each(|cell| data.extend([gray(cell); 3]));
     // Viewers would interpret an image with one number per pixel as distances.
-    let encoding = "rgb8".to_owned();
+    let (width, height, encoding) = (map.width() as u32, map.height() as u32, "rgb8".to_owned());
     let image = ros::Image { header, height, width, encoding, is_bigendian: 0, step: 3 * width, data };
     let topic = output.latched("/map/image")?;
     output.write(&topic, Duration::ZERO, &image)?;
@@ -347,39 +320,6 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
         cells.map(|(place, _)| map.center(maps::CellIndex { column: place % map.width(), row: place / map.width() }));
     let topic = output.latched("/map/points")?;
     output.write(&topic, Duration::ZERO, &PointCloud::new(Duration::ZERO, MAP, centers))
-}
-
-fn laser_scan(laser: &LaserSpec, scan: &LaserScan) -> ros::LaserScan {
-    ros::LaserScan {
-        header: Header::new(scan.time, laser_frame(laser)),
-        angle_min: laser.angle_min_rad as f32,
-        angle_max: laser.beam_angle_rad(laser.beams.saturating_sub(1)) as f32,
-        angle_increment: laser.angle_increment_rad as f32,
-        time_increment: 0.0,
-        scan_time: laser.period.as_secs_f32(),
-        range_min: laser.range_min_m as f32,
-        range_max: laser.range_max_m as f32,
-        ranges: scan.ranges_m.clone(),
-        intensities: Vec::new(),
-    }
-}
-
-fn battery_state(time: Duration, battery: crate::Battery) -> ros::BatteryState {
-    /// The values of `power_supply_status` for discharging and charging.
-    const CHARGING: [u8; 2] = [2, 1];
-    ros::BatteryState {
-        header: Header::new(time, BASE),
-        voltage: f32::NAN,
-        temperature: f32::NAN,
-        current: f32::NAN,
-        charge: f32::NAN,
-        capacity: f32::NAN,
-        design_capacity: f32::NAN,
-        percentage: (battery.charge_pct / 100.0) as f32,
-        power_supply_status: CHARGING[usize::from(battery.charging)],
-        present: true,
-        ..ros::BatteryState::default()
-    }
 }
 
 /// The values of a diagnostic status's `level`.

@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use monitors::Violation;
 
+use crate::ros;
+use crate::topics::level;
 use crate::topics::output::Output;
-use crate::topics::{level, ros};
 
 /// The topic with the violations.
 const TOPIC: &str = "/steward/violations";

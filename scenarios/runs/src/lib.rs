@@ -9,13 +9,15 @@
 //! (`components::Outages`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those that a
 //! proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense and
 //! move; a scenario without a map has a `World` that is only the time. `schedule_replay` performs the steps of a
-//! schedule instead of drivers and physics. `ending` decides when a run ends.
+//! schedule instead of drivers and physics. `pilot` is somebody outside who drives the robot. `ending` decides when a
+//! run ends.
 
 mod conduct;
 mod ending;
 mod error;
 mod injector;
 mod machines;
+mod pilot;
 mod run;
 mod schedule_replay;
 mod session;
@@ -32,6 +34,7 @@ pub use conduct::{FITS, conduct};
 pub use error::StepError;
 pub use injector::opposite;
 pub use machines::record as machine_record;
+pub use pilot::{Orders, Pilot, Sensed};
 pub use run::Run;
 pub use session::Session;
 pub use switched::{Switched, SwitchedEffect, restart};

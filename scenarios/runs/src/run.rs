@@ -20,6 +20,7 @@ use scenarios::{Complaints, Error};
 use self::recorded::Recorded;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
+use crate::pilot::Pilot;
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
@@ -44,6 +45,8 @@ pub struct Run {
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
     kind: RunKind,
+    /// Who drives the robot in place of the tree.
+    pilot: Option<Box<dyn Pilot>>,
     /// The events of the last step.
     events: Vec<Event>,
     /// Whether a timer or a fault moved a process in the last step.
@@ -156,6 +159,7 @@ impl Run {
             scheduler: wired.scheduler,
             ids: wired.ids,
             kind,
+            pilot: None,
             events: Vec::new(),
             stirred: false,
             monitoring,
@@ -166,6 +170,20 @@ impl Run {
             overruns: 0,
             hash: TraceHash::default(),
         })
+    }
+
+    /// Lets somebody else drive the robot. The tree then gets no ticks; they still come, for the monitors.
+    ///
+    /// # Errors
+    /// [`Error`] if there is no robot to be driven.
+    pub fn hand_over(&mut self, pilot: Box<dyn Pilot>) -> Result<(), Error> {
+        if self.world.robot().is_none() {
+            let message = format!("the scenario {} has no robot that somebody could drive", self.scenario.name);
+            return Err(Error::refused(message, "give it a map: `map = \"house.toml\"`"));
+        }
+        self.pilot = Some(pilot);
+        self.ids.tree.iter().for_each(|ids| self.system.suspend(ids.tick_generator, true));
+        Ok(())
     }
 
     /// Performs one step. The events of a failed step can still be recorded.
@@ -200,7 +218,7 @@ impl Run {
     /// Adds the steps of a schedule, including those before an error, to the run.
     fn enter(&mut self, replayed: ReplayedSteps, now: Duration) {
         let Self { system, world, events, hash, .. } = self;
-        world.step(now, system);
+        world.step(now, system, None);
         replayed.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
         *events = replayed.events;
         self.overruns += replayed.overruns;
@@ -215,7 +233,8 @@ impl Run {
         if let RunKind::Model { begun, .. } = &mut self.kind {
             *begun = true;
         }
-        self.world.step(now, &mut self.system);
+        let happened = self.world.step(now, &mut self.system, self.pilot.as_mut());
+        self.happenings.extend(happened.into_iter().map(|words| Happening::Moved { words }));
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
         }
@@ -299,7 +318,7 @@ impl Run {
                 robot.write_to_blackboard(of, system, tree);
             }
             let (event, delivered) = system.generate_tick(tick_generator);
-            self.overruns += u64::from(!delivered);
+            self.overruns += u64::from(!delivered && self.pilot.is_none());
             enter(event);
         }
         let budget = self.scenario.file.execution.step_budget;

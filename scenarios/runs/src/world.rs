@@ -14,6 +14,8 @@ use scenarios::Error;
 use scenarios::scenario::Premises;
 use sim::{ObstacleConfig, ObstacleMotion, Simulation};
 
+use crate::pilot::{Passenger, Pilot, Sensed};
+
 /// A robot slower than this counts as at rest, in m/s and rad/s. Chosen, not measured.
 const AT_REST: f64 = 1e-3;
 
@@ -50,15 +52,30 @@ impl World {
         Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
     }
 
-    /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software and the
-    /// devices.
-    pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem) {
+    /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software, or who
+    /// drives it instead, and the devices. Returns what happened around the processes, in words.
+    pub(crate) fn step(
+        &mut self,
+        to: Duration,
+        system: &mut ChannelSystem,
+        pilot: Option<&mut Box<dyn Pilot>>,
+    ) -> Vec<String> {
         self.now = to;
+        let mut happened = Vec::new();
         if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
             sim.step();
-            software.step(sim, system, self.now);
+            if let Some(pilot) = pilot {
+                software.step(&mut Passenger(sim), system, self.now);
+                let sensed = Sensed { now: to, readings: software.readings(), estimate: software.estimate() };
+                let orders = pilot.drive(&sensed);
+                sim.drive(orders.velocity);
+                orders.pose.iter().for_each(|pose| software.believe(pose));
+                happened = orders.happened;
+            } else {
+                software.step(sim, system, self.now);
+            }
         }
-        let Some(robot) = &mut self.robot else { return };
+        let Some(robot) = &mut self.robot else { return happened };
         for Device { process, .. } in &self.devices {
             if !system.is_suspended(*process)
                 && let Some(device) = system.process_mut::<DeviceProcess>(*process)
@@ -66,6 +83,7 @@ impl World {
                 device.act(&mut robot.around());
             }
         }
+        happened
     }
 
     /// The texts that speakers have begun to speak since the last call, with their processes.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use channels::{Domain, Event, FieldKind, Message, Symbol, Value};
 use ros_messages::{Base, Bundle, CdrWriter, Count, Field, Primitive, RosType, Type};
 
-use super::ros::Moment;
+use crate::ros::Moment;
 
 /// The type of a channel's messages: the time of receipt, and the fields of all shapes.
 ///

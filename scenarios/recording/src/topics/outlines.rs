@@ -6,8 +6,8 @@ use std::time::Duration;
 use maps::{Point, Pose, Shape, pose};
 use nalgebra::Vector2;
 
-use super::ros::{Color, Header, Marker, Markers, PointCloud, Vector};
 use crate::Body;
+use crate::ros::{Color, Header, Marker, Markers, PointCloud, Vector};
 
 /// The corners of a disc.
 const CORNERS: usize = 24;

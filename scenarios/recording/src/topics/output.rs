@@ -134,8 +134,8 @@ impl Durability {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ros::Text;
     use super::*;
+    use crate::ros::Text;
 
     #[test]
     fn a_file_has_an_index_metadata_and_profiles() {

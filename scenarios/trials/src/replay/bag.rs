@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bags::{Bag, Definitions, Topic};
-use maps::{Cell, OccupancyGrid, Pose, pose};
+use maps::{Cell, OccupancyGrid, Pose, seen_from_above};
 use robot::recorded::{Record, Recording};
 use robot::{LaserScan, LaserSpec, RobotModel, VelocityCommand};
 use ros_messages::{Decoder, Layout, Structure, Want};
@@ -321,10 +321,8 @@ pub(super) fn pose_in(message: Structure<'_>) -> Option<Pose> {
 /// A position with a quaternion, seen from above.
 fn plane(position: Structure<'_>, rotation: Structure<'_>) -> Option<Pose> {
     let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| rotation.number(name));
-    let (x, y, z, w) = (x?, y?, z?, w?);
-    let heading = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
-    let found = pose(position.number("x")?, position.number("y")?, heading);
-    let numbers = [found.translation.x, found.translation.y, heading];
+    let found = seen_from_above([position.number("x")?, position.number("y")?], [x?, y?, z?, w?]);
+    let numbers = [found.translation.x, found.translation.y, found.rotation.re];
     numbers.iter().all(|number| number.is_finite()).then_some(found)
 }
 
