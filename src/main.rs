@@ -7,6 +7,7 @@ mod campaign;
 mod check;
 mod completions;
 mod counted;
+mod domain;
 mod entry;
 mod faults;
 mod help;
@@ -30,6 +31,7 @@ mod render;
 mod report;
 mod reproduce;
 mod run;
+mod sim;
 mod skill;
 mod summary;
 mod toml_subject;
@@ -114,6 +116,8 @@ enum Command {
     Verify(verify::VerifyArgs),
     /// Checks a running ROS 2 robot against properties
     Watch(watch::WatchArgs),
+    /// Lets others drive the simulated robot, as a robot of ROS 2
+    Sim(sim::SimArgs),
     /// Behavior trees: checks files, shows them, ticks them without a robot
     #[command(subcommand)]
     Tree(tree::TreeCommand),
@@ -186,6 +190,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Localize(args)) => localize::localize(args),
         Some(Command::Man(args)) => man::man(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Map(args)) => map::map(args),
+        Some(Command::Sim(args)) => sim::sim(args),
         Some(Command::Skill(command)) => skill::skill(command),
         Some(Command::Matrix(args)) => matrix::matrix(args),
         Some(Command::Monitor(command)) => monitor::run(command),

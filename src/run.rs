@@ -13,7 +13,7 @@ use recording::{Detail, RunView};
 use reports::junit::{self, Suite};
 use reports::report::{OutcomeReport, Report};
 use reports::{Outputs, file_name, html};
-use runs::Run;
+use runs::{Pilot, Run};
 use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario, find};
 use serde_json::json;
@@ -94,7 +94,19 @@ struct Job {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    one(&Job::load(&find::find(name)?, options, false)?, options)
+    one(&Job::load(&find::find(name)?, options, false)?, options, None)
+}
+
+/// Runs the scenario with this name or path, whose robot somebody else drives.
+#[cfg(feature = "dds")]
+pub(crate) fn piloted(
+    name: &str,
+    options: &RunOptions,
+    pilot: impl FnOnce(&Scenario) -> Result<Box<dyn Pilot>, Error>,
+) -> Result<ExitCode, Error> {
+    let job = Job::load(&find::find(name)?, options, false)?;
+    let pilot = pilot(&job.scenario)?;
+    one(&job, options, Some(pilot))
 }
 
 /// Runs the requested scenarios.
@@ -102,7 +114,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     let found = select::select(&args.scenarios, &args.filter)?;
     if let [only] = found.as_slice() {
-        return one(&Job::load(only, options, false)?, options);
+        return one(&Job::load(only, options, false)?, options, None);
     }
     options.refuse_for_several(found.len())?;
     let mut complaints = Complaints::default();
@@ -151,6 +163,7 @@ impl Job {
     fn conduct(
         &self,
         options: &RunOptions,
+        pilot: Option<Box<dyn Pilot>>,
         ready: impl FnOnce(&[Warnings]),
         mut follow: impl FnMut(&RunView),
     ) -> Result<Report, Error> {
@@ -160,7 +173,8 @@ impl Job {
             gif: options.gif.clone(),
             ..Outputs::default()
         };
-        let run = Run::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
+        let mut run = Run::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
+        pilot.map_or(Ok(()), |pilot| run.hand_over(pilot))?;
         ready(run.warnings());
         run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), |view| {
             follow(view);
@@ -182,10 +196,11 @@ fn check_folders(jobs: &[Job]) -> Result<(), Error> {
 }
 
 /// Runs a scenario alone, with a summary.
-fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
+fn one(job: &Job, options: &RunOptions, pilot: Option<Box<dyn Pilot>>) -> Result<ExitCode, Error> {
     let _ = interrupt::listen();
     let progress = RunProgress::new(options.is_silent());
-    let report = job.conduct(options, |warnings| warnings.iter().for_each(|one| warn(one)), |view| progress.show(view));
+    let ready = |warnings: &[Warnings]| warnings.iter().for_each(|one| warn(one));
+    let report = job.conduct(options, pilot, ready, |view| progress.show(view));
     drop(progress);
     write_junit(options, std::iter::once((job, report.as_ref().map_err(Error::reasons))))?;
     let report = report?;
@@ -209,7 +224,8 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     let work = |place: u64| {
         // Runs end in any order; their warnings are printed with their lines, in the order of the scenarios.
         let mut collected = Vec::new();
-        let report = jobs[place as usize].conduct(options, |warnings| collected.extend_from_slice(warnings), |_| {});
+        let report =
+            jobs[place as usize].conduct(options, None, |warnings| collected.extend_from_slice(warnings), |_| {});
         (collected, report)
     };
     let all = 0..jobs.len() as u64;

@@ -120,6 +120,7 @@ const ROOMS: [(&str, &[&str]); 31] = [
             "diagnostics",
             "maps",
             "robot",
+            "ros_messages",
             "nav",
             "bt",
             "explorer",

@@ -51,14 +51,14 @@ fn is_name(text: &str) -> bool {
 }
 
 /// A namespace of ROS 2, with `/` at its beginning.
-fn namespace(text: &str) -> Result<String, String> {
+pub(crate) fn namespace(text: &str) -> Result<String, String> {
     match is_name(text) {
         true => Ok(format!("/{}", text.strip_prefix('/').unwrap_or(text))),
         false => Err("names of letters, digits and `_`, such as `/r1` or `/fleet/r1`".to_owned()),
     }
 }
 
-fn remapping(text: &str) -> Result<Remapping, String> {
+pub(crate) fn remapping(text: &str) -> Result<Remapping, String> {
     let names = text.split_once(":=").filter(|(from, to)| is_name(from) && is_name(to));
     let (from, to) = names.ok_or("two names of letters, digits and `_`, such as `/battery:=/base/battery`")?;
     Ok(Remapping { from: from.to_owned(), to: to.to_owned() })

@@ -1,0 +1,25 @@
+//! `steward sim SCENARIO`: the simulated robot as a robot of ROS 2, for whoever drives it from outside.
+
+mod args;
+#[cfg(feature = "dds")]
+mod commands;
+#[cfg(feature = "dds")]
+mod pace;
+#[cfg(feature = "dds")]
+mod robot;
+
+use std::process::ExitCode;
+
+use campaigns::Error;
+
+pub(crate) use args::SimArgs;
+
+#[cfg(feature = "dds")]
+pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
+    crate::run::piloted(&args.scenario, &args.options, |scenario| robot::join(args, scenario))
+}
+
+#[cfg(not(feature = "dds"))]
+pub(crate) fn sim(_: &SimArgs) -> Result<ExitCode, Error> {
+    Err(Error::refused(crate::domain::WITHOUT, "build it with `cargo build --release --features dds`"))
+}

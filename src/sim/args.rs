@@ -1,0 +1,59 @@
+//! The arguments of `steward sim`.
+
+use bags::Remapping;
+use clap::Args;
+
+use crate::domain::DomainArgs;
+use crate::names::ScenarioName;
+use crate::run::RunOptions;
+use crate::verify::args::{namespace, remapping};
+
+/// The topics, at the end of the help.
+const TOPICS: &str = "\
+Topics, all reliable:
+  /clock, /tf, /tf_static       the time, where the robot is, and its lasers
+  map, scan, odom               the map (latched), the scans of all lasers, odometry
+  battery_state                 the charge
+  amcl_pose                     with --localize: where it believes that it is
+  cmd_vel                       what it obeys: Twist or TwistStamped
+  initialpose                   with --localize: where it is told that it is";
+
+/// The robot, and who may drive it.
+#[derive(Debug, Args)]
+#[command(after_help = TOPICS)]
+pub(crate) struct SimArgs {
+    /// A scenario with a map: a name (see `steward list`) or a file. Its tree stands still; its world, its faults and
+    /// its properties are as in a run
+    #[arg(value_name = "NAME|FILE", value_parser = ScenarioName, hide_possible_values = true)]
+    pub(super) scenario: String,
+    #[command(flatten)]
+    pub(super) options: RunOptions,
+    #[command(flatten)]
+    pub(super) domain: DomainArgs,
+    /// The namespace of its node and of its topics, such as `/r1`
+    #[arg(long, value_name = "NAMESPACE", value_parser = namespace)]
+    pub(super) namespace: Option<String>,
+    /// Gives a topic another name, as in ROS 2; may be given more than once
+    #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping)]
+    pub(super) remapped: Vec<Remapping>,
+    /// Localizes the robot: publishes `amcl_pose` and the transform from `map` to `odom`, and listens to `initialpose`
+    #[arg(long)]
+    pub(super) localize: bool,
+    /// How many simulated seconds pass in a second; `inf` for as many as possible
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, conflicts_with = "lock_step", value_parser = above_0)]
+    pub(super) speed: f64,
+    /// Waits in each period for its command, and then goes on at once: a run is the same every time if who drives is
+    #[arg(long)]
+    pub(super) lock_step: bool,
+    /// The time between two commands in lock step, in simulated seconds: a multiple of the step, 0.02 s
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.1, value_parser = above_0)]
+    pub(super) period: f64,
+    /// How long to wait for a command in lock step, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = above_0)]
+    pub(super) deadline: f64,
+}
+
+fn above_0(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0);
+    number.ok_or_else(|| "a number above 0".to_owned())
+}

@@ -1,0 +1,168 @@
+//! When a simulated robot goes on, and with which command.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use robot::VelocityCommand;
+
+use super::args::SimArgs;
+use super::commands::Command;
+
+/// A base stops if no command has come for so long, and stamps that are older are those of an earlier time.
+pub(super) const STALE: Duration = Duration::from_millis(500);
+
+/// The most commands that wait for their periods.
+const MOST_WAITING: usize = 1000;
+
+/// How time passes.
+#[derive(Debug)]
+pub(super) enum Pace {
+    /// So many simulated seconds in a second, since a moment.
+    Steady { speed: f64, since: Option<Instant> },
+    /// A command for each period, or its deadline.
+    LockStep { period: Duration, deadline: Duration },
+}
+
+impl Pace {
+    pub(super) fn of(args: &SimArgs) -> Self {
+        // What is longer than any run is as good as for ever.
+        let span = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        match args.lock_step {
+            true => Self::LockStep { period: span(args.period), deadline: span(args.deadline) },
+            false => Self::Steady { speed: args.speed, since: None },
+        }
+    }
+
+    /// How much time is left until the simulated time `now` is due.
+    pub(super) fn left(&mut self, now: Duration) -> Duration {
+        let Self::Steady { speed, since } = self else { return Duration::ZERO };
+        let passed = now.div_f64(*speed);
+        let since = *since.get_or_insert_with(|| moment().checked_sub(passed).unwrap_or_else(moment));
+        passed.saturating_sub(since.elapsed())
+    }
+
+    /// Whether a command is to come at the simulated time `now`.
+    pub(super) fn awaits(&self, now: Duration) -> bool {
+        matches!(self, Self::LockStep { period, .. } if now.as_nanos().is_multiple_of(period.as_nanos()))
+    }
+}
+
+/// The commands that have come.
+#[derive(Debug, Default)]
+pub(super) struct Commands {
+    waiting: VecDeque<Command>,
+    /// The last command, and when it came, in simulated time.
+    last: Option<(VelocityCommand, Duration)>,
+}
+
+/// What is odd about a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Oddity {
+    /// It is no command that can be read.
+    Unreadable,
+    /// The base can only drive forwards and turn.
+    Sideways,
+    /// Its stamp is of an earlier time.
+    Old,
+    /// Its stamp is of a later time.
+    Ahead,
+    /// More have come than there are periods.
+    TooMany,
+}
+
+impl Commands {
+    /// Takes a command that has come at a simulated time. Without lock step, it holds at once.
+    pub(super) fn take(&mut self, command: Command, now: Duration, is_in_step: bool) -> Result<(), Oddity> {
+        if is_in_step {
+            self.waiting.push_back(command);
+            return match self.waiting.len() > MOST_WAITING {
+                true => self.waiting.pop_front().map_or(Ok(()), |_| Err(Oddity::TooMany)),
+                false => Ok(()),
+            };
+        }
+        match command.stamp.filter(|stamp| *stamp > Duration::ZERO) {
+            Some(stamp) if stamp + STALE < now => return Err(Oddity::Old),
+            Some(stamp) if stamp > now + STALE => return Err(Oddity::Ahead),
+            _ => self.last = Some((command.velocity, now)),
+        }
+        Ok(())
+    }
+
+    /// The next command for the period that begins at a time, if it has come: one with this stamp, or the next one
+    /// without a stamp.
+    pub(super) fn of_period(&mut self, now: Duration) -> Option<Result<VelocityCommand, Oddity>> {
+        let Command { velocity, stamp, .. } = self.waiting.pop_front()?;
+        Some(match stamp {
+            Some(stamp) if stamp < now => Err(Oddity::Old),
+            Some(stamp) if stamp > now => Err(Oddity::Ahead),
+            _ => {
+                self.last = Some((velocity, now));
+                Ok(velocity)
+            }
+        })
+    }
+
+    /// The velocity that was commanded last. None if that is too long ago, which is said once.
+    pub(super) fn last(&mut self, now: Duration) -> Option<VelocityCommand> {
+        self.last.filter(|(_, since)| now.saturating_sub(*since) <= STALE).map(|(velocity, _)| velocity)
+    }
+
+    /// Forgets the last command. Returns whether it moved the base.
+    pub(super) fn forget(&mut self) -> bool {
+        self.last.take().is_some_and(|(velocity, _)| velocity != VelocityCommand::STOP)
+    }
+}
+
+/// A moment of real time, in which others live.
+#[expect(clippy::disallowed_methods, reason = "whoever drives the robot does so in real time")]
+pub(super) fn moment() -> Instant {
+    Instant::now()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn command(linear_mps: f64, stamp_ms: Option<u64>) -> Command {
+        let velocity = VelocityCommand { linear_mps, angular_radps: 0.0 };
+        Command { velocity, stamp: stamp_ms.map(Duration::from_millis), is_partial: false }
+    }
+
+    const fn ms(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    #[test]
+    fn in_step_each_period_has_the_command_with_its_stamp_or_the_next_without_one() {
+        let mut commands = Commands::default();
+        for one in [command(0.1, Some(100)), command(0.2, Some(300)), command(0.3, Some(200)), command(0.4, None)] {
+            assert_eq!(commands.take(one, ms(200), true), Ok(()));
+        }
+        let mut next = || commands.of_period(ms(200)).map(|found| found.map(|velocity| velocity.linear_mps));
+        assert_eq!([next(), next()], [Some(Err(Oddity::Old)), Some(Err(Oddity::Ahead))]);
+        assert_eq!([next(), next(), next()], [Some(Ok(0.3)), Some(Ok(0.4)), None]);
+        let taken = (0..=MOST_WAITING).map(|_| commands.take(command(0.5, None), ms(200), true)).last();
+        assert_eq!(taken, Some(Err(Oddity::TooMany)));
+    }
+
+    #[test]
+    fn otherwise_a_command_holds_at_once_until_it_is_stale() {
+        let mut commands = Commands::default();
+        assert_eq!(commands.take(command(0.1, Some(400)), ms(1000), false), Err(Oddity::Old));
+        assert_eq!(commands.take(command(0.1, Some(1600)), ms(1000), false), Err(Oddity::Ahead));
+        assert_eq!(commands.last(ms(1000)), None);
+        for stamp in [None, Some(0), Some(900)] {
+            assert_eq!(commands.take(command(0.2, stamp), ms(1000), false), Ok(()));
+        }
+        assert_eq!(commands.last(ms(1500)).map(|velocity| velocity.linear_mps), Some(0.2));
+        assert_eq!((commands.last(ms(1501)), commands.forget(), commands.forget()), (None, true, false));
+    }
+
+    #[test]
+    fn periods_begin_at_their_multiples() {
+        let pace = Pace::LockStep { period: ms(100), deadline: ms(1) };
+        assert_eq!([20, 100, 120, 200].map(|now| pace.awaits(ms(now))), [false, true, false, true]);
+        let mut pace = Pace::Steady { speed: f64::INFINITY, since: None };
+        assert_eq!((pace.left(ms(20)), pace.left(ms(1_000_000)), pace.awaits(ms(100))), (ms(0), ms(0), false));
+    }
+}

@@ -1,0 +1,347 @@
+//! A simulated robot as a node of ROS 2.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use bags::{Received, Source as _, resolve};
+use campaigns::Error;
+use network::{Domain, Live as _, Publication, Voice};
+use recording::ros;
+use robot::{LaserSpec, Reading, VelocityCommand};
+use ros_messages::{CdrWriter, RosMessage};
+use runs::{Orders, Pilot, Sensed};
+use scenarios::scenario::Scenario;
+
+use super::args::SimArgs;
+use super::commands::{self, Command};
+use super::pace::{Commands, Oddity, Pace, STALE, moment};
+use crate::interrupt;
+use crate::output::note;
+
+/// How long one look for messages takes at most.
+const PATIENCE: Duration = Duration::from_millis(10);
+
+/// How long to wait after whoever drives has been found: it may not have found this node.
+const SETTLING: Duration = Duration::from_secs(1);
+
+/// The most messages that are taken in a step: what comes faster waits, or is lost.
+const MOST: usize = 1000;
+
+/// The names of its topics.
+struct Topics {
+    clock: String,
+    tf: String,
+    tf_static: String,
+    map: String,
+    scan: String,
+    odom: String,
+    battery: String,
+    estimate: String,
+    /// Those that it listens to.
+    command: String,
+    initial_pose: String,
+}
+
+impl Topics {
+    /// # Errors
+    /// If a remapping is about none of them.
+    fn of(args: &SimArgs) -> Result<Self, Error> {
+        let space = args.namespace.as_deref().unwrap_or_default();
+        let mut is_used = vec![false; args.remapped.len()];
+        let mut name = |name: &str| {
+            let (name, rule) = resolve(space, name, &args.remapped);
+            rule.into_iter().for_each(|rule| is_used[rule] = true);
+            name
+        };
+        let topics = Self {
+            clock: name("/clock"),
+            tf: name("/tf"),
+            tf_static: name("/tf_static"),
+            map: name("map"),
+            scan: name("scan"),
+            odom: name("odom"),
+            battery: name("battery_state"),
+            estimate: name("amcl_pose"),
+            command: name("cmd_vel"),
+            initial_pose: name("initialpose"),
+        };
+        match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
+            Some((rule, _)) => {
+                let message = format!("`--remap`: there is no topic `{}`, or an earlier one is about it", rule.from);
+                Err(Error::refused(message, "`steward sim --help` lists the topics"))
+            }
+            None => Ok(topics),
+        }
+    }
+}
+
+/// Joins the domain as a scenario's robot.
+pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>, Error> {
+    let topics = Topics::of(args)?;
+    let pace = Pace::of(args);
+    let step = scenario.file.execution.step();
+    if let Pace::LockStep { period, .. } = pace
+        && !period.as_nanos().is_multiple_of(step.as_nanos())
+    {
+        let message = format!("a period of {} s is no multiple of the step", args.period);
+        return Err(Error::refused(message, format!("a step takes {} s", step.as_secs_f64())));
+    }
+    let Some(premises) = &scenario.premises else {
+        let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
+        return Err(Error::refused(message, "give it a map, such as `map = \"maps/house.yaml\"`"));
+    };
+    let (map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
+    let wanted = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)].into_iter().flatten();
+    let name = format!("{}/steward", args.namespace.as_deref().unwrap_or_default());
+    let mut node = Domain::node(args.domain.options()?, name.clone(), wanted.cloned().collect());
+    let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
+    node.begin().map_err(refused)?;
+    let left = || Error::refused("the domain has been left", "start it again");
+    let voice = node.voice().ok_or_else(left)?;
+    note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
+    let robot = RosRobot {
+        node,
+        voice,
+        topics,
+        pace,
+        lasers,
+        is_localized: args.localize,
+        has_begun: false,
+        commands: Commands::default(),
+        told: BTreeSet::new(),
+        notes: 0,
+        lost: 0,
+        body: Vec::new(),
+    };
+    let topics = &robot.topics;
+    robot.offer::<ros::Clock>(&topics.clock);
+    robot.offer::<ros::Transforms>(&topics.tf);
+    robot.offer::<ros::Odometry>(&topics.odom);
+    robot.offer::<ros::BatteryState>(&topics.battery);
+    if !robot.lasers.is_empty() {
+        robot.offer::<ros::LaserScan>(&topics.scan);
+    }
+    if args.localize {
+        robot.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate);
+    }
+    robot.publish(&topics.map, true, &map);
+    robot.publish(&topics.tf_static, true, &ros::Transforms::of_lasers(&robot.lasers));
+    Ok(Box::new(robot))
+}
+
+struct RosRobot {
+    node: Domain,
+    voice: Voice,
+    topics: Topics,
+    pace: Pace,
+    lasers: Vec<LaserSpec>,
+    is_localized: bool,
+    has_begun: bool,
+    commands: Commands,
+    /// What has been told of commands, and how much of what the node tells.
+    told: BTreeSet<Oddity>,
+    notes: usize,
+    lost: usize,
+    /// The last message.
+    body: Vec<u8>,
+}
+
+impl Pilot for RosRobot {
+    fn drive(&mut self, sensed: &Sensed<'_>) -> Orders {
+        let (now, mut orders) = (sensed.now, Orders::default());
+        if !std::mem::replace(&mut self.has_begun, true) {
+            self.await_others(&mut orders);
+        }
+        self.tell(sensed);
+        orders.velocity = if let Pace::LockStep { deadline, .. } = self.pace {
+            match self.pace.awaits(now) {
+                true => self.await_command(now, deadline, &mut orders),
+                false => self.commands.last(now).unwrap_or_default(),
+            }
+        } else {
+            self.listen(now, &mut orders);
+            self.last_command(now, &mut orders)
+        };
+        self.tell_of_others();
+        orders
+    }
+}
+
+impl RosRobot {
+    /// Offers a topic, before there are messages.
+    fn offer<T: RosMessage>(&self, topic: &str) {
+        let (topic, kind) = (topic.to_owned(), T::name().full());
+        self.voice.publish(Publication { topic, kind, is_latched: false, body: Vec::new() });
+    }
+
+    fn publish<T: RosMessage>(&self, topic: &str, is_latched: bool, message: &T) {
+        let mut cdr = CdrWriter::reusing(Vec::new());
+        message.write(&mut cdr);
+        let (topic, kind) = (topic.to_owned(), T::name().full());
+        self.voice.publish(Publication { topic, kind, is_latched, body: cdr.bytes() });
+    }
+
+    /// Publishes what has been sensed, and the time last: whoever knows it can know the rest.
+    fn tell(&self, sensed: &Sensed<'_>) {
+        let mut transforms = Vec::new();
+        for reading in sensed.readings {
+            match reading {
+                Reading::Scan(scan) => {
+                    self.publish(&self.topics.scan, false, &ros::LaserScan::of(&self.lasers[scan.laser], scan));
+                }
+                Reading::Odometry(odometry) => {
+                    self.publish(&self.topics.odom, false, &ros::Odometry::of(odometry));
+                    let base = ros::TransformStamped::new(odometry.time, ros::ODOM, ros::BASE, &odometry.pose);
+                    transforms.push(base);
+                    if self.is_localized && odometry.time == sensed.estimate.time {
+                        let odom = sensed.estimate.pose * odometry.pose.inverse();
+                        transforms.push(ros::TransformStamped::new(odometry.time, ros::MAP, ros::ODOM, &odom));
+                    }
+                }
+                Reading::Battery(of) => {
+                    let state = ros::BatteryState::of(of.time, of.charge_pct, of.charging);
+                    self.publish(&self.topics.battery, false, &state);
+                }
+            }
+        }
+        if !transforms.is_empty() {
+            self.publish(&self.topics.tf, false, &ros::Transforms { transforms });
+        }
+        if self.is_localized && sensed.readings.iter().any(|reading| matches!(reading, Reading::Scan(_))) {
+            let estimate = sensed.estimate;
+            let pose = ros::PoseWithCovarianceStamped::new(estimate.time, &estimate.pose, estimate.covariance.into());
+            self.publish(&self.topics.estimate, false, &pose);
+        }
+        let is_steady = matches!(self.pace, Pace::Steady { .. });
+        if is_steady || self.pace.awaits(sensed.now) {
+            self.publish(&self.topics.clock, false, &ros::Clock { clock: sensed.now.into() });
+        }
+    }
+
+    /// Waits until commands can come; in lock step, until somebody is there who sends them.
+    fn await_others(&mut self, orders: &mut Orders) {
+        let is_in_step = matches!(self.pace, Pace::LockStep { .. });
+        let mut is_told = false;
+        while is_in_step && !self.has_partner() && interrupt::flow().is_continue() {
+            if !std::mem::replace(&mut is_told, true) {
+                let Topics { command, clock, .. } = &self.topics;
+                note(&format!("waiting for who publishes on {command} and reads {clock}"));
+            }
+            self.receive(PATIENCE, Duration::ZERO, orders);
+        }
+        let since = moment();
+        while since.elapsed() < SETTLING && interrupt::flow().is_continue() {
+            self.receive(PATIENCE, Duration::ZERO, orders);
+        }
+        // What came before the run is not for it.
+        self.commands = Commands::default();
+    }
+
+    fn has_partner(&self) -> bool {
+        self.node.is_read(&self.topics.clock) && self.node.robot().publishers.contains_key(&self.topics.command)
+    }
+
+    /// Waits until the simulated time `now` is due, and takes what comes meanwhile.
+    fn listen(&mut self, now: Duration, orders: &mut Orders) {
+        let mut taken = 0;
+        while interrupt::flow().is_continue() {
+            let left = self.pace.left(now);
+            let has_come = self.receive(left.min(PATIENCE), now, orders);
+            taken += usize::from(has_come);
+            if left.is_zero() && (!has_come || taken > MOST) {
+                return;
+            }
+        }
+    }
+
+    /// Waits for the command of the period that begins now.
+    fn await_command(&mut self, now: Duration, deadline: Duration, orders: &mut Orders) -> VelocityCommand {
+        let since = moment();
+        while interrupt::flow().is_continue() {
+            while let Some(command) = self.commands.of_period(now) {
+                match command {
+                    Ok(velocity) => return velocity,
+                    Err(oddity) => self.tell_once(oddity),
+                }
+            }
+            if since.elapsed() >= deadline {
+                let seconds = deadline.as_secs_f64();
+                let words = format!("no command came for the period at {} s in {seconds} s", now.as_secs_f64());
+                orders.happened.push(format!("{words}: the robot stops"));
+                break;
+            }
+            self.receive(PATIENCE.min(deadline), now, orders);
+        }
+        self.commands.forget();
+        VelocityCommand::STOP
+    }
+
+    /// The last command, unless it is too old.
+    fn last_command(&mut self, now: Duration, orders: &mut Orders) -> VelocityCommand {
+        let command = self.commands.last(now);
+        if command.is_none() && self.commands.forget() {
+            orders.happened.push(format!("no command came for {} s: the robot stops", STALE.as_secs_f64()));
+        }
+        command.unwrap_or_default()
+    }
+
+    /// Takes a message, if one comes soon enough. Returns whether one did.
+    fn receive(&mut self, patience: Duration, now: Duration, orders: &mut Orders) -> bool {
+        self.node.patience = patience;
+        let mut body = std::mem::take(&mut self.body);
+        let received = self.node.receive(&mut body);
+        if let Received::Message(head) = received {
+            let topic = &self.node.survey().topics[head.topic];
+            if topic.name == self.topics.command {
+                let kind = topic.kind.clone();
+                self.take_command(&kind, &body, now);
+            } else if let Some(pose) = commands::initial_pose(&body) {
+                orders.pose = Some(pose);
+            } else {
+                self.tell_once(Oddity::Unreadable);
+            }
+        }
+        self.body = body;
+        matches!(received, Received::Message(_))
+    }
+
+    fn take_command(&mut self, kind: &str, body: &[u8], now: Duration) {
+        let Some(command) = Command::is_known(kind).then(|| Command::read(kind, body)).flatten() else {
+            return self.tell_once(Oddity::Unreadable);
+        };
+        if command.is_partial {
+            self.tell_once(Oddity::Sideways);
+        }
+        let is_in_step = matches!(self.pace, Pace::LockStep { .. });
+        if let Err(oddity) = self.commands.take(command, now, is_in_step) {
+            self.tell_once(oddity);
+        }
+    }
+
+    fn tell_once(&mut self, oddity: Oddity) {
+        if !self.told.insert(oddity) {
+            return;
+        }
+        let Topics { command, clock, initial_pose, .. } = &self.topics;
+        note(&match oddity {
+            Oddity::Unreadable => format!(
+                "a message on {command} or {initial_pose} is left out: it is of another type, too short, or not finite"
+            ),
+            Oddity::Sideways => format!("commands on {command} want more than to drive forwards and to turn"),
+            Oddity::Old => format!("commands on {command} are left out: their stamps are older than {clock}"),
+            Oddity::Ahead => format!(
+                "commands on {command} are left out: their stamps are ahead of {clock}; does their node use `use_sim_time`?"
+            ),
+            Oddity::TooMany => {
+                format!("more commands come on {command} than there are periods: the oldest are left out")
+            }
+        });
+    }
+
+    /// Says what is new of who publishes, and of what is missing.
+    fn tell_of_others(&mut self) {
+        let (notes, lost) = (self.node.notes(), self.node.lost());
+        notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).for_each(|text| note(text));
+        (self.notes, self.lost) = (notes.len(), lost.len());
+    }
+}
