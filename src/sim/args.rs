@@ -10,11 +10,13 @@ use crate::verify::args::{namespace, remapping};
 
 /// The topics, at the end of the help.
 const TOPICS: &str = "\
-Topics, all reliable:
-  /clock, /tf, /tf_static       the time, where the robot is, and its lasers
-  map, scan, odom               the map (latched), the scans of all lasers, odometry
+Topics that it publishes, reliably:
+  /clock, /tf, scan, odom       the time, where the robot is, scans of all lasers
+  /tf_static, map               where the lasers are, and the map: both latched
   battery_state                 the charge
   amcl_pose                     with --localize: where it believes that it is
+
+Topics that it reads:
   cmd_vel                       what it obeys: Twist or TwistStamped
   initialpose                   with --localize: where it is told that it is";
 
@@ -46,10 +48,10 @@ pub(crate) struct SimArgs {
     #[arg(long)]
     pub(super) lock_step: bool,
     /// The time between two commands in lock step, in simulated seconds: a multiple of the step, 0.02 s
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.1, value_parser = above_0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.1, requires = "lock_step", value_parser = above_0)]
     pub(super) period: f64,
     /// How long to wait for a command in lock step, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = above_0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, requires = "lock_step", value_parser = above_0)]
     pub(super) deadline: f64,
 }
 

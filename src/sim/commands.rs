@@ -7,6 +7,9 @@ use nav::InitialPose;
 use robot::VelocityCommand;
 use ros_messages::{CdrReader, Mismatch};
 
+/// The largest coordinate, in meters, and the largest covariance of a pose on a map.
+const LARGEST: f64 = 1e6;
+
 /// A message for the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Command {
@@ -51,11 +54,12 @@ pub(super) fn initial_pose(message: &[u8]) -> Option<InitialPose> {
     };
     let ([x, y, _, a, b, c, w], covariance) = read().ok()?;
     let covariance = [0, 1, 5].map(|row| [0, 1, 5].map(|column| covariance[6 * row + column]));
-    let is_sound = [x, y, a, b, c, w].iter().chain(covariance.iter().flatten()).all(|number| number.is_finite());
+    let is_sound = [x, y].iter().chain(covariance.iter().flatten()).all(|number| number.abs() <= LARGEST);
     // A covariance of zeros, which some programs send, says that nothing is known of it.
     let is_exact = covariance.iter().flatten().all(|number| *number == 0.0);
     let there = seen_from_above([x, y], [a, b, c, w]);
-    is_sound.then(|| if is_exact { InitialPose::at(there) } else { InitialPose::near(there, covariance) })
+    (is_sound && there.rotation.re.is_finite())
+        .then(|| if is_exact { InitialPose::at(there) } else { InitialPose::near(there, covariance) })
 }
 
 /// Reads a `std_msgs/msg/Header`. Returns its stamp.

@@ -14,11 +14,14 @@ pub(super) const STALE: Duration = Duration::from_millis(500);
 /// The most commands that wait for their periods.
 const MOST_WAITING: usize = 1000;
 
+/// How far a simulation may fall behind real time before it gives that up.
+const BEHIND: Duration = Duration::from_millis(200);
+
 /// How time passes.
 #[derive(Debug)]
 pub(super) enum Pace {
-    /// So many simulated seconds in a second, since a moment.
-    Steady { speed: f64, since: Option<Instant> },
+    /// So many simulated seconds in a second, since a moment; later than at first if it has fallen behind.
+    Steady { speed: f64, since: Option<Instant>, is_late: bool },
     /// A command for each period, or its deadline.
     LockStep { period: Duration, deadline: Duration },
 }
@@ -29,16 +32,30 @@ impl Pace {
         let span = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         match args.lock_step {
             true => Self::LockStep { period: span(args.period), deadline: span(args.deadline) },
-            false => Self::Steady { speed: args.speed, since: None },
+            false => Self::Steady { speed: args.speed, since: None, is_late: false },
         }
     }
 
     /// How much time is left until the simulated time `now` is due.
     pub(super) fn left(&mut self, now: Duration) -> Duration {
-        let Self::Steady { speed, since } = self else { return Duration::ZERO };
-        let passed = now.div_f64(*speed);
-        let since = *since.get_or_insert_with(|| moment().checked_sub(passed).unwrap_or_else(moment));
-        passed.saturating_sub(since.elapsed())
+        let Self::Steady { speed, since, is_late } = self else { return Duration::ZERO };
+        if speed.is_infinite() {
+            return Duration::ZERO;
+        }
+        let passed = Duration::try_from_secs_f64(now.as_secs_f64() / *speed).unwrap_or(Duration::MAX);
+        let begun = since.get_or_insert_with(|| moment().checked_sub(passed).unwrap_or_else(moment));
+        let elapsed = begun.elapsed();
+        if elapsed > passed.saturating_add(BEHIND) {
+            // What was missed is not made up for: whoever drives could not react.
+            *is_late = true;
+            *begun += elapsed.saturating_sub(passed);
+        }
+        passed.saturating_sub(elapsed)
+    }
+
+    /// Whether it has fallen behind.
+    pub(super) fn is_late(&self) -> bool {
+        matches!(self, Self::Steady { is_late: true, .. })
     }
 
     /// Whether a command is to come at the simulated time `now`.
@@ -68,6 +85,8 @@ pub(super) enum Oddity {
     Ahead,
     /// More have come than there are periods.
     TooMany,
+    /// The simulation is too slow.
+    Behind,
 }
 
 impl Commands {
@@ -162,7 +181,14 @@ mod tests {
     fn periods_begin_at_their_multiples() {
         let pace = Pace::LockStep { period: ms(100), deadline: ms(1) };
         assert_eq!([20, 100, 120, 200].map(|now| pace.awaits(ms(now))), [false, true, false, true]);
-        let mut pace = Pace::Steady { speed: f64::INFINITY, since: None };
+        let steady = |speed| Pace::Steady { speed, since: None, is_late: false };
+        let mut pace = steady(f64::INFINITY);
         assert_eq!((pace.left(ms(20)), pace.left(ms(1_000_000)), pace.awaits(ms(100))), (ms(0), ms(0), false));
+        // The first call is the beginning.
+        assert!(steady(5e-324).left(ms(20)) > Duration::MAX / 2);
+        let mut pace = steady(1.0);
+        assert!(pace.left(ms(20)) <= ms(20) && pace.left(ms(5000)) > ms(1000) && !pace.is_late());
+        let mut pace = Pace::Steady { speed: 1.0, since: moment().checked_sub(ms(900)), is_late: false };
+        assert!(pace.left(ms(20)).is_zero() && pace.is_late() && pace.left(ms(1020)) > ms(500));
     }
 }

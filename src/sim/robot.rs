@@ -24,6 +24,9 @@ const PATIENCE: Duration = Duration::from_millis(10);
 /// How long to wait after whoever drives has been found: it may not have found this node.
 const SETTLING: Duration = Duration::from_secs(1);
 
+/// The most cells of a map that is published.
+const MOST_CELLS: usize = 60_000_000;
+
 /// The most messages that are taken in a step: what comes faster waits, or is lost.
 const MOST: usize = 1000;
 
@@ -65,6 +68,12 @@ impl Topics {
             command: name("cmd_vel"),
             initial_pose: name("initialpose"),
         };
+        let Self { clock, tf, tf_static, map, scan, odom, battery, estimate, command, initial_pose } = &topics;
+        let names = [clock, tf, tf_static, map, scan, odom, battery, estimate, command, initial_pose];
+        if let Some((_, twice)) = names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)) {
+            let message = format!("`--remap`: two topics would have the name {twice}");
+            return Err(Error::refused(message, "give each its own"));
+        }
         match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
             Some((rule, _)) => {
                 let message = format!("`--remap`: there is no topic `{}`, or an earlier one is about it", rule.from);
@@ -81,15 +90,15 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
     let pace = Pace::of(args);
     let step = scenario.file.execution.step();
     if let Pace::LockStep { period, .. } = pace
-        && !period.as_nanos().is_multiple_of(step.as_nanos())
+        && (period.is_zero() || !period.as_nanos().is_multiple_of(step.as_nanos()))
     {
         let message = format!("a period of {} s is no multiple of the step", args.period);
         return Err(Error::refused(message, format!("a step takes {} s", step.as_secs_f64())));
     }
-    let Some(premises) = &scenario.premises else {
+    let premises = scenario.premises.as_ref().filter(|_| scenario.schedule.is_none()).ok_or_else(|| {
         let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
-        return Err(Error::refused(message, "give it a map, such as `map = \"maps/house.yaml\"`"));
-    };
+        Error::refused(message, "name one with a map, and without a schedule")
+    })?;
     let (map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
     let wanted = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)].into_iter().flatten();
     let name = format!("{}/steward", args.namespace.as_deref().unwrap_or_default());
@@ -108,6 +117,7 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
         is_localized: args.localize,
         has_begun: false,
         commands: Commands::default(),
+        held: VelocityCommand::STOP,
         told: BTreeSet::new(),
         notes: 0,
         lost: 0,
@@ -124,6 +134,10 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
     if args.localize {
         robot.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate);
     }
+    if map.data.len() > MOST_CELLS {
+        let message = format!("the map has {} cells, which is too much for a message", map.data.len());
+        return Err(Error::refused(message, format!("{MOST_CELLS} are possible")));
+    }
     robot.publish(&topics.map, true, &map);
     robot.publish(&topics.tf_static, true, &ros::Transforms::of_lasers(&robot.lasers));
     Ok(Box::new(robot))
@@ -138,6 +152,8 @@ struct RosRobot {
     is_localized: bool,
     has_begun: bool,
     commands: Commands,
+    /// In lock step, the command of this period.
+    held: VelocityCommand,
     /// What has been told of commands, and how much of what the node tells.
     told: BTreeSet<Oddity>,
     notes: usize,
@@ -154,10 +170,10 @@ impl Pilot for RosRobot {
         }
         self.tell(sensed);
         orders.velocity = if let Pace::LockStep { deadline, .. } = self.pace {
-            match self.pace.awaits(now) {
-                true => self.await_command(now, deadline, &mut orders),
-                false => self.commands.last(now).unwrap_or_default(),
+            if self.pace.awaits(now) {
+                self.held = self.await_command(now, deadline, &mut orders);
             }
+            self.held
         } else {
             self.listen(now, &mut orders);
             self.last_command(now, &mut orders)
@@ -234,7 +250,7 @@ impl RosRobot {
             self.receive(PATIENCE, Duration::ZERO, orders);
         }
         // What came before the run is not for it.
-        self.commands = Commands::default();
+        (self.commands, orders.pose) = (Commands::default(), None);
     }
 
     fn has_partner(&self) -> bool {
@@ -246,11 +262,14 @@ impl RosRobot {
         let mut taken = 0;
         while interrupt::flow().is_continue() {
             let left = self.pace.left(now);
-            let has_come = self.receive(left.min(PATIENCE), now, orders);
-            taken += usize::from(has_come);
-            if left.is_zero() && (!has_come || taken > MOST) {
-                return;
+            let received = self.receive(left.min(PATIENCE), now, orders);
+            taken += usize::from(matches!(received, Received::Message(_)));
+            if left.is_zero() && (matches!(received, Received::Idle | Received::Over) || taken > MOST) {
+                break;
             }
+        }
+        if self.pace.is_late() {
+            self.tell_once(Oddity::Behind);
         }
     }
 
@@ -258,13 +277,14 @@ impl RosRobot {
     fn await_command(&mut self, now: Duration, deadline: Duration, orders: &mut Orders) -> VelocityCommand {
         let since = moment();
         while interrupt::flow().is_continue() {
+            let is_over = since.elapsed() >= deadline;
             while let Some(command) = self.commands.of_period(now) {
                 match command {
                     Ok(velocity) => return velocity,
                     Err(oddity) => self.tell_once(oddity),
                 }
             }
-            if since.elapsed() >= deadline {
+            if is_over {
                 let seconds = deadline.as_secs_f64();
                 let words = format!("no command came for the period at {} s in {seconds} s", now.as_secs_f64());
                 orders.happened.push(format!("{words}: the robot stops"));
@@ -272,7 +292,6 @@ impl RosRobot {
             }
             self.receive(PATIENCE.min(deadline), now, orders);
         }
-        self.commands.forget();
         VelocityCommand::STOP
     }
 
@@ -285,8 +304,8 @@ impl RosRobot {
         command.unwrap_or_default()
     }
 
-    /// Takes a message, if one comes soon enough. Returns whether one did.
-    fn receive(&mut self, patience: Duration, now: Duration, orders: &mut Orders) -> bool {
+    /// Takes a message, if one comes soon enough.
+    fn receive(&mut self, patience: Duration, now: Duration, orders: &mut Orders) -> Received {
         self.node.patience = patience;
         let mut body = std::mem::take(&mut self.body);
         let received = self.node.receive(&mut body);
@@ -302,7 +321,7 @@ impl RosRobot {
             }
         }
         self.body = body;
-        matches!(received, Received::Message(_))
+        received
     }
 
     fn take_command(&mut self, kind: &str, body: &[u8], now: Duration) {
@@ -332,6 +351,7 @@ impl RosRobot {
             Oddity::Ahead => format!(
                 "commands on {command} are left out: their stamps are ahead of {clock}; does their node use `use_sim_time`?"
             ),
+            Oddity::Behind => "the simulation is slower than real time: time passes as it can".to_owned(),
             Oddity::TooMany => {
                 format!("more commands come on {command} than there are periods: the oldest are left out")
             }

@@ -31,6 +31,9 @@ pub use participant::Voice;
 /// How long one call waits for a message, unless it is told otherwise.
 const PATIENCE: Duration = Duration::from_millis(10);
 
+/// How much is heard in one call, of which nothing is to be told.
+const MOST_HEARD: usize = 100;
+
 /// How long to look for publishers: at least, and after the last one was found; and at most.
 const CALM: Duration = Duration::from_millis(500);
 const LONGEST_LOOK: Duration = Duration::from_secs(2);
@@ -91,11 +94,11 @@ impl Domain {
         domain
     }
 
-    fn hear(&mut self) {
+    /// Hears what comes next. Returns whether anything has come.
+    fn hear(&mut self) -> bool {
         let patience = self.patience;
-        if let Some(heard) = self.participant.as_ref().and_then(|participant| participant.next(patience)) {
-            self.hearing.hear(heard);
-        }
+        let heard = self.participant.as_ref().and_then(|participant| participant.next(patience));
+        heard.map(|heard| self.hearing.hear(heard)).is_some()
     }
 
     /// What publishes here; none if it has left the domain.
@@ -113,10 +116,15 @@ impl Domain {
 
 impl Source for Domain {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        if let Some(received) = self.hearing.next(body) {
-            return received;
+        // Not all that is heard is to be told.
+        for _ in 0..MOST_HEARD {
+            if let Some(received) = self.hearing.next(body) {
+                return received;
+            }
+            if !self.hear() {
+                break;
+            }
         }
-        self.hear();
         self.hearing.next(body).unwrap_or(Received::Idle)
     }
 

@@ -50,7 +50,7 @@ def ask(process, what):
 
 
 visitor = start(FAST, "visitor.py")
-robot = sim("--set", "execution.max_time_s=25")
+robot = sim("--set", "execution.max_time_s=35")
 known = ask(visitor, "knows")
 transforms = end(start(CYCLONE, "listener.py"))
 driven = ask(visitor, "drives")

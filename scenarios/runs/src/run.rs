@@ -179,7 +179,7 @@ impl Run {
     pub fn hand_over(&mut self, pilot: Box<dyn Pilot>) -> Result<(), Error> {
         if self.world.robot().is_none() {
             let message = format!("the scenario {} has no robot that somebody could drive", self.scenario.name);
-            return Err(Error::refused(message, "give it a map: `map = \"house.toml\"`"));
+            return Err(Error::refused(message, "name one with a map, and without a schedule"));
         }
         self.pilot = Some(pilot);
         self.ids.tree.iter().for_each(|ids| self.system.suspend(ids.tick_generator, true));

@@ -34,6 +34,8 @@ pub(super) enum Heard {
         offers: Offers,
         goodbyes: BTreeSet<[u8; 16]>,
     },
+    /// For the first time, a message on this topic could not be published.
+    Unsent(String),
     /// Every sample received before this time, in nanoseconds since 1970, has been returned.
     Quiet(i64),
     /// Nothing more comes, and why. What comes from another participant follows.

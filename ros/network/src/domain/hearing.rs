@@ -186,6 +186,9 @@ impl Hearing {
                 self.compare(writers, &requests, goodbyes);
             }
             Heard::Quiet(quiet_ns) => self.be_quiet(quiet_ns),
+            Heard::Unsent(topic) => {
+                self.note(format!("{topic} has a reader that does not answer: messages are left out"))
+            }
             Heard::Died(why) => self.fail(&why),
         }
     }
@@ -195,8 +198,14 @@ impl Hearing {
         let when = if self.newest_ns > 0 { bags::moment(self.newest_ns) } else { "the beginning".to_owned() };
         let what = format!("DDS failed after {when}: {why}; it is tried again, and what comes meanwhile is missing");
         self.finding_ns = self.newest_ns.saturating_add(FINDING_NS);
-        let is_known = |name: &String| self.survey.topics.iter().any(|topic| topic.name == *name);
-        if self.wanted.as_ref().is_none_or(|wanted| !wanted.iter().all(is_known)) {
+        // Of several publishers on a topic, the next message of one does not tell that all are heard again; and of a
+        // topic that is not known, nothing does.
+        let publishers = |name: &String| {
+            let topic = self.survey.topics.iter().position(|topic| topic.name == *name);
+            topic.map(|topic| self.writers.values().filter(|known| known.topic == Some(topic)).count())
+        };
+        let is_told = |name: &String| self.shown.contains(name) || publishers(name).is_some_and(|count| count < 2);
+        if self.wanted.as_ref().is_none_or(|wanted| !wanted.iter().all(is_told)) {
             return self.lose(what);
         }
         self.note(what);
@@ -636,6 +645,10 @@ mod tests {
         assert!(hearing.lost.is_empty() && hearing.notes[0].contains("DDS failed"), "{:?}", hearing.notes);
         // Of a topic on which nobody has published yet, nothing tells.
         let mut hearing = watching(&known[..1]);
+        hearing.hear(Heard::Died("why".to_owned()));
+        assert!(told(&mut hearing).is_empty() && hearing.lost[0].contains("DDS failed"), "{:?}", hearing.lost);
+        // And nothing tells that all of several publishers are heard again.
+        let mut hearing = watching(&[writer(1, "rt/a", false), writer(2, "rt/b", false), writer(3, "rt/b", false)]);
         hearing.hear(Heard::Died("why".to_owned()));
         assert!(told(&mut hearing).is_empty() && hearing.lost[0].contains("DDS failed"), "{:?}", hearing.lost);
     }

@@ -6,7 +6,7 @@
 //! It is a process of its own, because what others send can make rustdds panic, or take gigabytes for a message of
 //! which a fragment has come: it then ends, and [another](super::participant) takes its place.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io::{BufWriter, Write, stdin, stdout};
 use std::net::{IpAddr, Ipv4Addr};
 use std::process::ExitCode;
@@ -66,6 +66,10 @@ const MOST_MADE: usize = 50;
 const KEPT: i32 = 16;
 const KEPT_SMALL: i32 = 1024;
 const SMALL: usize = 1 << 14;
+
+/// How often a node says again which readers and writers it has, and how long it waits between that.
+const SAID_AGAIN: u32 = 3;
+const SAYING_AGAIN: Duration = Duration::from_millis(500);
 
 /// How many samples of a topic are kept for readers that have not received them.
 const OFFERED: i32 = 32;
@@ -144,14 +148,20 @@ struct Listener {
     events: DomainParticipantStatusListener,
     subscriber: Subscriber,
     readers: BTreeMap<String, Reader>,
-    /// What publishes, by topic; and what had no room there: one reader that does not answer must not keep the last
-    /// message from the others for longer than it takes to forget it.
+    /// What publishes, by topic; and what had no room there: one reader that does not answer must not keep messages
+    /// from the others for longer than it takes to forget it.
     writers: BTreeMap<String, DataWriter<Vec<u8>, AsIs>>,
-    unsent: BTreeMap<String, Vec<u8>>,
+    unsent: BTreeMap<String, VecDeque<Vec<u8>>>,
+    /// Where messages were left out, and where that is not told yet.
+    left_out: BTreeSet<String>,
+    untold: Vec<Heard>,
     options: Options,
     /// Its name, if this is a node; and whether it has other readers or writers than it has said.
     node: Option<String>,
     has_changed: bool,
+    /// When it last said so, and how often it is still to say it: whoever has just come may have missed it.
+    said: Option<Instant>,
+    again: u32,
     clock: Clock,
     /// The system's clock minus ours; until when that has to catch up, as it went back a little.
     offset_ns: i64,
@@ -207,8 +217,12 @@ impl Listener {
             readers,
             writers,
             unsent: BTreeMap::new(),
+            left_out: BTreeSet::new(),
+            untold: Vec::new(),
             options,
             has_changed: node.is_some(),
+            said: None,
+            again: 0,
             node,
             clock,
             offset_ns,
@@ -228,7 +242,9 @@ impl Listener {
                 self.leave();
                 return Err(why);
             }
-            is_due |= self.take_note();
+            if self.take_note() {
+                (is_due, self.again) = (true, SAID_AGAIN);
+            }
             let is_given_up = |of: &_| self.given_up.iter().any(|guid| prefix(guid) == *of);
             if self.announcements.as_mut().is_some_and(|announcements| announcements.has_returned(is_given_up)) {
                 self.leave();
@@ -241,6 +257,7 @@ impl Listener {
             is_due |= wanted != subscribed;
             // What a writer says last is taken before it is gone.
             let now_ns = self.clock.now_ns();
+            told.append(&mut self.untold);
             self.take(&mut told);
             let is_silent = told.is_empty();
             let has_new =
@@ -378,7 +395,8 @@ impl Listener {
         for writer in writers.iter().filter(|writer| subscribed.has(&writer.topic) && writer.unfit.is_none()) {
             let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
             known.1 &= writer.is_reliable;
-            known.2 &= writer.is_latched;
+            // What was latched long ago is not for a node: nobody means it any more.
+            known.2 &= writer.is_latched && (self.node.is_none() || writer.topic == NODES);
             if self.given_up.remove(&writer.guid) {
                 self.readers.remove(&writer.topic);
             }
@@ -427,7 +445,10 @@ impl Listener {
 
     /// Says which node this is, and what it reads and writes, if that has changed.
     fn introduce(&mut self) -> Result<(), String> {
-        let Some(name) = self.node.as_ref().filter(|_| self.has_changed) else { return Ok(()) };
+        let is_due = self.again > 0 && self.said.is_none_or(|said| said.elapsed() > SAYING_AGAIN);
+        let Some(name) = self.node.as_ref().filter(|_| self.has_changed || is_due) else { return Ok(()) };
+        self.again = if self.has_changed { SAID_AGAIN } else { self.again - 1 };
+        self.said = Some(now());
         let readers: Vec<[u8; 16]> = self.readers.values().map(|reader| reader.data.guid().to_bytes()).collect();
         let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
         let writers: Vec<[u8; 16]> = writers.map(|(_, writer)| writer.guid().to_bytes()).collect();
@@ -438,9 +459,11 @@ impl Listener {
 
     fn write(&mut self, topic: String, kind: String, is_latched: bool, body: Vec<u8>) -> Result<(), String> {
         if !self.writers.contains_key(&topic) {
-            // Who comes later receives the last one. What follows at once must not replace what is not sent yet.
-            let mut qos = qos(true, is_latched, if is_latched { 1 } else { KEPT_SMALL });
-            if !is_latched {
+            // Who comes later receives the last one. What follows at once must not replace what is not sent yet, and who
+            // has come meanwhile would wait for it.
+            let is_single = is_latched && topic != NODES;
+            let mut qos = qos(true, is_latched, if is_single { 1 } else { KEPT_SMALL });
+            if !is_single {
                 qos = qos.modify_by(&QosPolicyBuilder::new().history(History::KeepLast { depth: OFFERED }).build());
             }
             let make = || {
@@ -452,19 +475,27 @@ impl Listener {
             self.writers.insert(topic.clone(), made);
         }
         if !body.is_empty() {
-            self.unsent.insert(topic, body);
+            let unsent = self.unsent.entry(topic.clone()).or_default();
+            unsent.push_back(body);
+            // What is latched is as good as the last.
+            let most = if is_latched { 1 } else { OFFERED as usize };
+            if unsent.len() > most && unsent.pop_front().is_some() && !is_latched && self.left_out.insert(topic.clone())
+            {
+                self.untold.push(Heard::Unsent(topic));
+            }
             self.send();
         }
         Ok(())
     }
 
-    /// Sends the last message on each topic that has not been sent, where there is room now.
+    /// Sends what has not been sent, where there is room now.
     fn send(&mut self) {
-        let writers = &self.writers;
-        let has_no_room = |topic: &String, body: &mut Vec<u8>| {
-            writers.get(topic).is_some_and(|writer| writer.write(body.clone(), None).is_err())
-        };
-        self.unsent.retain(has_no_room);
+        for (topic, bodies) in &mut self.unsent {
+            let Some(writer) = self.writers.get(topic) else { continue };
+            while bodies.front().is_some_and(|body| writer.write(body.clone(), None).is_ok()) {
+                bodies.pop_front();
+            }
+        }
     }
 
     /// What the readers have received, in order.

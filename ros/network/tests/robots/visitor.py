@@ -47,6 +47,10 @@ def seconds(stamp):
 
 def knows():
     spin(3)
+    # Who a node is may be known a moment later.
+    end = time.monotonic() + 10
+    while time.monotonic() < end and any("UNKNOWN" in of.node_name for of in node.get_publishers_info_by_topic("/map")):
+        spin(0.1)
     offers = {}
     for topic in ("/clock", "/tf", "/tf_static", "/odom", "/scan", "/battery_state", "/map"):
         [of] = node.get_publishers_info_by_topic(topic)
