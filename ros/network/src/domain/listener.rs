@@ -459,8 +459,8 @@ impl Listener {
 
     fn write(&mut self, topic: String, kind: String, is_latched: bool, body: Vec<u8>) -> Result<(), String> {
         if !self.writers.contains_key(&topic) {
-            // Who comes later receives the last one. What follows at once must not replace what is not sent yet, and who
-            // has come meanwhile would wait for it.
+            // Who comes later receives the last one. What follows at once must not replace what is not sent yet, for
+            // which whoever has come meanwhile would wait.
             let is_single = is_latched && topic != NODES;
             let mut qos = qos(true, is_latched, if is_single { 1 } else { KEPT_SMALL });
             if !is_single {
