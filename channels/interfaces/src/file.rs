@@ -13,6 +13,7 @@ use crate::interface::{Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, 
 use crate::kind;
 use crate::name::{is_field, is_symbol};
 use crate::packages::{Definition, DefinitionKind, Packages};
+use crate::wire::Wire;
 
 impl Interface {
     /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The ROS
@@ -86,6 +87,9 @@ fn read_file(root: Table<'_>, folder: &Path, places: &[Symbol], read: ReadFile<'
 /// A part of an operation: the key of its fields, the names of the fields before them, and the key's meaning.
 type PartKey = (&'static str, &'static [&'static str], &'static str);
 
+/// The fields of each part of an operation, and what it is in ROS 2.
+type Parts<const N: usize> = ([Vec<Field>; N], Result<Wire, String>);
+
 const REQUEST_PART: PartKey = ("request", &[REQUEST], "The fields of the request.");
 const REPLY_PART: PartKey = ("reply", &[STATUS], "The fields of the reply if the service did what it was asked to do.");
 const TOPIC_PART: PartKey = ("fields", &[TOPIC], "The fields of the message.");
@@ -120,8 +124,8 @@ impl InterfaceReader<'_> {
             about,
             || fields_of(parts),
             |name, table| {
-                let [request, reply] = self.parts(table, DefinitionKind::Service, parts)?;
-                Some(Service { name, request, reply })
+                let ([request, reply], wire) = self.parts(table, DefinitionKind::Service, parts)?;
+                Some(Service { name, request, reply, wire })
             },
         );
         let about = ["The topics that the component publishes.", "A topic: messages to all that read it."];
@@ -131,8 +135,8 @@ impl InterfaceReader<'_> {
             about,
             || fields_of([TOPIC_PART]),
             |name, table| {
-                let [fields] = self.parts(table, DefinitionKind::Message, [TOPIC_PART])?;
-                Some(Topic { name, fields })
+                let ([fields], wire) = self.parts(table, DefinitionKind::Message, [TOPIC_PART])?;
+                Some(Topic { name, fields, wire })
             },
         );
         let about = ["The actions of the component.", "An action: a goal, feedback on the way, and a result."];
@@ -143,20 +147,15 @@ impl InterfaceReader<'_> {
             about,
             || fields_of(parts),
             |name, table| {
-                let [goal, feedback, result] = self.parts(table, DefinitionKind::Action, parts)?;
-                Some(Action { name, goal, feedback, result })
+                let ([goal, feedback, result], wire) = self.parts(table, DefinitionKind::Action, parts)?;
+                Some(Action { name, goal, feedback, result, wire })
             },
         );
         Some(Interface { services: services?, topics: topics?, actions: actions? })
     }
 
-    /// The fields of each part of an operation.
-    fn parts<const N: usize>(
-        &self,
-        table: Table<'_>,
-        kind: DefinitionKind,
-        parts: [PartKey; N],
-    ) -> Option<[Vec<Field>; N]> {
+    /// The fields of each part of an operation, and what it is in ROS 2.
+    fn parts<const N: usize>(&self, table: Table<'_>, kind: DefinitionKind, parts: [PartKey; N]) -> Option<Parts<N>> {
         let takes = "a table: the name of each field with its kind; with `ros`, a selection";
         for (key, _, about) in parts {
             let fields = table.get::<Item<'_>>(key).about(about).words(takes);
@@ -168,12 +167,13 @@ impl InterfaceReader<'_> {
             DefinitionKind::Action => "an `.action` file, relative to this file",
         };
         let ros = table.text("ros").about("The definition with the fields.").words(definition).spanned();
-        let fields = match ros.map(Some).or(None) {
-            _ if !table.has("ros") => parts.map(|part| self.written(table, part)),
-            Some(named) => self.defined(table, kind, &named, parts),
-            None => return None,
-        };
-        fields.into_iter().collect::<Option<Vec<_>>>()?.try_into().ok()
+        match ros.map(Some).or(None) {
+            _ if !table.has("ros") => {
+                let fields = parts.map(|part| self.written(table, part));
+                Some((all_of(fields)?, Err("its fields are not those of a definition of ROS 2".to_owned())))
+            }
+            named => self.defined(table, kind, &named?, parts),
+        }
     }
 
     /// Fields that the file itself lists, with their kinds.
@@ -200,21 +200,23 @@ impl InterfaceReader<'_> {
         kind: DefinitionKind,
         named: &Spanned<String>,
         parts: [PartKey; N],
-    ) -> [Option<Vec<Field>>; N] {
+    ) -> Option<Parts<N>> {
         let selections = parts.map(|(key, ..)| selection(table, key));
-        let Some((definition, folders)) = self.packages.definition(named, kind, table) else {
-            return parts.map(|_| None);
-        };
+        let (definition, folders) = self.packages.definition(named, kind, table)?;
+        let mut paths = Vec::new();
         let mut numbers = 0..N;
         let mut selections = selections.into_iter();
-        parts.map(|(key, taken, _)| {
+        let fields = parts.map(|(key, taken, _)| {
             let part = &definition.parts[numbers.next()?];
             let flattening = Flattening { packages: &self.packages, folders: &folders, named, key, table };
-            let fields = selected(&flattening, &definition, part, selections.next()??)?;
-            let names: Vec<(&str, &Span)> = fields.iter().map(|(field, place)| (field.name.as_str(), place)).collect();
+            let selected = selected(&flattening, &definition, part, selections.next()??)?;
+            let names: Vec<(&str, &Span)> = selected.iter().map(|one| (one.field.name.as_str(), &one.place)).collect();
             let rename = "list the fields that you want, and rename this one: `fields = { theirs = \"path.in.ros\" }`";
-            names_are_sound(&names, taken, table, rename).then(|| fields.into_iter().map(|(field, _)| field).collect())
-        })
+            let are_sound = names_are_sound(&names, taken, table, rename);
+            paths.push(selected.iter().map(|one| one.path.clone()).collect::<Vec<String>>());
+            are_sound.then(|| selected.into_iter().map(|one| one.field).collect())
+        });
+        Some((all_of(fields)?, self.packages.wire(&definition, &folders, kind, &paths)))
     }
 }
 
@@ -245,19 +247,30 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
     }
 }
 
-/// The selected fields, each with the location of its selection.
+/// A field of a definition.
+struct Selected {
+    field: Field,
+    /// Its path in the definition.
+    path: String,
+    /// Where it was selected.
+    place: Span,
+}
+
+/// The selected fields.
 fn selected(
     flattening: &Flattening<'_, '_, '_>,
     definition: &Definition,
     part: &Message,
     selection: Selection,
-) -> Option<Vec<(Field, Span)>> {
-    let field = |name: String, kind, span: &Span| (Field { name, kind }, span.clone());
+) -> Option<Vec<Selected>> {
+    let field = |name: String, FlatField { path, kind }, span: &Span| Selected {
+        field: Field { name, kind },
+        path,
+        place: span.clone(),
+    };
     let Selection::Some(paths) = selection else {
         let leaves = flattening.all(definition, part)?.into_iter();
-        return Some(
-            leaves.map(|FlatField { path, kind }| field(plain(&path), kind, &flattening.named.span)).collect(),
-        );
+        return Some(leaves.map(|leaf| field(plain(&leaf.path), leaf, &flattening.named.span)).collect());
     };
     let read = paths.into_iter().map(|(name, selected)| {
         let leaves = flattening.at(definition, part, &selected)?.into_iter();
@@ -266,9 +279,9 @@ fn selected(
             (Some(name), Some(below)) => format!("{name}{}", plain(below)),
             _ => plain(path),
         };
-        Some(leaves.map(|FlatField { path, kind }| field(named(&path), kind, &selected.span)).collect::<Vec<_>>())
+        Some(leaves.map(|leaf| field(named(&leaf.path), leaf, &selected.span)).collect::<Vec<_>>())
     });
-    Some(all(read)?.concat())
+    Some(all(read)?.into_iter().flatten().collect())
 }
 
 /// The name of a field of a channel: `pose_position_x` for `pose.position.x`, `covariance_3` for `covariance[3]`.
@@ -299,6 +312,11 @@ fn names_are_sound(names: &[(&str, &Span)], taken: &[&str], table: Table<'_>, re
     let is_sound = problems.is_empty();
     problems.into_iter().for_each(|problem| table.report(problem));
     is_sound
+}
+
+/// All parts if each was read.
+fn all_of<T, const N: usize>(parts: [Option<T>; N]) -> Option<[T; N]> {
+    parts.into_iter().collect::<Option<Vec<T>>>()?.try_into().ok()
 }
 
 /// All values if each was read. After a failure, the others are still read.

@@ -7,6 +7,7 @@ use diagnostics::document::Table;
 use diagnostics::{Problem, Spanned, nearest_or_all};
 use ros_messages::{Base, Count, Field, Message, Primitive, TypeName};
 
+use crate::field_path::{FieldStep, Part, steps};
 use crate::interface::MAX_FIELDS;
 use crate::packages::{Definition, Missing, Packages, what_to_add};
 
@@ -18,21 +19,6 @@ const MAX_VISITS: usize = 10_000;
 pub(crate) struct FlatField {
     pub(crate) path: String,
     pub(crate) kind: FieldKind,
-}
-
-/// A step of a path: the name of a field, and what of it, if it is an array.
-#[derive(Clone, Debug)]
-struct FieldStep {
-    name: String,
-    part: Option<Part>,
-}
-
-/// What a path takes of an array.
-#[derive(Clone, Copy, Debug)]
-enum Part {
-    Item(usize),
-    /// All items, as a list.
-    Every,
 }
 
 /// Where a field is.
@@ -257,22 +243,4 @@ impl Walk<'_, '_, '_, '_> {
 
 fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
-}
-
-/// The steps of a path.
-fn steps(path: &str) -> Option<Vec<FieldStep>> {
-    let step = |text: &str| {
-        let Some((name, item)) = text.split_once('[') else {
-            return Some(FieldStep { name: text.to_owned(), part: None });
-        };
-        let item = item.strip_suffix(']')?;
-        let part = match item.parse::<usize>() {
-            Err(_) if item.is_empty() => Part::Every,
-            // Each path can be written in only one way.
-            Ok(number) if number.to_string() == item => Part::Item(number),
-            _ => return None,
-        };
-        Some(FieldStep { name: name.to_owned(), part: Some(part) })
-    };
-    path.split('.').map(|text| step(text).filter(|step| !step.name.is_empty())).collect()
 }

@@ -3,6 +3,8 @@
 use channels::{FieldKind, Role, Shape};
 use diagnostics::Problem;
 
+use crate::wire::Wire;
+
 /// `m[1]` of a goal, after the name of its action and a dot.
 pub const GOAL: &str = "goal";
 /// `m[1]` of a cancel request, likewise.
@@ -68,6 +70,8 @@ pub struct Service {
     pub request: Vec<Field>,
     /// The fields of the reply if the service did what it was asked to do.
     pub reply: Vec<Field>,
+    /// What it is in ROS 2, or why that is not known.
+    pub wire: Result<Wire, String>,
 }
 
 /// A topic that a component publishes. Each subscriber gets `[<NAME>, fields…]`, and a newer message replaces one that
@@ -78,6 +82,8 @@ pub struct Topic {
     pub name: String,
     /// The other fields.
     pub fields: Vec<Field>,
+    /// What it is in ROS 2, or why that is not known.
+    pub wire: Result<Wire, String>,
 }
 
 /// An action of a component, which takes time.
@@ -95,6 +101,8 @@ pub struct Action {
     pub feedback: Vec<Field>,
     /// The fields of the result.
     pub result: Vec<Field>,
+    /// What it is in ROS 2, or why that is not known.
+    pub wire: Result<Wire, String>,
 }
 
 /// A part of an interface.
@@ -139,7 +147,10 @@ impl Interface {
     /// use interfaces::{Field, Interface, Service};
     ///
     /// let real = |name: &str| vec![Field { name: name.to_owned(), kind: FieldKind::Real }];
-    /// let service = |name: &str, reply| Service { name: name.to_owned(), request: Vec::new(), reply };
+    /// let service = |name: &str, reply| {
+    ///     let wire = Err("it is not in ROS".to_owned());
+    ///     Service { name: name.to_owned(), request: Vec::new(), reply, wire }
+    /// };
     /// let services = vec![service("get_level", real("level")), service("get_current", real("amperes"))];
     /// let mut interface = Interface { services, ..Interface::default() };
     /// let problem = interface.replies().unwrap_err();

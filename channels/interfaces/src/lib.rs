@@ -37,17 +37,20 @@
 //!
 //! # Inside
 //! `file` reads an interface from TOML, `keys` lists the keys of the file. `packages` finds ROS 2 definitions, and
-//! `flatten` turns them into tuples, since messages cannot be nested.
+//! `flatten` turns them into tuples, since messages cannot be nested; `wire` is the way back.
 
+mod field_path;
 mod file;
 mod flatten;
 mod interface;
 mod kind;
 mod name;
 mod packages;
+mod wire;
 
 pub use interface::{
     ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK, Operation,
     REASON, REJECTED, REQUEST, RESERVED, STATUS, SUCCEEDED, Service, TOPIC, Topic,
 };
 pub use kind::KINDS;
+pub use wire::{Wire, WirePart};

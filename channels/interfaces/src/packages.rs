@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use diagnostics::document::Table;
 use diagnostics::{ReadFile, Spanned, read_text};
-use ros_messages::{Action, Message, Service, TypeName, on_board};
+use ros_messages::{Action, Folders, Message, Service, TypeName, on_board};
+
+use crate::wire::{Wire, WirePart};
 
 /// The packages with the most common types, each with its repository.
 const HOMES: [(&str, &[&str]); 4] = [
@@ -61,6 +63,20 @@ impl DefinitionKind {
             Self::Message => "msg",
             Self::Service => "srv",
             Self::Action => "action",
+        }
+    }
+
+    /// The messages of ROS 2 that carry the parts, in that order: what is added to the name of the definition, and the
+    /// field in which the part is, if it is not the whole message.
+    fn messages(self) -> &'static [(&'static str, Option<&'static str>)] {
+        match self {
+            Self::Message => &[("", None)],
+            Self::Service => &[("_Request", None), ("_Response", None)],
+            Self::Action => &[
+                ("_SendGoal_Request", Some("goal")),
+                ("_FeedbackMessage", Some("feedback")),
+                ("_GetResult_Response", Some("result")),
+            ],
         }
     }
 
@@ -150,6 +166,25 @@ impl<'r> Packages<'r> {
         let place = self.folder.join(path);
         table.report(problem.with_help(format!("it is expected at {}, or in one of the `packages`", place.display())));
         None
+    }
+
+    /// What a definition is in ROS 2, if the fields of each part have these paths; or why that is not known.
+    pub(crate) fn wire(
+        &self,
+        definition: &Definition,
+        folders: &[PathBuf],
+        kind: DefinitionKind,
+        paths: &[Vec<String>],
+    ) -> Result<Wire, String> {
+        let package = package_of(&definition.path).and_then(Path::file_name).and_then(OsStr::to_str);
+        let package = package.ok_or_else(|| "its definition is not in a folder of a package".to_owned())?;
+        let name = definition.path.file_stem().and_then(OsStr::to_str).unwrap_or_default();
+        let folders = Folders { paths: folders, read: self.read };
+        let parts = kind.messages().iter().zip(paths).map(|((suffix, part), paths)| {
+            let layout = folders.layout(&TypeName::new(Some(package), &format!("{name}{suffix}")));
+            Ok(WirePart::new(layout.map_err(|undefined| undefined.why)?, *part, paths))
+        });
+        Ok(Wire { kind: format!("{package}/{}/{name}", kind.ending()), parts: parts.collect::<Result<_, String>>()? })
     }
 
     /// The definition of a type that another definition names.

@@ -3,11 +3,11 @@
 use std::io;
 use std::path::Path;
 
-use channels::Symbol;
+use channels::{FieldKind, Symbol};
 use interfaces::Interface;
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;
-use ros_messages::{Count, Message};
+use ros_messages::{Count, Decoder, Message, Value, Want};
 
 /// A definition with fields of any type, constants and annotations.
 fn message() -> impl Strategy<Value = Message> {
@@ -26,6 +26,18 @@ fn message() -> impl Strategy<Value = Message> {
     })
 }
 
+/// A value that is not what a message has without it.
+fn value(kind: &FieldKind) -> Value {
+    match kind {
+        FieldKind::Bool => Value::Bool(true),
+        FieldKind::Int => Value::Int(7),
+        FieldKind::Real => Value::Real(0.5),
+        FieldKind::Optional(kind) => value(kind),
+        FieldKind::List(kind) => Value::List(vec![value(kind); 2]),
+        _ => Value::Text("x".to_owned()),
+    }
+}
+
 proptest! {
     #[test]
     fn any_definition_gives_fields_or_problems(
@@ -38,12 +50,24 @@ proptest! {
         let read = |path: &Path| match path.to_str() {
             Some("i.toml") => Ok(file.clone().into_bytes()),
             Some("a/msg/T.msg") => Ok(message.to_string().into_bytes()),
-            Some(other) if other.starts_with("a/msg/") => Ok(b"int8 inner".to_vec()),
+            Some(other) if other.strip_prefix("a/msg/").is_some_and(|name| !name.contains('/')) => {
+                Ok(b"int8 inner".to_vec())
+            }
             _ => Err(io::ErrorKind::NotFound.into()),
         };
         if let Ok(interface) = Interface::load(Path::new("i.toml"), &[], &read) {
             let count = interface.topics[0].fields.len();
             prop_assert!(!all || count >= message.fields.iter().filter(|field| field.kind.count != Count::Any).count());
+            // What is put into a message of ROS 2 is what comes out of it.
+            let topic = &interface.topics[0];
+            if let Ok(wire) = &topic.wire {
+                let part = &wire.parts[0];
+                let values: Vec<Value> = topic.fields.iter().map(|field| value(&field.kind)).collect();
+                let sent = part.message(values.clone()).expect("each has a place");
+                let bytes = part.layout.encode(&sent).expect("it is of that type");
+                let came = Decoder::new(&part.layout, &Want::All).decode(&bytes).expect("it was encoded");
+                prop_assert_eq!(part.fields(&came), values);
+            }
         }
     }
 
