@@ -2,14 +2,16 @@
 
 #[cfg(feature = "dds")]
 use campaigns::Error;
-use clap::{Args, ValueEnum};
+use clap::{Args, Parser, ValueEnum};
 
 /// What is wrong with a program that cannot join one.
 #[cfg(not(feature = "dds"))]
 pub(crate) const WITHOUT: &str = "this program cannot join a DDS domain: it was built without the feature `dds`";
+#[cfg(not(feature = "dds"))]
+pub(crate) const HOW: &str = "build it with `cargo build --release --features dds`";
 
 /// Which DDS domain is joined, and how far it reaches.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct DomainArgs {
     /// The DDS domain of the robot's nodes
     #[arg(id = "domain", long = "domain", value_name = "NUMBER", env = "ROS_DOMAIN_ID", hide_env_values = true)]
@@ -32,6 +34,18 @@ enum Range {
     /// Nowhere
     #[value(hide = true)]
     Off,
+}
+
+/// As without arguments: what the environment says.
+impl Default for DomainArgs {
+    fn default() -> Self {
+        #[derive(Parser)]
+        struct Alone {
+            #[command(flatten)]
+            domain: DomainArgs,
+        }
+        Alone::try_parse_from([""]).map_or(Self { number: 0, discovery_range: Range::Subnet }, |alone| alone.domain)
+    }
 }
 
 impl DomainArgs {

@@ -20,11 +20,15 @@ mod localize;
 mod man;
 mod map;
 mod matrix;
+#[cfg(feature = "dds")]
+mod moment;
 mod monitor;
 mod named_files;
 mod names;
 mod navigate;
 mod output;
+#[cfg(feature = "dds")]
+mod outside;
 mod progress;
 mod prove;
 mod render;

@@ -13,13 +13,14 @@ use recording::{Detail, RunView};
 use reports::junit::{self, Suite};
 use reports::report::{OutcomeReport, Report};
 use reports::{Outputs, file_name, html};
-use runs::{Pilot, Run};
+use runs::{Outside, Pilot, Run};
 use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario, find};
 use serde_json::json;
 
 use monitors::Warnings;
 
+use crate::domain::DomainArgs;
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
@@ -42,6 +43,8 @@ pub(crate) struct RunArgs {
     filter: Vec<String>,
     #[command(flatten)]
     options: RunOptions,
+    #[command(flatten)]
+    domain: DomainArgs,
 }
 
 /// How to run them, and what to write.
@@ -92,9 +95,40 @@ struct Job {
     folder: PathBuf,
 }
 
+/// Who else takes part in a run, in other programs.
+enum Others {
+    Nobody,
+    /// Who drives the robot.
+    #[cfg_attr(not(feature = "dds"), expect(dead_code, reason = "they are found in a DDS domain"))]
+    Pilot(Box<dyn Pilot>),
+    /// Components that are nodes of ROS 2.
+    #[cfg_attr(not(feature = "dds"), expect(dead_code, reason = "they are found in a DDS domain"))]
+    Components(Box<dyn Outside>),
+}
+
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    one(&Job::load(&find::find(name)?, options, false)?, options, None)
+    alone(&find::find(name)?, options, &DomainArgs::default())
+}
+
+/// Runs a scenario alone, beside the nodes of ROS 2 that are components of it.
+fn alone(found: &Found, options: &RunOptions, domain: &DomainArgs) -> Result<ExitCode, Error> {
+    let job = Job::load(found, options, false)?;
+    let others = match job.scenario.remote_components().next() {
+        None => Others::Nobody,
+        Some(_) => outside(domain, &job.scenario)?,
+    };
+    one(&job, options, others)
+}
+
+#[cfg(feature = "dds")]
+fn outside(domain: &DomainArgs, scenario: &Scenario) -> Result<Others, Error> {
+    crate::outside::join(domain, scenario).map(Others::Components)
+}
+
+#[cfg(not(feature = "dds"))]
+fn outside(_: &DomainArgs, _: &Scenario) -> Result<Others, Error> {
+    Err(Error::refused(crate::domain::WITHOUT, crate::domain::HOW))
 }
 
 /// Runs the scenario with this name or path, whose robot somebody else drives.
@@ -106,7 +140,7 @@ pub(crate) fn piloted(
 ) -> Result<ExitCode, Error> {
     let job = Job::load(&find::find(name)?, options, false)?;
     let pilot = pilot(&job.scenario)?;
-    one(&job, options, Some(pilot))
+    one(&job, options, Others::Pilot(pilot))
 }
 
 /// Runs the requested scenarios.
@@ -114,7 +148,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     let found = select::select(&args.scenarios, &args.filter)?;
     if let [only] = found.as_slice() {
-        return one(&Job::load(only, options, false)?, options, None);
+        return alone(only, options, &args.domain);
     }
     options.refuse_for_several(found.len())?;
     let mut complaints = Complaints::default();
@@ -163,7 +197,7 @@ impl Job {
     fn conduct(
         &self,
         options: &RunOptions,
-        pilot: Option<Box<dyn Pilot>>,
+        others: Others,
         ready: impl FnOnce(&[Warnings]),
         mut follow: impl FnMut(&RunView),
     ) -> Result<Report, Error> {
@@ -173,8 +207,16 @@ impl Job {
             gif: options.gif.clone(),
             ..Outputs::default()
         };
-        let mut run = Run::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
-        pilot.map_or(Ok(()), |pilot| run.hand_over(pilot))?;
+        let (scenario, watch) = (Arc::clone(&self.scenario), !options.no_monitors);
+        let run = match others {
+            Others::Nobody => Run::new(scenario, self.seed, watch)?,
+            Others::Components(outside) => Run::beside(scenario, self.seed, watch, outside)?,
+            Others::Pilot(pilot) => {
+                let mut run = Run::new(scenario, self.seed, watch)?;
+                run.hand_over(pilot)?;
+                run
+            }
+        };
         ready(run.warnings());
         run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), |view| {
             follow(view);
@@ -196,11 +238,11 @@ fn check_folders(jobs: &[Job]) -> Result<(), Error> {
 }
 
 /// Runs a scenario alone, with a summary.
-fn one(job: &Job, options: &RunOptions, pilot: Option<Box<dyn Pilot>>) -> Result<ExitCode, Error> {
+fn one(job: &Job, options: &RunOptions, others: Others) -> Result<ExitCode, Error> {
     let _ = interrupt::listen();
     let progress = RunProgress::new(options.is_silent());
     let ready = |warnings: &[Warnings]| warnings.iter().for_each(|one| warn(one));
-    let report = job.conduct(options, pilot, ready, |view| progress.show(view));
+    let report = job.conduct(options, others, ready, |view| progress.show(view));
     drop(progress);
     write_junit(options, std::iter::once((job, report.as_ref().map_err(Error::reasons))))?;
     let report = report?;
@@ -224,8 +266,12 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     let work = |place: u64| {
         // Runs end in any order; their warnings are printed with their lines, in the order of the scenarios.
         let mut collected = Vec::new();
-        let report =
-            jobs[place as usize].conduct(options, None, |warnings| collected.extend_from_slice(warnings), |_| {});
+        let report = jobs[place as usize].conduct(
+            options,
+            Others::Nobody,
+            |warnings| collected.extend_from_slice(warnings),
+            |_| {},
+        );
         (collected, report)
     };
     let all = 0..jobs.len() as u64;

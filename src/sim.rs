@@ -21,5 +21,5 @@ pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
 
 #[cfg(not(feature = "dds"))]
 pub(crate) fn sim(_: &SimArgs) -> Result<ExitCode, Error> {
-    Err(Error::refused(crate::domain::WITHOUT, "build it with `cargo build --release --features dds`"))
+    Err(Error::refused(crate::domain::WITHOUT, crate::domain::HOW))
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 31] = [
+const ROOMS: [(&str, &[&str]); 32] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -28,6 +28,7 @@ const ROOMS: [(&str, &[&str]); 31] = [
     ("components", &["channels", "nav", "robot", "maps"]),
     ("devices", &["channels", "interfaces", "skills"]),
     ("programs", &["channels", "diagnostics", "skills"]),
+    ("remote", &["channels", "diagnostics", "interfaces", "ros_messages", "skills"]),
     ("monitors", &["channels", "diagnostics"]),
     ("bags", &["channels", "diagnostics", "ros_messages"]),
     ("network", &["bags", "ros_messages"]),
@@ -55,6 +56,7 @@ const ROOMS: [(&str, &[&str]); 31] = [
             "programs",
             "monitors",
             "recording",
+            "remote",
             "roaml",
         ],
     ),
@@ -75,6 +77,7 @@ const ROOMS: [(&str, &[&str]); 31] = [
             "programs",
             "monitors",
             "recording",
+            "remote",
             "roaml",
             "scenarios",
         ],
@@ -127,6 +130,7 @@ const ROOMS: [(&str, &[&str]); 31] = [
             "interfaces",
             "skills",
             "programs",
+            "remote",
             "monitors",
             "bags",
             "network",

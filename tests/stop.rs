@@ -64,12 +64,17 @@ fn a_run_ends_when_every_property_has_a_final_verdict() {
     assert_eq!(report["sim_time_s"], monitors[1]["time_s"]);
     let open = ended("errand", folder.path(), &["stop.when_settled=true", "stop.at=[]", "execution.max_time_s=20"]);
     assert_eq!(open["ended"], "time_limit", "phi1 can be violated to the end");
+    // One of them suffices, if it is named.
+    let named = ended(scenario.to_str().unwrap(), &folder.path().join("out"), &["stop.when_settled=starts"]);
+    assert_eq!(named["ended"], "settled");
+    assert!(named["sim_time_s"].as_f64() < monitors[1]["time_s"].as_f64(), "{named}");
 }
 
 #[test]
 fn invalid_stop_conditions_are_refused() {
     let refused = |set: &str| refusal(&["--scenario", "errand", "--set", set]);
     assert!(refused("stop.on_violation=phi9").contains("did you mean `phi"));
+    assert!(refused("stop.when_settled=phi9").contains("did you mean `phi"));
     assert!(refused("stop.on_violation=3").contains("the name of a property"));
     assert!(refused("stop.at=3").contains("an array of names"));
     assert!(refused("stop.at=[\"Destinatin\"]").contains("did you mean `Destination`?"));

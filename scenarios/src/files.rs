@@ -10,8 +10,9 @@ use diagnostics::{Span, Spanned};
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
-static FOLDERS: [(&str, Dir<'static>); 7] = [
+static FOLDERS: [(&str, Dir<'static>); 8] = [
     ("components/guide", include_dir!("$CARGO_MANIFEST_DIR/../components/guide")),
+    ("components/nav2", include_dir!("$CARGO_MANIFEST_DIR/../components/nav2")),
     ("properties", include_dir!("$CARGO_MANIFEST_DIR/../monitors/properties")),
     ("scenarios/faults", include_dir!("$CARGO_MANIFEST_DIR/faults")),
     ("scenarios/guide", include_dir!("$CARGO_MANIFEST_DIR/guide")),
@@ -38,6 +39,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("scenarios/parcel.toml", include_bytes!("../parcel.toml")),
     ("scenarios/pick.toml", include_bytes!("../pick.toml")),
     ("scenarios/guide.toml", include_bytes!("../guide.toml")),
+    ("scenarios/on_a_robot.toml", include_bytes!("../on_a_robot.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
     ("maps/house_corridor.yaml", include_bytes!("../../maps/house_corridor.yaml")),

@@ -39,7 +39,7 @@ use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use channels::Topology;
-use diagnostics::Problem;
+use diagnostics::{Problem, Spanned};
 use programs::Program;
 use recording::Origin;
 use roaml::Model;
@@ -67,7 +67,7 @@ pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, Watch
 pub use robot::STEP;
 pub use skill::Skill;
 pub use stand_in::literals;
-pub use stop::{Stop, StopOnViolation};
+pub use stop::{SomeProperties, Stop};
 pub use truth::{Fact, Truths};
 pub use world::WorldBody;
 
@@ -159,7 +159,15 @@ impl Scenario {
     pub fn programs(&self) -> impl Iterator<Item = (&str, &Program)> {
         self.components.iter().filter_map(|(name, component)| match &component.runs {
             Runs::Program { program, .. } => Some((name.as_str(), &**program)),
-            Runs::Machine(_) | Runs::Device(_) => None,
+            Runs::Machine(_) | Runs::Remote(_) | Runs::Device(_) => None,
+        })
+    }
+
+    /// The components that are nodes of ROS 2, each with their namespace.
+    pub fn remote_components(&self) -> impl Iterator<Item = (&str, &Spanned<String>)> {
+        self.file.components.iter().filter_map(|entry| match &entry.runs {
+            RunsEntry::Remote { namespace } => Some((entry.name.value.as_str(), namespace)),
+            _ => None,
         })
     }
 

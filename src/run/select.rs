@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use campaigns::Error;
 use glob::Pattern;
 use scenarios::files::{Files, scenario_names};
-use scenarios::scenario::{Found, ScenarioFile, find};
+use scenarios::scenario::{Found, RunsEntry, ScenarioFile, find};
 
 use crate::output::note;
 use crate::toml_subject::Toml;
@@ -59,15 +59,19 @@ fn shipped_names() -> impl Iterator<Item = &'static str> {
     names.into_iter()
 }
 
-/// The scenarios with these names that come with the program, except those whose other files do not.
+/// The scenarios with these names that come with the program, except those whose other files do not, and those that
+/// need a robot outside.
 fn shipped(wanted: impl Fn(&str) -> bool) -> Result<Vec<Found>, Error> {
     let mut found = Vec::new();
     for name in shipped_names().filter(|name| wanted(name)) {
         let one = find::find(name)?;
         let file = ScenarioFile::parse(&one.path, &one.text, &Files::shipped(), []).map_err(Error::bad_input)?;
-        match file.folder {
-            Some(_) => note(&format!("{name} is left out: it needs files that are not shipped")),
-            None => found.push(one),
+        if file.folder.is_some() {
+            note(&format!("{name} is left out: it needs files that are not shipped"));
+        } else if file.components.iter().any(|entry| matches!(entry.runs, RunsEntry::Remote { .. })) {
+            note(&format!("{name} is left out: it needs a robot of ROS 2; name it to run it"));
+        } else {
+            found.push(one);
         }
     }
     Ok(found)

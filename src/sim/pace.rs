@@ -7,6 +7,7 @@ use robot::VelocityCommand;
 
 use super::args::SimArgs;
 use super::commands::Command;
+use crate::moment::moment;
 
 /// A base stops if no command has come for so long, and stamps that are older are those of an earlier time.
 pub(super) const STALE: Duration = Duration::from_millis(500);
@@ -130,12 +131,6 @@ impl Commands {
     pub(super) fn forget(&mut self) -> bool {
         self.last.take().is_some_and(|(velocity, _)| velocity != VelocityCommand::STOP)
     }
-}
-
-/// A moment of real time, in which others live.
-#[expect(clippy::disallowed_methods, reason = "whoever drives the robot does so in real time")]
-pub(super) fn moment() -> Instant {
-    Instant::now()
 }
 
 #[cfg(test)]

@@ -14,8 +14,9 @@ use scenarios::scenario::Scenario;
 
 use super::args::SimArgs;
 use super::commands::{self, Command};
-use super::pace::{Commands, Oddity, Pace, STALE, moment};
+use super::pace::{Commands, Oddity, Pace, STALE};
 use crate::interrupt;
+use crate::moment::moment;
 use crate::output::note;
 
 /// How long one look for messages takes at most.
@@ -102,7 +103,7 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
     let (map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
     let wanted = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)].into_iter().flatten();
     let name = format!("{}/steward", args.namespace.as_deref().unwrap_or_default());
-    let mut node = Domain::node(args.domain.options()?, name.clone(), wanted.cloned().collect());
+    let mut node = Domain::node(args.domain.options()?, name.clone(), false, wanted.cloned().collect());
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;
     let left = || Error::refused("the domain has been left", "start it again");

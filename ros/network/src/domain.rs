@@ -8,9 +8,10 @@ mod listener;
 mod names;
 mod options;
 mod participant;
+mod requests;
 mod standings;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -19,12 +20,12 @@ use bags::{Received, Source, Survey};
 use crate::Error;
 use crate::clock::now;
 use crate::robot::{Live, Publish, Robot};
-use heard::Subscribed;
+use heard::{NodeName, Subscribed};
 use hearing::Hearing;
 use participant::Participant;
 use standings::Standings;
 
-pub use heard::Publication;
+pub use heard::{Publication, Request, Response};
 pub use options::{Options, obstacles};
 pub use participant::Voice;
 
@@ -72,13 +73,13 @@ impl Domain {
     }
 
     /// The same as a node with this name, such as `/robot`, which [publishes](Self::voice), too, and hands on messages
-    /// as soon as they come.
+    /// as soon as they come. What was latched before is for it only if it `hears_latched`.
     #[must_use]
-    pub fn node(options: Options, name: String, wanted: BTreeSet<String>) -> Self {
-        Self::join_as(options, Some(name), Some(wanted))
+    pub fn node(options: Options, name: String, hears_latched: bool, wanted: BTreeSet<String>) -> Self {
+        Self::join_as(options, Some(NodeName { name, hears_latched }), Some(wanted))
     }
 
-    fn join_as(options: Options, node: Option<String>, wanted: Option<BTreeSet<String>>) -> Self {
+    fn join_as(options: Options, node: Option<NodeName>, wanted: Option<BTreeSet<String>>) -> Self {
         let subscribed = if wanted.is_some() { Subscribed::Nothing } else { Subscribed::All };
         let participant = Participant::join(options, node, subscribed);
         let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted), patience: PATIENCE };
@@ -92,6 +93,28 @@ impl Domain {
             }
         }
         domain
+    }
+
+    /// Will ask these services, by their types. Must be called before it [begins](Live::begin).
+    pub fn ask(&mut self, services: BTreeMap<String, String>) {
+        let Some(voice) = self.voice() else { return };
+        for (service, kind) in services {
+            self.hearing.asked.insert(service.clone());
+            voice.request(Request { service, kind, number: 0, body: Vec::new() });
+        }
+    }
+
+    /// The next response to a [request](Voice::request), if one has come.
+    pub fn response(&mut self) -> Option<Response> {
+        self.hearing.responses.pop_front()
+    }
+
+    /// The types of a service, once for each server that is known.
+    #[must_use]
+    pub fn servers(&self, service: &str) -> Vec<String> {
+        let servers = self.hearing.requests.get(&names::request(service));
+        let kind = |server: &heard::Server| names::whole(&server.kind, &["_Request"]).unwrap_or_default();
+        servers.into_iter().flatten().map(kind).collect()
     }
 
     /// Hears what comes next. Returns whether anything has come.
@@ -121,7 +144,7 @@ impl Source for Domain {
             if let Some(received) = self.hearing.next(body) {
                 return received;
             }
-            if !self.hear() {
+            if !self.hear() || !self.hearing.responses.is_empty() {
                 break;
             }
         }

@@ -25,11 +25,13 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
         complaints.push(problem.with_label("this model").with_help(help));
     }
     for ComponentEntry { name, runs, .. } in &scenario.file.components {
-        let place = match runs {
-            RunsEntry::Program { command, .. } => &command.span,
+        let (place, what) = match runs {
+            RunsEntry::Program { command, .. } => (&command.span, "is a program, whose possible behavior is unknown"),
+            RunsEntry::Remote { namespace } => {
+                (&namespace.span, "consists of nodes of ROS 2, whose behavior is unknown")
+            }
             RunsEntry::Machine(_) | RunsEntry::Anything { .. } | RunsEntry::Device { .. } => continue,
         };
-        let what = "is a program, whose possible behavior is unknown";
         let problem = place.problem(format!("the component {} cannot be explored: it {what}", name.value));
         let help = format!(
             "assume that it may answer anything, `prove.components.{name}.answers = \"anything\"`, or replace it with a \

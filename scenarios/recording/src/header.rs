@@ -45,6 +45,12 @@ pub struct Header {
     pub skills: Vec<String>,
     /// The processes that are components, by name.
     pub components: Vec<String>,
+    /// Those of them that were nodes of ROS 2, outside the program: another run need not be the same.
+    #[serde(default)]
+    pub remote: Vec<String>,
+    /// Whether somebody outside the program drove the robot: the same holds.
+    #[serde(default)]
+    pub is_piloted: bool,
     /// The machines of the skills and components that have one.
     pub machines: Vec<Machine>,
     /// The watched properties, in the order of the scenario.

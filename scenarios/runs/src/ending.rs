@@ -30,7 +30,7 @@ fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
     let violation = view.happenings().iter().find_map(|happening| match happening {
         Happening::Verdict { monitor, decision } if decision.verdict == Verdict::False => {
             let name = view.monitor(*monitor).name();
-            stop.on_violation.concerns(name).then(|| Ended::Violation(name.to_owned()))
+            stop.on_violation.has(name).then(|| Ended::Violation(name.to_owned()))
         }
         _ => None,
     });
@@ -45,11 +45,9 @@ fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
     };
     // Without monitors, nothing can settle: such a run would otherwise end at once.
     let settled = || {
-        let mut monitors = view.monitors();
-        let all = stop.when_settled
-            && monitors.len() > 0
-            && monitors.all(|monitor| monitor.state.verdict != Verdict::Inconclusive);
-        all.then_some(Ended::Settled)
+        let mut monitors = view.monitors().filter(|monitor| stop.when_settled.has(monitor.name())).peekable();
+        let some = monitors.peek().is_some();
+        (some && monitors.all(|monitor| monitor.state.verdict != Verdict::Inconclusive)).then_some(Ended::Settled)
     };
     violation.or_else(arrival).or_else(settled)
 }

@@ -14,6 +14,7 @@ use nav::{Goal, InitialPose};
 use programs::ProgramProcess;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use remote::RemoteProcess;
 use robot::{Streams, normal};
 use scenarios::faults::{DeviceTrouble, Effect, Fault, TickTrouble};
 use scenarios::scenario::Scenario;
@@ -284,6 +285,8 @@ fn restart(id: ProcessId, name: &str, run: &mut SystemUnderTest<'_>) {
     } else if let Some(crashed) = run.system.process::<ProgramProcess>(id) {
         let successor = crashed.succeeding(crashed, run.world.time());
         run.system.replace(id, Box::new(successor)).expect("it runs the program that it had");
+    } else if let Some(component) = run.system.process_mut::<RemoteProcess>(id) {
+        component.restart();
     } else if let Some(device) = run.system.process_mut::<DeviceProcess>(id) {
         device.restart(run.world.time());
     } else if let (Some(component), Some(robot)) = (Component::named(name), run.world.robot_mut()) {

@@ -8,9 +8,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, Scheduler};
+use channels::{ChannelSystem, Event, ProcessId, Scheduler};
 use monitors::Warnings;
 use recording::{Happening, SceneClock, TraceHash, event_line};
+use remote::{Call, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
@@ -20,6 +21,7 @@ use scenarios::{Complaints, Error};
 use self::recorded::Recorded;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
+use crate::outside::Outside;
 use crate::pilot::Pilot;
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
@@ -47,6 +49,9 @@ pub struct Run {
     kind: RunKind,
     /// Who drives the robot in place of the tree.
     pilot: Option<Box<dyn Pilot>>,
+    /// Where the components are that are nodes of ROS 2, and their processes.
+    outside: Option<Box<dyn Outside>>,
+    remote: Vec<ProcessId>,
     /// The events of the last step.
     events: Vec<Event>,
     /// Whether a timer or a fault moved a process in the last step.
@@ -121,8 +126,31 @@ impl Run {
     /// # Errors
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        if let Some((name, namespace)) = scenario.remote_components().next() {
+            let problem = namespace.span.problem(format!("the component {name} consists of nodes of ROS 2"));
+            let help = "`steward run` runs a scenario with such a component, alone";
+            return Err(Error::bad_input(problem.with_label("which are not part of this run").with_help(help)));
+        }
         let mut run = Self::prepare(scenario, seed, watch)?;
         start_programs(&run.scenario, &mut run.system)?;
+        Ok(run)
+    }
+
+    /// The same, beside the nodes of ROS 2 that are components of it: in their time, and never again the same.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the scenario's parts do not fit together.
+    pub fn beside(scenario: Arc<Scenario>, seed: u64, watch: bool, outside: Box<dyn Outside>) -> Result<Self, Error> {
+        let mut run = Self::prepare(scenario, seed, watch)?;
+        if !matches!(run.kind, RunKind::Application) {
+            let help = "run its application instead";
+            return Err(Error::refused("a schedule has no time in which nodes could answer", help));
+        }
+        start_programs(&run.scenario, &mut run.system)?;
+        for id in &run.remote {
+            run.system.process_mut::<RemoteProcess>(*id).expect("it is one").begin(outside.run());
+        }
+        run.outside = Some(outside);
         Ok(run)
     }
 
@@ -141,6 +169,8 @@ impl Run {
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
+        let processes = wired.system.topology().processes();
+        let remote = processes.filter(|id| wired.system.process::<RemoteProcess>(*id).is_some()).collect();
         let tick = scenario.file.execution.tick;
         let first_tick = if kind.is_model() { tick } else { AFTER_THE_START };
         Ok(Self {
@@ -160,6 +190,8 @@ impl Run {
             ids: wired.ids,
             kind,
             pilot: None,
+            outside: None,
+            remote,
             events: Vec::new(),
             stirred: false,
             monitoring,
@@ -233,7 +265,8 @@ impl Run {
         if let RunKind::Model { begun, .. } = &mut self.kind {
             *begun = true;
         }
-        let happened = self.world.step(now, &mut self.system, self.pilot.as_mut());
+        let mut happened = self.world.step(now, &mut self.system, self.pilot.as_mut());
+        happened.extend(self.hear_outside(now));
         self.happenings.extend(happened.into_iter().map(|words| Happening::Moved { words }));
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
@@ -245,7 +278,32 @@ impl Run {
         while self.kind.is_model() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
+        self.ask_outside();
         Ok(())
+    }
+
+    /// Lets the components that are nodes of ROS 2 say what has come. One that hangs hears it later. Returns what else
+    /// has happened there, in words.
+    fn hear_outside(&mut self, now: Duration) -> Vec<String> {
+        let Self { outside: Some(outside), remote, system, .. } = self else { return Vec::new() };
+        let (answers, happened) = outside.hear(now);
+        for id in remote {
+            let is_suspended = system.is_suspended(*id);
+            let Some(component) = system.process_mut::<RemoteProcess>(*id) else { continue };
+            answers.iter().for_each(|answer| component.hear(answer));
+            self.stirred |= !is_suspended && component.act();
+        }
+        happened
+    }
+
+    /// Sends out what the components that are nodes of ROS 2 were asked in this step.
+    fn ask_outside(&mut self) {
+        let Self { outside: Some(outside), remote, system, .. } = self else { return };
+        let calls = remote.iter().filter_map(|id| Some(system.process_mut::<RemoteProcess>(*id)?.take_calls()));
+        let calls: Vec<Call> = calls.flatten().collect();
+        if !calls.is_empty() {
+            outside.ask(calls);
+        }
     }
 
     /// Shows the monitors what is true. It is no communication, and does not enter the trace hash: properties that
@@ -452,7 +510,8 @@ fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitor
     let mut complaints = Complaints::default();
     let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
     let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
-    let named = expected.chain(scenario.file.stop.on_violation.names());
+    let stop = &scenario.file.stop;
+    let named = expected.chain(stop.on_violation.names()).chain(stop.when_settled.names());
     let is_missing =
         |name: &&diagnostics::Spanned<String>| !known().any(|other| other == name.value) && scenario.file.means(name);
     for name in named.filter(is_missing) {

@@ -5,6 +5,7 @@ use std::time::Duration;
 use channels::{ChannelSystem, ProcessId};
 use programs::ProgramProcess;
 use recording::SkillError;
+use remote::RemoteProcess;
 use skills::{Mishap, SkillProcess};
 
 /// The first occurrences of all errors in skills.
@@ -40,8 +41,9 @@ impl SkillErrors {
     }
 }
 
-/// The errors so far of a process that runs a machine or a program; `None` for any other process.
+/// The errors so far of a process that runs a machine or a program, or of nodes of ROS 2; `None` for any other process.
 fn mishaps(system: &ChannelSystem, process: ProcessId) -> Option<&[Mishap]> {
     let of_program = || system.process::<ProgramProcess>(process).map(ProgramProcess::mishaps);
-    system.process::<SkillProcess>(process).map(SkillProcess::mishaps).or_else(of_program)
+    let of_nodes = || system.process::<RemoteProcess>(process).map(RemoteProcess::mishaps);
+    system.process::<SkillProcess>(process).map(SkillProcess::mishaps).or_else(of_program).or_else(of_nodes)
 }

@@ -16,6 +16,7 @@ use devices::DeviceProcess;
 use diagnostics::Spanned;
 use programs::ProgramProcess;
 use recording::TREE;
+use remote::RemoteProcess;
 use roaml::{Model, Wiring};
 use robot::Streams;
 use scenarios::names::unknown;
@@ -90,6 +91,9 @@ fn wire_with(
             Runs::Machine(_) => {}
             Runs::Program { program, data, .. } => {
                 processes.push((id, Box::new(ProgramProcess::new(&topology, id, Arc::clone(program), data.clone()))));
+            }
+            Runs::Remote(component) => {
+                processes.push((id, Box::new(RemoteProcess::new(&topology, id, Arc::clone(component)))));
             }
             Runs::Device(settings) => {
                 processes.push((id, Box::new(DeviceProcess::new(&topology, id, settings))));

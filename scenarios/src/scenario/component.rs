@@ -12,6 +12,7 @@ use maps::Places;
 use monitors::{MONITORS, WORLD};
 use programs::{Limits, Program, Word};
 use recording::TREE;
+use remote::RemoteComponent;
 use skills::{Chart, Datum};
 
 use super::component_entry::{ComponentEntry, RunsEntry};
@@ -47,6 +48,8 @@ pub enum Runs {
         /// The components that it asks, or whose topics it reads.
         asks: Vec<String>,
     },
+    /// Nodes of ROS 2.
+    Remote(Arc<RemoteComponent>),
     /// A device of the world.
     Device(DeviceSettings),
 }
@@ -64,7 +67,7 @@ impl Component {
     pub fn machine(&self) -> Option<&Skill> {
         match &self.runs {
             Runs::Machine(machine) => Some(machine),
-            Runs::Program { .. } | Runs::Device(_) => None,
+            Runs::Program { .. } | Runs::Remote(_) | Runs::Device(_) => None,
         }
     }
 }
@@ -103,6 +106,10 @@ impl FileReader<'_> {
                 RunsEntry::Program { command, limits, asks } => {
                     self.check_asked(file, asks);
                     self.program(command, *limits, &entry.data, asks)
+                }
+                RunsEntry::Remote { namespace } => {
+                    let interface = interfaces.get(name.as_str());
+                    interface.and_then(|interface| self.remote(namespace, interface)).map(Runs::Remote)
                 }
                 RunsEntry::Device { settings, names } => {
                     self.check_device(file, settings, names);
@@ -167,6 +174,21 @@ impl FileReader<'_> {
             data: data.unwrap_or_default(),
             asks: asks.iter().map(|name| name.value.clone()).collect(),
         })
+    }
+
+    /// Nodes of ROS 2, of which everything must have a type there.
+    fn remote(&mut self, namespace: &Spanned<String>, interface: &Interface) -> Option<Arc<RemoteComponent>> {
+        let untyped = match RemoteComponent::new(&namespace.value, interface) {
+            Ok(component) => return Some(Arc::new(component)),
+            Err(untyped) => untyped,
+        };
+        for (name, why) in untyped {
+            let problem = namespace.span.problem(format!("the type of `{name}` in ROS 2 is not known: {why}"));
+            let help =
+                "give it a definition in a folder of its package: `ros = \"nav2_msgs/action/NavigateToPose.action\"`";
+            self.complaints.push(problem.with_label("this component consists of nodes of ROS 2").with_help(help));
+        }
+        None
     }
 
     /// Reports a device that the scenario's world cannot have.

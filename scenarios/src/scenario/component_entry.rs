@@ -69,6 +69,11 @@ pub enum RunsEntry {
         /// The components that it asks, or whose topics it reads.
         asks: Vec<Spanned<String>>,
     },
+    /// Nodes of ROS 2.
+    Remote {
+        /// Their namespace.
+        namespace: Spanned<String>,
+    },
     /// A device of the world.
     Device {
         /// What it is.
@@ -84,7 +89,8 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
     let Some(table) = root.table("components").about(about).optional() else { return Vec::new() };
     let mut entries = Vec::new();
     for (name, span) in table.names("NAME") {
-        let about = "A component that answers others: an SCXML machine, a program, or a device of the world.";
+        let about =
+            "A component that answers others: an SCXML machine, a program, nodes of ROS 2, or a device of the world.";
         let Some(entry) = table.table(name).about(about).rules(one_form).optional() else { continue };
         let runs = read_runs(&entry, name, span);
         let data = read_data(
@@ -105,7 +111,7 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
 }
 
 /// The keys that say what a component runs.
-pub(super) const FORMS: [&str; 3] = ["machine", "program", "builtin"];
+pub(super) const FORMS: [&str; 4] = ["machine", "program", "builtin", "ros"];
 
 /// A component has at most one form, the rest being in its base, and the keys of that form.
 fn one_form() -> Value {
@@ -116,8 +122,17 @@ fn one_form() -> Value {
             "then": { "propertyNames": { "enum": keys } },
         })
     };
-    let both = [[0, 1], [0, 2], [1, 2]].map(|pair| json!({ "required": pair.map(|form| FORMS[form]) }));
+    let pairs = FORMS.iter().enumerate().flat_map(|(at, one)| FORMS[..at].iter().map(move |other| [other, one]));
+    let both: Vec<Value> = pairs.map(|pair| json!({ "required": pair })).collect();
     json!({ "not": { "anyOf": both }, "allOf": forms().map(form).collect::<Vec<_>>() })
+}
+
+fn is_namespace(name: &str) -> bool {
+    let is_word = |word: &str| {
+        word.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+            && word.starts_with(|first: char| !first.is_ascii_digit())
+    };
+    name == "/" || name.strip_prefix('/').is_some_and(|words| words.split('/').all(is_word))
 }
 
 /// The forms of a component: the key that selects each, the kind of a device, its name, and its keys.
@@ -138,7 +153,8 @@ pub(super) fn forms() -> impl Iterator<Item = Form> {
         };
         ("builtin", Some(kind), kind.noun(), keys)
     };
-    [machine, ("program", None, "program", program)].into_iter().chain(DeviceKind::ALL.into_iter().map(device))
+    let remote: Form = ("ros", None, "component of ROS 2", &["ros", "interface"]);
+    [machine, ("program", None, "program", program), remote].into_iter().chain(DeviceKind::ALL.into_iter().map(device))
 }
 
 fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
@@ -159,26 +175,33 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
     };
     let asks = entry.get("asks").about("The components that a program asks, or whose topics it reads.");
     let asks = asks.words(STRINGS).or(Vec::new());
+    let namespace = entry.text("ros").about(
+        "The namespace of nodes of ROS 2 that are this component, such as `/robot` or `/`. Its services, topics and \
+         actions have the names of the interface there, and the types of their `ros` definitions.",
+    );
+    let namespace = namespace.check(|name| is_namespace(name), "be `/`, or names such as `/robot`").spanned();
+    let namespace = namespace.optional();
     let device = read_device(entry);
     let given: Vec<(&str, &Span)> = entry.keys().filter(|(key, _)| FORMS.contains(key)).collect();
     match given[..] {
         [_] => {}
         [(first, _), (second, span), ..] => {
             let problem = span.problem(format!("the component `{name}` has both a `{first}` and a `{second}`"));
-            let help = "a component has one of `machine`, `program` and `builtin`";
+            let help = "a component has one of `machine`, `program`, `ros` and `builtin`";
             entry.report(problem.with_label("the second one").with_help(help));
             return None;
         }
         [] => {
             let problem = span.problem(format!("the component `{name}` has nothing to run"));
-            let help = "give it a `machine`, a `program` or a `builtin` device";
+            let help = "give it a `machine`, a `program`, a namespace of `ros` or a `builtin` device";
             entry.report(problem.with_label("this component").with_help(help));
             return None;
         }
     }
-    let (key, kind, runs) = match (machine, command, device) {
+    let (key, kind, runs) = match (machine, command, namespace, device) {
         (Some(machine), ..) => ("machine", None, RunsEntry::Machine(machine)),
-        (_, Some(command), _) => ("program", None, RunsEntry::Program { command, limits, asks }),
+        (_, Some(command), ..) => ("program", None, RunsEntry::Program { command, limits, asks }),
+        (_, _, Some(namespace), _) => ("ros", None, RunsEntry::Remote { namespace }),
         (.., Some((settings, names))) => {
             ("builtin", Some(settings.value.kind()), RunsEntry::Device { settings, names })
         }
@@ -241,13 +264,14 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
         let data: Vec<_> = entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
         let interface = entry.interface.as_ref().map(|interface| interface.value.clone());
         let runs = match &entry.runs {
-            RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None),
-            RunsEntry::Anything { .. } => (None, None, None),
-            RunsEntry::Device { settings, .. } => (None, None, Some(settings.value.clone())),
+            RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None, None),
+            RunsEntry::Anything { .. } => (None, None, None, None),
+            RunsEntry::Device { settings, .. } => (None, None, Some(settings.value.clone()), None),
+            RunsEntry::Remote { namespace } => (None, None, None, Some(namespace.value.clone())),
             RunsEntry::Program { command, limits, asks } => {
                 let asks: Vec<String> = asks.iter().map(|name| name.value.clone()).collect();
                 let folder = named(".", &command.span);
-                (None, Some((command.value.clone(), folder, *limits, asks)), None)
+                (None, Some((command.value.clone(), folder, *limits, asks)), None, None)
             }
         };
         (entry.name.value.clone(), runs, data, interface)

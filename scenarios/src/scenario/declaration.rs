@@ -85,7 +85,7 @@ impl<'a> Client<'a> {
     fn of_program((name, component): (&'a String, &'a Component)) -> Option<Self> {
         match &component.runs {
             Runs::Program { asks, .. } => Some(Self { name, machines: Vec::new(), components: asks }),
-            Runs::Machine(_) | Runs::Device(_) => None,
+            Runs::Machine(_) | Runs::Remote(_) | Runs::Device(_) => None,
         }
     }
 

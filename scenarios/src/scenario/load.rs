@@ -16,7 +16,7 @@ use skills::Chart;
 
 use super::file_reader::FileReader;
 use super::stand_in::Listeners;
-use super::stop::StopOnViolation;
+use super::stop::SomeProperties;
 use super::{
     Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMade, ReadyMadeKind, Scenario,
     ScenarioFile, Skill, WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
@@ -149,8 +149,10 @@ fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)])
     });
     file.expect.satisfied.retain(|(name, _)| !gone.contains(&name.value));
     file.expect.outcomes.retain(|(name, _)| !gone.contains(&name.value));
-    if let StopOnViolation::Of(names) = &mut file.stop.on_violation {
-        names.retain(|name| !gone.contains(&name.value));
+    for some in [&mut file.stop.on_violation, &mut file.stop.when_settled] {
+        if let SomeProperties::Named(names) = some {
+            names.retain(|name| !gone.contains(&name.value));
+        }
     }
 }
 

@@ -13,24 +13,24 @@ use super::world::MAP;
 pub struct Stop {
     /// The robot has come to rest at one of these places.
     pub at: Vec<Spanned<String>>,
-    /// A property is violated.
-    pub on_violation: StopOnViolation,
-    /// Every property has its final verdict.
-    pub when_settled: bool,
+    /// One of these properties is violated.
+    pub on_violation: SomeProperties,
+    /// All of these properties have their final verdicts.
+    pub when_settled: SomeProperties,
     /// How long the run continues after that.
     pub after: Duration,
 }
 
-/// The properties whose violation ends a run.
+/// Some of a scenario's properties.
 #[derive(Clone, Debug, Default)]
-pub enum StopOnViolation {
+pub enum SomeProperties {
     /// None.
     #[default]
-    Never,
-    /// Any.
-    OfAny,
-    /// These.
-    Of(Vec<Spanned<String>>),
+    None,
+    /// All.
+    All,
+    /// Those with these names.
+    Named(Vec<Spanned<String>>),
 }
 
 impl Stop {
@@ -42,7 +42,10 @@ impl Stop {
         let on_violation = table.get("on_violation").about(
             "When a property is violated: any (`true`), or one of those named. Without monitors, the run continues.",
         );
-        let when_settled = table.boolean("when_settled").about("When every property has a final verdict.");
+        let when_settled = table.get("when_settled").about(
+            "When properties have their final verdicts: all of them (`true`), or those named. Without monitors, the run \
+             continues.",
+        );
         let after =
             table.seconds("after_s").about("How long the run continues after that, in seconds; 0 if not given.");
         let ends = ["at", "on_violation", "when_settled"];
@@ -57,27 +60,27 @@ impl Stop {
         }
         Self {
             at,
-            on_violation: on_violation.rules(|| json!({ "default": false })).or(StopOnViolation::Never),
-            when_settled: when_settled.default(false),
+            on_violation: on_violation.rules(|| json!({ "default": false })).or(SomeProperties::None),
+            when_settled: when_settled.rules(|| json!({ "default": false })).or(SomeProperties::None),
             after: after.map_or(Duration::ZERO, |after| after.value),
         }
     }
 }
 
-impl StopOnViolation {
-    /// Whether a violation of the property with this name ends a run.
+impl SomeProperties {
+    /// Whether the property with this name is one of them.
     #[must_use]
-    pub fn concerns(&self, property: &str) -> bool {
+    pub fn has(&self, property: &str) -> bool {
         match self {
-            Self::Never => false,
-            Self::OfAny => true,
-            Self::Of(names) => names.iter().any(|name| name.value == property),
+            Self::None => false,
+            Self::All => true,
+            Self::Named(names) => names.iter().any(|name| name.value == property),
         }
     }
 
     /// The properties that the file names.
     pub fn names(&self) -> &[Spanned<String>] {
-        if let Self::Of(names) = self { names } else { &[] }
+        if let Self::Named(names) = self { names } else { &[] }
     }
 }
 
@@ -104,7 +107,7 @@ impl FromItem<'_> for Names {
     }
 }
 
-impl FromItem<'_> for StopOnViolation {
+impl FromItem<'_> for SomeProperties {
     fn wanted() -> String {
         "true, false, the name of a property, or an array of names".into()
     }
@@ -115,10 +118,10 @@ impl FromItem<'_> for StopOnViolation {
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
         match item.as_boolean() {
-            Some(true) => Ok(Self::OfAny),
-            Some(false) => Ok(Self::Never),
+            Some(true) => Ok(Self::All),
+            Some(false) => Ok(Self::None),
             None if item.as_text().is_none() && item.as_array().is_none() => Err(vec![item.wrong(&Self::wanted())]),
-            None => item.get().map(|Names(names)| Self::Of(names)),
+            None => item.get().map(|Names(names)| Self::Named(names)),
         }
     }
 }

@@ -10,6 +10,7 @@ use ros_messages::{CdrReader, CdrWriter, Mismatch};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::names;
 use super::options::Options;
 
 /// The topic on which participants say which nodes they have.
@@ -36,6 +37,7 @@ pub(super) enum Heard {
     },
     /// For the first time, a message on this topic could not be published.
     Unsent(String),
+    Response(Response),
     /// Every sample received before this time, in nanoseconds since 1970, has been returned.
     Quiet(i64),
     /// Nothing more comes, and why. What comes from another participant follows.
@@ -56,10 +58,18 @@ impl Heard {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Offers {
     pub(super) writers: Vec<Writer>,
-    /// Who answers requests: the types of requests, by the DDS topics.
-    pub(super) requests: BTreeMap<String, String>,
+    /// Who takes requests, by the DDS topics.
+    pub(super) requests: BTreeMap<String, Vec<Server>>,
     /// The DDS topics of what is published here that somebody reads.
     pub(super) read: BTreeSet<String>,
+}
+
+/// Somebody who takes requests.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Server {
+    pub(super) reader: [u8; 16],
+    /// The DDS type of the requests.
+    pub(super) kind: String,
 }
 
 /// What the GUIDs of a participant's writers begin with.
@@ -79,6 +89,16 @@ pub(super) struct Sample {
     /// It follows all else as it is.
     #[serde(skip)]
     pub(super) body: Vec<u8>,
+}
+
+/// The response to a request.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Response {
+    /// That of the request.
+    pub number: u64,
+    /// The message, with the four bytes that say how it is encoded.
+    #[serde(skip)]
+    pub body: Vec<u8>,
 }
 
 /// Somebody who offers messages on a topic.
@@ -130,6 +150,14 @@ impl Subscribed {
     }
 }
 
+/// How a participant is known to others.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct NodeName {
+    pub(super) name: String,
+    /// Whether what was latched before it came is for it, too.
+    pub(super) hears_latched: bool,
+}
+
 /// What is asked of the process that listens.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Ask {
@@ -138,10 +166,11 @@ pub(super) enum Ask {
     Join {
         options: Options,
         ahead_ns: i64,
-        node: Option<String>,
+        node: Option<NodeName>,
     },
     Subscribe(Subscribed),
     Publish(Publication),
+    Request(Request),
 }
 
 /// A message to be published.
@@ -158,17 +187,42 @@ pub struct Publication {
     pub body: Vec<u8>,
 }
 
+/// A request to a service.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Request {
+    /// The service, such as `/say`.
+    pub service: String,
+    /// Its type, such as `std_srvs/srv/Trigger`.
+    pub kind: String,
+    /// What the response refers to.
+    pub number: u64,
+    /// The message, with the four bytes that say how it is encoded. Without any, nothing is asked yet: the server may
+    /// find out who will ask.
+    #[serde(skip)]
+    pub body: Vec<u8>,
+}
+
+impl Request {
+    /// The DDS type of the message.
+    pub(super) fn dds_kind(&self) -> String {
+        names::dds_kind(&format!("{}_Request", self.kind))
+    }
+}
+
 impl Ask {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let body: &[u8] = if let Self::Publish(publication) = self { &publication.body } else { &[] };
+        let body: &[u8] = match self {
+            Self::Publish(Publication { body, .. }) | Self::Request(Request { body, .. }) => body,
+            Self::Join { .. } | Self::Subscribe(_) => &[],
+        };
         write(self, body, out).and_then(|()| out.flush())
     }
 
     /// What is asked next; none at the end.
     pub(super) fn read(from: &mut impl Read) -> Option<Self> {
-        let (mut ask, body, _) = read(from).ok()?;
-        if let Self::Publish(publication) = &mut ask {
-            publication.body = body;
+        let (mut ask, read, _) = read(from).ok()?;
+        if let Self::Publish(Publication { body, .. }) | Self::Request(Request { body, .. }) = &mut ask {
+            *body = read;
         }
         Some(ask)
     }
@@ -176,7 +230,10 @@ impl Ask {
 
 impl Heard {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let body: &[u8] = if let Self::Sample(sample) = self { &sample.body } else { &[] };
+        let body: &[u8] = match self {
+            Self::Sample(Sample { body, .. }) | Self::Response(Response { body, .. }) => body,
+            _ => &[],
+        };
         write(self, body, out)
     }
 
@@ -185,9 +242,9 @@ impl Heard {
     /// # Errors
     /// At the end, and if it is nothing that can be heard.
     pub(super) fn read(from: &mut impl Read) -> io::Result<(Self, usize)> {
-        let (mut heard, body, size) = read(from)?;
-        if let Self::Sample(sample) = &mut heard {
-            sample.body = body;
+        let (mut heard, read, size) = read(from)?;
+        if let Self::Sample(Sample { body, .. }) | Self::Response(Response { body, .. }) = &mut heard {
+            *body = read;
         }
         Ok((heard, size_of::<Self>() + size))
     }
@@ -313,22 +370,25 @@ mod tests {
         };
         let offers = Offers { writers: vec![writer], ..Offers::default() };
         let writers = Heard::Others { offers, goodbyes: [[1; 16]].into() };
-        let (all, mut bytes) = ([Heard::Sample(sample), writers, Heard::Quiet(8)], Vec::new());
+        let response = Heard::Response(Response { number: 1 << 40, body: vec![1, 2] });
+        let (all, mut bytes) = ([Heard::Sample(sample), writers, response, Heard::Quiet(8)], Vec::new());
         all.iter().for_each(|heard| heard.write(&mut bytes).expect("room"));
         let mut from = bytes.as_slice();
         for heard in all {
             assert_eq!(Heard::read(&mut from).expect("what was written").0, heard);
         }
         assert!(Heard::read(&mut from).is_err());
+        let node = NodeName { name: "/a".to_owned(), hears_latched: true };
         let asks = [
-            Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7, node: Some("/a".to_owned()) },
+            Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7, node: Some(node) },
             Ask::Subscribe(Subscribed::To(["rt/a".to_owned()].into())),
             Ask::Publish(Publication { topic: "/a".to_owned(), kind: "k".to_owned(), is_latched: true, body: vec![1] }),
+            Ask::Request(Request { service: "/s".to_owned(), kind: "k".to_owned(), number: 2, body: vec![3] }),
         ];
         let mut lines = Vec::new();
         asks.iter().for_each(|ask| ask.write(&mut lines).expect("room"));
         let mut from = lines.as_slice();
-        assert_eq!(asks.map(Some), [(); 3].map(|()| Ask::read(&mut from)));
+        assert_eq!(asks.map(Some), [(); 4].map(|()| Ask::read(&mut from)));
         assert_eq!(Ask::read(&mut from), None);
     }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use bags::{Head, Received, Survey, Topic};
 
-use super::heard::{self, Heard, NODES, Node, Offers, Prefix, Sample, Writer, participant};
+use super::heard::{self, Heard, NODES, Node, Offers, Prefix, Response, Sample, Server, Writer, participant};
 use super::names::{self, RosName};
 use crate::robot::{Robot, is_of_action};
 
@@ -59,6 +59,10 @@ pub(super) struct Hearing {
     pub(super) robot: Robot,
     /// The DDS topics of what is published here, of which somebody reads.
     pub(super) read: BTreeSet<String>,
+    /// Who takes requests, by the DDS topics; the services that are asked, and what they have responded.
+    pub(super) requests: BTreeMap<String, Vec<Server>>,
+    pub(super) asked: BTreeSet<String>,
+    pub(super) responses: VecDeque<Response>,
     /// What is to be returned, and what waits until publishers have settled.
     ready: VecDeque<(Received, Vec<u8>)>,
     held: Vec<(usize, Sample)>,
@@ -109,6 +113,9 @@ impl Hearing {
             notes: Vec::new(),
             robot: Robot::default(),
             read: BTreeSet::new(),
+            requests: BTreeMap::new(),
+            asked: BTreeSet::new(),
+            responses: VecDeque::new(),
             ready: VecDeque::new(),
             held: Vec::new(),
             writers: BTreeMap::new(),
@@ -161,9 +168,10 @@ impl Hearing {
         self.phase == Phase::Looking
     }
 
-    /// The DDS topics of those that are wanted.
+    /// The DDS topics of those that are wanted, and of responses.
     pub(super) fn wanted(&self) -> Option<BTreeSet<String>> {
-        Some(self.wanted.as_ref()?.iter().map(|name| names::topic(name)).collect())
+        let topics = self.wanted.as_ref()?.iter().map(|name| names::topic(name));
+        Some(topics.chain(self.asked.iter().map(|service| names::reply(service))).collect())
     }
 
     /// What is to be returned next, if there is anything.
@@ -184,7 +192,9 @@ impl Hearing {
             Heard::Others { offers: Offers { writers, requests, read }, goodbyes } => {
                 self.read = read;
                 self.compare(writers, &requests, goodbyes);
+                self.requests = requests;
             }
+            Heard::Response(response) => self.responses.push_back(response),
             Heard::Quiet(quiet_ns) => self.be_quiet(quiet_ns),
             Heard::Unsent(topic) => {
                 self.note(format!("{topic} has a reader that does not answer: messages are left out"))
@@ -344,7 +354,12 @@ impl Hearing {
     }
 
     /// Compares the writers with those that were there before.
-    fn compare(&mut self, writers: Vec<Writer>, requests: &BTreeMap<String, String>, goodbyes: BTreeSet<[u8; 16]>) {
+    fn compare(
+        &mut self,
+        writers: Vec<Writer>,
+        requests: &BTreeMap<String, Vec<Server>>,
+        goodbyes: BTreeSet<[u8; 16]>,
+    ) {
         if self.goodbyes.len() >= MOST_GONE {
             self.goodbyes.clear();
         }
@@ -473,13 +488,14 @@ impl Hearing {
     }
 
     /// Describes the robot anew.
-    fn describe(&mut self, requests: &BTreeMap<String, String>) {
+    fn describe(&mut self, requests: &BTreeMap<String, Vec<Server>>) {
         let nodes = std::mem::take(&mut self.robot.nodes);
         self.robot = Robot { nodes, ..Robot::default() };
         self.describe_nodes();
         let mut offers: BTreeMap<&str, (usize, usize, usize)> = BTreeMap::new();
         let replies = self.writers.values().map(|known| (&known.writer.topic, &known.writer.kind));
-        for (topic, kind) in replies.chain(requests) {
+        let servers = requests.iter().flat_map(|(topic, servers)| servers.iter().map(move |one| (topic, &one.kind)));
+        for (topic, kind) in replies.chain(servers) {
             match RosName::of(topic) {
                 Some(RosName::Request(name) | RosName::Reply(name)) => {
                     let action = ["_SendGoal_Request", "_SendGoal_Response"];

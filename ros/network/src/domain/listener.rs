@@ -22,17 +22,19 @@ use rustdds::no_key::{DataWriter, Decode, DefaultDecoder, DeserializerAdapter, S
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
-    LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity as _, RepresentationIdentifier, StatusEvented as _,
-    Subscriber, Timestamp, TopicKind,
+    LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity as _, RepresentationIdentifier, SampleIdentity,
+    SequenceNumber, StatusEvented as _, Subscriber, Timestamp, TopicKind, WriteOptionsBuilder,
 };
 
 use super::announcements::Announcements;
 use super::goodbye;
 use super::heard::{
-    self, Ask, Heard, LEAVING, NODES, Offers, Publication, Sample, Subscribed, Writer, participant, prefix,
+    self, Ask, Heard, LEAVING, NODES, NodeName, Offers, Prefix, Publication, Request, Response, Sample, Server,
+    Subscribed, Writer, participant, prefix,
 };
-use super::names;
+use super::names::{self, RosName};
 use super::options::Options;
+use super::requests::{Correlation, Requests};
 use crate::clock::{Clock, now, sleep};
 
 /// How long the thread waits for something to happen.
@@ -78,6 +80,9 @@ const OFFERED: i32 = 32;
 const MOST_WRITERS: usize = 20_000;
 const LONGEST_NAME: usize = 512;
 
+/// The most servers of a service that are known of.
+const MOST_SERVERS: usize = 100;
+
 /// The longest step back of the system's clock that does not matter: rustdds holds samples back until it has caught up.
 const LONGEST_STEP: i64 = 50_000_000;
 
@@ -85,7 +90,7 @@ const LONGEST_STEP: i64 = 50_000_000;
 struct Asked {
     is_to_end: AtomicBool,
     subscribed: Mutex<Subscribed>,
-    messages: Mutex<Vec<Publication>>,
+    messages: Mutex<Vec<Ask>>,
 }
 
 /// Does what the process that started this one asks for, until that one has gone.
@@ -120,8 +125,8 @@ pub(super) fn work() -> ExitCode {
             match ask {
                 Ask::Join { .. } => {}
                 Ask::Subscribe(to) => *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = to,
-                Ask::Publish(message) => {
-                    heard.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+                Ask::Publish(_) | Ask::Request(_) => {
+                    heard.messages.lock().unwrap_or_else(PoisonError::into_inner).push(ask);
                 }
             }
             listening.unpark();
@@ -155,9 +160,12 @@ struct Listener {
     /// Where messages were left out, and where that is not told yet.
     left_out: BTreeSet<String>,
     untold: Vec<Heard>,
+    /// What services are asked, and the vendors of participants, which say how they are asked.
+    requests: Requests,
+    vendors: BTreeMap<Prefix, [u8; 2]>,
     options: Options,
     /// Its name, if this is a node; and whether it has other readers or writers than it has said.
-    node: Option<String>,
+    node: Option<NodeName>,
     has_changed: bool,
     /// When it last said so, and how often it is still to say it: whoever has just come may have missed it.
     said: Option<Instant>,
@@ -177,6 +185,8 @@ struct Listener {
 
 struct Reader {
     topic: Arc<str>,
+    /// The service whose responses come here.
+    service: Option<String>,
     kind: String,
     is_reliable: bool,
     is_latched: bool,
@@ -199,7 +209,7 @@ impl Wake for Alarm {
 }
 
 impl Listener {
-    fn join(options: Options, clock: Clock, node: Option<String>) -> Result<Self, String> {
+    fn join(options: Options, clock: Clock, node: Option<NodeName>) -> Result<Self, String> {
         let mut builder = DomainParticipantBuilder::new(options.domain);
         if options.is_local {
             builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
@@ -211,6 +221,8 @@ impl Listener {
         let [known, given_up, goodbyes] = [(); 3].map(|()| BTreeSet::new());
         let (readers, writers, behind_ns) = (BTreeMap::new(), BTreeMap::new(), i64::MIN);
         Ok(Self {
+            requests: Requests::of(&participant.guid().to_bytes()),
+            vendors: BTreeMap::new(),
             participant,
             events,
             subscriber,
@@ -251,8 +263,13 @@ impl Listener {
                 return Err("a participant that was given up goes on".to_owned());
             }
             let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
-            messages.into_iter().try_for_each(|message| self.publish(message))?;
+            messages.into_iter().try_for_each(|ask| match ask {
+                Ask::Publish(message) => self.publish(message),
+                Ask::Request(request) => self.ask(request),
+                Ask::Join { .. } | Ask::Subscribe(_) => Ok(()),
+            })?;
             self.send();
+            self.request();
             let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
             is_due |= wanted != subscribed;
             // What a writer says last is taken before it is gone.
@@ -270,6 +287,7 @@ impl Listener {
                     sleep(GATHERING);
                     self.take_note();
                 }
+                self.requests.note(&offers, |of| Correlation::of(self.vendors.get(of).copied()));
                 is_due = self.read(&offers.writers, &subscribed)?;
                 self.known = offers.writers.iter().map(|writer| writer.guid).collect();
                 let heard = Heard::Others { offers, goodbyes: std::mem::take(&mut self.goodbyes) };
@@ -302,9 +320,13 @@ impl Listener {
         while let Some(event) = self.events.try_recv_status() {
             has_happened = true;
             match event {
-                DomainParticipantStatusEvent::ParticipantLost { id, reason: LostReason::Disposed } => {
-                    let guid = GUID { prefix: id, ..GUID::GUID_UNKNOWN };
-                    self.goodbyes.insert(participant(&guid.to_bytes()));
+                DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
+                    self.vendors.insert(prefix(&dpd.guid.to_bytes()), dpd.vendor_id.vendor_id);
+                }
+                DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
+                    let guid = GUID { prefix: id, ..GUID::GUID_UNKNOWN }.to_bytes();
+                    self.vendors.remove(&prefix(&guid));
+                    self.goodbyes.extend(matches!(reason, LostReason::Disposed).then(|| participant(&guid)));
                 }
                 DomainParticipantStatusEvent::WriterLost { guid, reason: LostReason::Disposed } => {
                     self.goodbyes.insert(guid.to_bytes());
@@ -372,14 +394,18 @@ impl Listener {
                 kind: data.type_name,
             })
         });
-        let (mut requests, mut read) = (BTreeMap::new(), BTreeSet::new());
+        let (mut requests, mut read): (BTreeMap<String, Vec<Server>>, _) = (BTreeMap::new(), BTreeSet::new());
         for reader in self.participant.discovered_readers() {
             let (topic, kind) =
                 (reader.subscription_topic_data.topic_name(), reader.subscription_topic_data.type_name());
-            if self.writers.contains_key(topic) {
+            if topic.starts_with("rq/") {
+                if is_named(topic, kind) && requests.len() < MOST_WRITERS {
+                    let reader = reader.reader_proxy.remote_reader_guid.to_bytes();
+                    let servers = requests.entry(topic.clone()).or_default();
+                    servers.extend((servers.len() < MOST_SERVERS).then(|| Server { reader, kind: kind.clone() }));
+                }
+            } else if self.writers.contains_key(topic) {
                 read.insert(topic.clone());
-            } else if topic.starts_with("rq/") && is_named(topic, kind) && requests.len() < MOST_WRITERS {
-                requests.insert(topic.clone(), kind.clone());
             }
         }
         Ok(Offers { writers: writers.collect(), requests, read })
@@ -395,8 +421,8 @@ impl Listener {
         for writer in writers.iter().filter(|writer| subscribed.has(&writer.topic) && writer.unfit.is_none()) {
             let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
             known.1 &= writer.is_reliable;
-            // What was latched long ago is not for a node: nobody means it any more.
-            known.2 &= writer.is_latched && (self.node.is_none() || writer.topic == NODES);
+            let hears_latched = self.node.as_ref().is_none_or(|node| node.hears_latched);
+            known.2 &= writer.is_latched && (hears_latched || writer.topic == NODES);
             if self.given_up.remove(&writer.guid) {
                 self.readers.remove(&writer.topic);
             }
@@ -435,7 +461,11 @@ impl Listener {
         let data = make().map_err(|error| format!("{topic} cannot be read: {error}"))?;
         let alarm = Arc::new(Alarm { rings: AtomicBool::new(true), thread: std::thread::current() });
         self.has_changed = self.node.is_some();
-        Ok(Reader { topic: topic.into(), kind, is_reliable, is_latched, data, alarm, is_small: false })
+        let service = match RosName::of(topic) {
+            Some(RosName::Reply(service)) => Some(service),
+            _ => None,
+        };
+        Ok(Reader { topic: topic.into(), service, kind, is_reliable, is_latched, data, alarm, is_small: false })
     }
 
     /// Publishes a message, reliably.
@@ -443,16 +473,48 @@ impl Listener {
         self.write(names::topic(&topic), names::dds_kind(&kind), is_latched, body)
     }
 
+    /// Takes a request, or offers to ask a service.
+    fn ask(&mut self, request: Request) -> Result<(), String> {
+        self.write(names::request(&request.service), request.dds_kind(), false, Vec::new())?;
+        if !request.body.is_empty() {
+            self.requests.ask(request);
+        }
+        Ok(())
+    }
+
+    /// Sends the requests that servers wait for.
+    fn request(&mut self) {
+        for (request, form) in self.requests.due() {
+            let writer = self.writers.get(&names::request(&request.service));
+            // A server that knows the reader of responses waits until it has found it.
+            let reader = self.readers.get(&names::reply(&request.service)).map(|reader| reader.data.guid());
+            let Some((writer, writer_guid)) = writer.zip(reader) else {
+                self.requests.ask(request);
+                continue;
+            };
+            let related = SampleIdentity { writer_guid, sequence_number: SequenceNumber::UNKNOWN };
+            let options = match form {
+                Correlation::Beside => WriteOptionsBuilder::new().related_sample_identity(related),
+                Correlation::Header => WriteOptionsBuilder::new(),
+            };
+            match writer.write_with_options(self.requests.body(&request, form), options.build()) {
+                Ok(identity) => self.requests.sent(request, i64::from(identity.sequence_number)),
+                // There is no room now.
+                Err(_) => self.requests.ask(request),
+            }
+        }
+    }
+
     /// Says which node this is, and what it reads and writes, if that has changed.
     fn introduce(&mut self) -> Result<(), String> {
         let is_due = self.again > 0 && self.said.is_none_or(|said| said.elapsed() > SAYING_AGAIN);
-        let Some(name) = self.node.as_ref().filter(|_| self.has_changed || is_due) else { return Ok(()) };
+        let Some(node) = self.node.as_ref().filter(|_| self.has_changed || is_due) else { return Ok(()) };
         self.again = if self.has_changed { SAID_AGAIN } else { self.again - 1 };
         self.said = Some(now());
         let readers: Vec<[u8; 16]> = self.readers.values().map(|reader| reader.data.guid().to_bytes()).collect();
         let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
         let writers: Vec<[u8; 16]> = writers.map(|(_, writer)| writer.guid().to_bytes()).collect();
-        let body = heard::node::<16>(&self.participant.guid().to_bytes(), name, &readers, &writers);
+        let body = heard::node::<16>(&self.participant.guid().to_bytes(), &node.name, &readers, &writers);
         self.has_changed = false;
         self.write(NODES.to_owned(), names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo"), true, body)
     }
@@ -513,6 +575,12 @@ impl Listener {
                 match reader.data.try_take_one() {
                     // What is published here is not heard.
                     Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
+                    Ok(Some(change)) if let Some(service) = &reader.service => {
+                        let vendor = self.vendors.get(&prefix(&change.writer_guid.to_bytes())).copied();
+                        let related = change.related_sample_identity().map(|of| i64::from(of.sequence_number));
+                        let response = self.requests.response(service, Correlation::of(vendor), related, change.sample);
+                        told.extend(response.map(|(number, body)| Heard::Response(Response { number, body })));
+                    }
                     Ok(Some(change)) => {
                         let age_ns = system_ns.saturating_sub(nanoseconds(change.receive_instant)).max(0);
                         let sent = change.source_timestamp().filter(|stamp| *stamp != Timestamp::INVALID);

@@ -30,6 +30,15 @@ pub(super) fn topic(name: &str) -> String {
     format!("rt{name}")
 }
 
+/// The DDS topics of a service.
+pub(super) fn request(service: &str) -> String {
+    format!("rq{service}Request")
+}
+
+pub(super) fn reply(service: &str) -> String {
+    format!("rr{service}Reply")
+}
+
 /// The type of messages: `std_msgs/msg/String` for `std_msgs::msg::dds_::String_`. Other names stay as they are.
 pub(super) fn kind(name: &str) -> String {
     let short = name.strip_suffix('_').map(|name| name.replace("::dds_::", "/").replace("::", "/"));

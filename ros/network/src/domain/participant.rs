@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::heard::{Ask, Heard, LEAVING, Publication, Subscribed};
+use super::heard::{Ask, Heard, LEAVING, NodeName, Publication, Request, Subscribed};
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
 
@@ -60,8 +60,9 @@ struct Shared {
 #[derive(Default)]
 struct Process {
     subscribed: Option<Subscribed>,
-    /// What was published last on each topic.
+    /// What was published last on each topic, and which services are asked.
     published: BTreeMap<String, Publication>,
+    services: BTreeMap<String, Request>,
     input: Option<SyncSender<Ask>>,
     child: Option<Child>,
     /// When it last said anything.
@@ -70,7 +71,7 @@ struct Process {
 
 impl Participant {
     /// Joins a domain, as a node with this name, or none.
-    pub(super) fn join(options: Options, node: Option<String>, subscribed: Subscribed) -> Self {
+    pub(super) fn join(options: Options, node: Option<NodeName>, subscribed: Subscribed) -> Self {
         let (sender, heard) = sync_channel(MOST_HEARD);
         let shared = Arc::new(Shared::default());
         shared.process().subscribed = Some(subscribed);
@@ -120,6 +121,14 @@ impl Voice {
         process.published.insert(message.topic.clone(), message.clone());
         process.ask(Ask::Publish(message));
     }
+
+    /// Asks a service, as soon as a server is there, which gives a [response](super::Domain::response).
+    pub fn request(&self, request: Request) {
+        let mut process = self.0.process();
+        let offer = || Request { body: Vec::new(), ..request.clone() };
+        process.services.entry(request.service.clone()).or_insert_with(offer);
+        process.ask(Ask::Request(request));
+    }
 }
 
 impl Drop for Participant {
@@ -166,7 +175,7 @@ impl Shared {
 struct Join {
     options: Options,
     clock: Clock,
-    node: Option<String>,
+    node: Option<NodeName>,
 }
 
 /// Keeps a process listening until it is to end.
@@ -202,7 +211,8 @@ fn start(Join { options, clock, node }: &Join, shared: &Shared) -> std::io::Resu
     let join = Ask::Join { options: *options, ahead_ns: clock.is_ahead_ns(), node: node.clone() };
     let subscribe = process.subscribed.clone().map(Ask::Subscribe);
     let publish = process.published.values().cloned().map(Ask::Publish);
-    let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).collect();
+    let request = process.services.values().cloned().map(Ask::Request);
+    let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).chain(request).collect();
     let (sender, asked) = sync_channel::<Ask>(MOST_ASKED);
     let mut input = child.stdin.take().ok_or_else(none)?;
     // The end of its input is the end of its work.

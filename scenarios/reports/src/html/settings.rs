@@ -57,6 +57,10 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
         div.panel {
             pre.command { (markup::command(&command(view, report))) }
             @if is_recorded { p { "The hash of the events is " code { (report.trace_hash) } "." } }
+            @else if let Some(outside) = outside(view) { p {
+                (outside) " took part from outside the program: another run need not be the same. The hash of this \
+                 one's trace is " code { (report.trace_hash) } "."
+            } }
             @else { p {
                 "With version " (report.version) " of the program, this gives the same run to the last bit on any \
                  machine of the same kind. The hash of its trace is " code { (report.trace_hash) } "."
@@ -70,13 +74,21 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
     markup::section("reproduce", if is_recorded { "Check it again" } else { "Run it again" }, content)
 }
 
+/// What took part in a run from outside the program, if anything did.
+fn outside(view: &RunView) -> Option<String> {
+    let header = view.header();
+    let driver = header.is_piloted.then(|| "Whoever drove the robot".to_owned());
+    driver.or_else(|| (!header.remote.is_empty()).then(|| header.remote.join(", ")))
+}
+
 /// The command line that runs the scenario again.
 pub(super) fn command(view: &RunView, report: &Report) -> String {
     let origin = &view.header().origin;
     if let Some(command) = &origin.recorded {
         return command.clone();
     }
-    let mut command = format!("steward run {} --seed {}", quoted(&origin.argument), report.seed);
+    let how = if view.header().is_piloted { "sim" } else { "run" };
+    let mut command = format!("steward {how} {} --seed {}", quoted(&origin.argument), report.seed);
     for assignment in &origin.overrides {
         command += &format!(" --set {}", quoted(assignment));
     }

@@ -39,6 +39,8 @@ impl Run {
             tree: self.scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
+            remote: self.scenario.remote_components().map(|(name, _)| name.to_owned()).collect(),
+            is_piloted: self.pilot.is_some(),
             machines: self
                 .scenario
                 .machine_processes()

@@ -1,0 +1,104 @@
+//! Which names and types a component has in ROS 2.
+
+use interfaces::{Interface, Wire};
+
+/// A component that consists of nodes of ROS 2.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RemoteComponent {
+    /// The namespace of its services, topics and actions: empty, or `/robot`.
+    namespace: String,
+    pub(crate) services: Vec<RemoteOperation>,
+    pub(crate) topics: Vec<RemoteOperation>,
+    pub(crate) actions: Vec<RemoteOperation>,
+}
+
+/// A service, topic or action.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct RemoteOperation {
+    /// Its name in the interface.
+    pub(crate) name: String,
+    /// What it is in ROS 2.
+    pub(crate) wire: Wire,
+    /// The names of the fields of each of its messages.
+    pub(crate) fields: Vec<Vec<interfaces::Field>>,
+}
+
+impl RemoteComponent {
+    /// The component with this interface in a namespace, such as `/robot` or `/`.
+    ///
+    /// # Errors
+    /// All operations whose types in ROS 2 are not known, each with the reason.
+    pub fn new(namespace: &str, interface: &Interface) -> Result<Self, Vec<(String, String)>> {
+        let mut unknown = Vec::new();
+        let mut operation = |name: &str, wire: &Result<Wire, String>, fields: &[&Vec<interfaces::Field>]| {
+            let fields = fields.iter().map(|fields| (*fields).clone()).collect();
+            match wire {
+                Ok(wire) => Some(RemoteOperation { name: name.to_owned(), wire: wire.clone(), fields }),
+                Err(why) => {
+                    unknown.push((name.to_owned(), why.clone()));
+                    None
+                }
+            }
+        };
+        let services = interface.services.iter();
+        let services =
+            services.filter_map(|one| operation(&one.name, &one.wire, &[&one.request, &one.reply])).collect();
+        let topics = interface.topics.iter();
+        let topics = topics.filter_map(|one| operation(&one.name, &one.wire, &[&one.fields])).collect();
+        let actions = interface.actions.iter();
+        let actions = actions
+            .filter_map(|one| operation(&one.name, &one.wire, &[&one.goal, &one.feedback, &one.result]))
+            .collect();
+        let namespace = namespace.trim_end_matches('/').to_owned();
+        if unknown.is_empty() { Ok(Self { namespace, services, topics, actions }) } else { Err(unknown) }
+    }
+
+    pub(crate) fn full_name(&self, operation: &RemoteOperation) -> String {
+        format!("{}/{}", self.namespace, operation.name)
+    }
+
+    /// The services that it has, those of its actions among them: names, such as `/navigate_to_pose/_action/send_goal`,
+    /// and types.
+    pub fn services(&self) -> impl Iterator<Item = (String, String)> {
+        let services = self.services.iter().map(|one| (self.full_name(one), one.wire.kind.clone()));
+        services.chain(self.actions.iter().flat_map(|one| {
+            let kind = &one.wire.kind;
+            [
+                (service(&self.full_name(one), SEND_GOAL), format!("{kind}_SendGoal")),
+                (service(&self.full_name(one), GET_RESULT), format!("{kind}_GetResult")),
+                (service(&self.full_name(one), CANCEL_GOAL), CANCEL_KIND.to_owned()),
+            ]
+        }))
+    }
+
+    /// The topics that it publishes, those of its actions' feedback among them: names and types.
+    pub fn topics(&self) -> impl Iterator<Item = (String, String)> {
+        let topics = self.topics.iter().map(|one| (self.full_name(one), one.wire.kind.clone()));
+        topics.chain(
+            self.actions
+                .iter()
+                .map(|one| (feedback(&self.full_name(one)), format!("{}_FeedbackMessage", one.wire.kind))),
+        )
+    }
+}
+
+pub(crate) const SEND_GOAL: &str = "send_goal";
+pub(crate) const GET_RESULT: &str = "get_result";
+pub(crate) const CANCEL_GOAL: &str = "cancel_goal";
+
+/// The type of the service that cancels goals of any action.
+pub(crate) const CANCEL_KIND: &str = "action_msgs/srv/CancelGoal";
+
+/// A service of an action.
+pub(crate) fn service(action: &str, part: &str) -> String {
+    format!("{action}/_action/{part}")
+}
+
+/// The topic of an action's feedback.
+pub(crate) fn feedback(action: &str) -> String {
+    format!("{action}/_action/feedback")
+}
+
+pub(crate) fn is_feedback(topic: &str) -> bool {
+    topic.ends_with("/_action/feedback")
+}

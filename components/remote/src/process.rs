@@ -1,0 +1,428 @@
+//! A component that is elsewhere, as a process of a channel system.
+
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
+use ros_messages::{CdrReader, CdrWriter, Mismatch, Value};
+use skills::{ChannelAdapter, Datum, Mishap};
+
+use crate::component::{self, CANCEL_GOAL, CANCEL_KIND, GET_RESULT, RemoteComponent, RemoteOperation, SEND_GOAL};
+use crate::convert;
+
+/// The bytes before the fields of a message: how it is encoded.
+const ENCODING: usize = 4;
+
+/// The status of goals, from `action_msgs/msg/GoalStatus`.
+const STATUS_SUCCEEDED: i8 = 4;
+const STATUS_CANCELED: i8 = 5;
+
+/// The most messages of feedback that wait for the process to act: beyond that, the oldest are lost.
+const MOST_FEEDBACK: usize = 100;
+
+/// The most mishaps of different kinds.
+const MOST_MISHAPS: usize = 100;
+
+/// A request that is to be sent.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Call {
+    /// The service, such as `/say`.
+    pub service: String,
+    /// Its type, such as `std_srvs/srv/Trigger`.
+    pub kind: String,
+    /// What its answer refers to: no other call of the run has this number.
+    pub number: u64,
+    /// The request, encoded, with the four bytes that say how.
+    pub body: Vec<u8>,
+}
+
+/// What has come from outside.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum FromNode {
+    /// The response to the call with this number.
+    Response {
+        /// That of the call.
+        number: u64,
+        /// The response, encoded.
+        body: Vec<u8>,
+    },
+    /// A message on a topic.
+    Message {
+        /// Its name, such as `/amcl_pose`.
+        topic: String,
+        /// The message, encoded.
+        body: Vec<u8>,
+    },
+}
+
+/// A component that consists of nodes of ROS 2, in a channel system.
+#[derive(Clone, Debug)]
+pub struct RemoteProcess {
+    component: Arc<RemoteComponent>,
+    adapter: ChannelAdapter,
+    /// What tells the goals of this run from those of others, and what tells those of this process from each other.
+    run: u64,
+    last_number: u64,
+    calls: Vec<Call>,
+    /// What has come and has not been heard yet.
+    heard: Vec<FromNode>,
+    open: Vec<Conversation>,
+    mishaps: Vec<Mishap>,
+}
+
+/// Somebody who waits for an answer from outside.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Conversation {
+    /// The number of the call whose response comes next.
+    number: u64,
+    client: Arc<str>,
+    /// Its index among the operations of this kind.
+    operation: usize,
+    of: Asked,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Asked {
+    Service,
+    /// A goal: its id, whether it has been accepted, and whether it is to be canceled.
+    Goal {
+        id: [u8; 16],
+        is_accepted: bool,
+        is_to_end: bool,
+    },
+    /// A request to cancel a goal.
+    Cancel,
+}
+
+impl RemoteProcess {
+    /// The process of a topology that is this component. Nothing of it is known before it has [begun](Self::begin).
+    #[must_use]
+    pub fn new(topology: &Topology, process: ProcessId, component: Arc<RemoteComponent>) -> Self {
+        Self {
+            component,
+            adapter: ChannelAdapter::new(topology, process),
+            run: 0,
+            // No two processes give the same numbers.
+            last_number: (process.index() as u64) << 32,
+            calls: Vec::new(),
+            heard: Vec::new(),
+            open: Vec::new(),
+            mishaps: Vec::new(),
+        }
+    }
+
+    /// What it is in ROS 2.
+    #[must_use]
+    pub fn component(&self) -> &RemoteComponent {
+        &self.component
+    }
+
+    /// From here on, its goals belong to this run: servers remember the goals of earlier ones.
+    pub fn begin(&mut self, run: u64) {
+        self.run = run;
+    }
+
+    /// What is to be sent, in order.
+    pub fn take_calls(&mut self) -> Vec<Call> {
+        std::mem::take(&mut self.calls)
+    }
+
+    /// What was left out, or could not be done, and why. It is not part of the process's state.
+    #[must_use]
+    pub fn mishaps(&self) -> &[Mishap] {
+        &self.mishaps
+    }
+
+    /// Takes what has come from outside, if it is for this component. It has an effect when the process next
+    /// [acts](Self::act): until then, a newer message on a topic replaces an older one.
+    pub fn hear(&mut self, answer: &FromNode) {
+        match answer {
+            FromNode::Response { number, .. } if number >> 32 != self.last_number >> 32 => {}
+            FromNode::Message { topic, .. } if !self.component.topics().any(|(name, _)| name == *topic) => {}
+            FromNode::Message { topic, .. } => {
+                let is_older = |heard: &FromNode| matches!(heard, FromNode::Message { topic: of, .. } if of == topic);
+                let is_feedback = component::is_feedback(topic);
+                let most = if is_feedback { MOST_FEEDBACK } else { 1 };
+                if self.heard.iter().filter(|heard| is_older(heard)).count() >= most
+                    && let Some(oldest) = self.heard.iter().position(is_older)
+                {
+                    self.heard.remove(oldest);
+                }
+                self.heard.push(answer.clone());
+            }
+            FromNode::Response { .. } => self.heard.push(answer.clone()),
+        }
+    }
+
+    fn note(&mut self, message: String) {
+        let has_room = self.mishaps.len() < MOST_MISHAPS;
+        match self.mishaps.iter_mut().find(|mishap| mishap.message == message) {
+            Some(mishap) => mishap.times += 1,
+            None if has_room => self.mishaps.push(Mishap { state: None, message, times: 1 }),
+            None => {}
+        }
+    }
+
+    /// Tells its clients what has come. Returns whether anything had.
+    pub fn act(&mut self) -> bool {
+        let heard = std::mem::take(&mut self.heard);
+        let has_come = !heard.is_empty();
+        for answer in heard {
+            match answer {
+                FromNode::Response { number, body } => self.respond(number, &body),
+                FromNode::Message { topic, body } => self.publish(&topic, &body),
+            }
+        }
+        has_come
+    }
+
+    /// Crashes and restarts it: it forgets its requests, and what has come. The nodes go on.
+    pub fn restart(&mut self) {
+        self.adapter = self.adapter.succeeding();
+        self.open.clear();
+        self.calls.clear();
+        self.heard.clear();
+    }
+
+    fn respond(&mut self, number: u64, body: &[u8]) {
+        let Some(place) = self.open.iter().position(|open| open.number == number) else {
+            self.note("a response came twice, or too late, and is left out".to_owned());
+            return;
+        };
+        let open = self.open.remove(place);
+        match open.of {
+            Asked::Service => {
+                let operation = &self.component.services[open.operation];
+                match convert::data(&operation.wire.parts[1], &operation.fields[1], body) {
+                    Ok(data) => self.tell(&open.client, OK, &data),
+                    Err(why) => self.fail(&open.client, ERROR, &format!("the response cannot be read: {why}")),
+                }
+            }
+            Asked::Goal { id, is_accepted: false, is_to_end } => self.begin_goal(open, id, is_to_end, body),
+            Asked::Goal { .. } => self.end_goal(&open, body),
+            Asked::Cancel => {
+                let code = CdrReader::new(body).and_then(|mut reader| reader.number());
+                if code != Ok([0]) {
+                    self.note(format!("{} is not canceled: the server refused", self.name_of(&open)));
+                }
+            }
+        }
+    }
+
+    /// The full name of the action of a goal.
+    fn name_of(&self, open: &Conversation) -> String {
+        self.component.full_name(&self.component.actions[open.operation])
+    }
+
+    /// The response to a goal has come: it is accepted, or not.
+    fn begin_goal(&mut self, open: Conversation, id: [u8; 16], is_to_end: bool, body: &[u8]) {
+        let action = self.component.actions[open.operation].name.clone();
+        let accepted = CdrReader::new(body).and_then(|mut reader| reader.number());
+        if accepted != Ok([1]) {
+            return self.fail(&open.client, &format!("{action}.{REJECTED}"), "the server rejected the goal");
+        }
+        self.tell(&open.client, &format!("{action}.{ACCEPTED}"), &nothing());
+        if is_to_end {
+            self.cancel(&open, id);
+        }
+        let kind = format!("{}_GetResult", self.component.actions[open.operation].wire.kind);
+        let number = self.call(component::service(&self.name_of(&open), GET_RESULT), kind, with_id(id, &[]));
+        self.open.push(Conversation { number, of: Asked::Goal { id, is_accepted: true, is_to_end }, ..open });
+    }
+
+    /// The result of a goal has come.
+    fn end_goal(&mut self, open: &Conversation, body: &[u8]) {
+        let operation = &self.component.actions[open.operation];
+        let action = operation.name.clone();
+        let status = CdrReader::new(body).and_then(|mut reader| reader.number());
+        match status.map(i8::from_le_bytes) {
+            Ok(STATUS_SUCCEEDED) => match convert::data(&operation.wire.parts[2], &operation.fields[2], body) {
+                Ok(data) => self.tell(&open.client, &format!("{action}.{SUCCEEDED}"), &data),
+                Err(why) => {
+                    let why = format!("the result cannot be read: {why}");
+                    self.fail(&open.client, &format!("{action}.{ABORTED}"), &why);
+                }
+            },
+            Ok(STATUS_CANCELED) => self.tell(&open.client, &format!("{action}.{CANCELED}"), &nothing()),
+            _ => self.fail(&open.client, &format!("{action}.{ABORTED}"), "the server aborted the goal"),
+        }
+    }
+
+    fn publish(&mut self, topic: &str, body: &[u8]) {
+        let component = Arc::clone(&self.component);
+        let is = |operation: &&RemoteOperation| component.full_name(operation) == topic;
+        if let Some(operation) = component.topics.iter().find(is) {
+            match convert::data(&operation.wire.parts[0], &operation.fields[0], body) {
+                Ok(data) => self.send(None, &operation.name, &data),
+                Err(why) => self.note(format!("a message on {topic} is left out: {why}")),
+            }
+            return;
+        }
+        // Feedback begins with the id of its goal.
+        let Some(own) = body.get(ENCODING..ENCODING + 16) else { return };
+        let open = self.open.iter().find(|open| {
+            matches!(&open.of, Asked::Goal { id, is_accepted: true, .. } if id == own)
+                && component::feedback(&self.name_of(open)) == topic
+        });
+        let Some(Conversation { client, operation, .. }) = open.cloned() else { return };
+        let operation = &component.actions[operation];
+        match convert::data(&operation.wire.parts[1], &operation.fields[1], body) {
+            Ok(data) => self.tell(&client, &format!("{}.{FEEDBACK}", operation.name), &data),
+            Err(why) => self.note(format!("feedback on {topic} is left out: {why}")),
+        }
+    }
+
+    /// Sends a request out. Returns the number of the call.
+    fn call(&mut self, service: String, kind: String, body: Vec<u8>) -> u64 {
+        self.last_number += 1;
+        self.calls.push(Call { service, kind, number: self.last_number, body });
+        self.last_number
+    }
+
+    fn cancel(&mut self, goal: &Conversation, id: [u8; 16]) {
+        // No time: this goal alone.
+        let body = with_id(id, &[0; 8]);
+        let number = self.call(component::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
+        self.open.push(Conversation { number, of: Asked::Cancel, ..goal.clone() });
+    }
+
+    /// A client asks for something.
+    fn ask(&mut self, client: &Arc<str>, head: &str, data: &Datum) {
+        let component = Arc::clone(&self.component);
+        if let Some(operation) = component.services.iter().position(|service| service.name == head) {
+            let service = &component.services[operation];
+            let message = convert::message(&service.wire.parts[0], &service.fields[0], data);
+            return match message.and_then(|message| service.wire.parts[0].layout.encode(&message)) {
+                Ok(body) => {
+                    let number = self.call(component.full_name(service), service.wire.kind.clone(), body);
+                    self.open.push(Conversation { number, client: Arc::clone(client), operation, of: Asked::Service });
+                }
+                Err(why) => self.fail(client, ERROR, &unsendable(why)),
+            };
+        }
+        let Some((name, part)) = head.rsplit_once('.') else { return };
+        let Some(operation) = component.actions.iter().position(|action| action.name == name) else { return };
+        let action = &component.actions[operation];
+        match part {
+            GOAL => {
+                let id = goal_id(self.run, self.last_number + 1);
+                let message = convert::message(&action.wire.parts[0], &action.fields[0], data);
+                match message.and_then(|goal| action.wire.parts[0].layout.encode(&identified(goal, id))) {
+                    Ok(body) => {
+                        let service = component::service(&component.full_name(action), SEND_GOAL);
+                        let number = self.call(service, format!("{}_SendGoal", action.wire.kind), body);
+                        let of = Asked::Goal { id, is_accepted: false, is_to_end: false };
+                        self.open.push(Conversation { number, client: Arc::clone(client), operation, of });
+                    }
+                    Err(why) => self.fail(client, &format!("{name}.{REJECTED}"), &unsendable(why)),
+                }
+            }
+            CANCEL => {
+                let own = |open: &&mut Conversation| open.client == *client && open.operation == operation;
+                let is_goal = |open: &&mut Conversation| matches!(open.of, Asked::Goal { .. });
+                let Some(goal) = self.open.iter_mut().filter(own).find(is_goal) else { return };
+                let Asked::Goal { id, is_accepted, is_to_end } = &mut goal.of else { return };
+                // A server that has not accepted a goal yet may not know it.
+                let is_new = !std::mem::replace(is_to_end, true);
+                if let Some((id, goal)) = (*is_accepted && is_new).then_some(*id).map(|id| (id, goal.clone())) {
+                    self.cancel(&goal, id);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn tell(&mut self, client: &str, head: &str, data: &Datum) {
+        self.send(Some(client), head, data);
+    }
+
+    fn fail(&mut self, client: &str, head: &str, why: &str) {
+        let data = Datum::object([(REASON, Datum::text(why))]).unwrap_or_default();
+        self.tell(client, head, &data);
+    }
+
+    fn send(&mut self, client: Option<&str>, head: &str, data: &Datum) {
+        if let Err(why @ skills::Undelivered::Unfit(_)) = self.adapter.send(client, head, data) {
+            self.note(why.to_string());
+        }
+    }
+}
+
+fn nothing() -> Datum {
+    Datum::object::<&str>([]).unwrap_or_default()
+}
+
+fn unsendable(why: Mismatch) -> String {
+    format!("it cannot be sent: {why}")
+}
+
+/// The id of a goal.
+fn goal_id(run: u64, number: u64) -> [u8; 16] {
+    let mut id = [0; 16];
+    id[..8].copy_from_slice(&run.to_le_bytes());
+    id[8..].copy_from_slice(&number.to_le_bytes());
+    id
+}
+
+/// A goal with its id: the first field of the message that carries it.
+fn identified(mut message: Value, id: [u8; 16]) -> Value {
+    if let Value::Message(fields) = &mut message
+        && let Some(first) = fields.first_mut()
+    {
+        *first = Value::Message(vec![Value::List(id.iter().map(|byte| Value::Int(i128::from(*byte))).collect())]);
+    }
+    message
+}
+
+/// A message that consists of a goal's id and these bytes.
+fn with_id(id: [u8; 16], rest: &[u8]) -> Vec<u8> {
+    let mut body = CdrWriter::reusing(Vec::new());
+    id.iter().chain(rest).for_each(|byte| body.number([*byte]));
+    body.bytes()
+}
+
+impl PartialEq for RemoteProcess {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.component, &self.adapter, self.last_number, &self.calls, &self.heard, &self.open)
+            == (&other.component, &other.adapter, other.last_number, &other.calls, &other.heard, &other.open)
+    }
+}
+
+impl Eq for RemoteProcess {}
+
+impl Hash for RemoteProcess {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        (&self.adapter, self.last_number, &self.calls, &self.heard, &self.open).hash(state);
+    }
+}
+
+impl Process for RemoteProcess {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        self.adapter.offers(offers);
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _: Duration) {
+        let Some(event) = self.adapter.take(transition, received.as_ref()) else { return };
+        if let Some(client) = &event.origin {
+            self.ask(client, &event.name, &event.data);
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.adapter.receives().chain(self.adapter.sends()).collect()
+    }
+
+    fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        Err(NoNormalForm::Unsupported {
+            reason: "it consists of nodes of ROS 2, whose states are unknown".to_owned(),
+            help: Some("replace it with a machine for the proof: an SCXML file with the same interface".to_owned()),
+        })
+    }
+
+    /// Whether it is to answer anything.
+    fn location(&self) -> String {
+        if self.open.is_empty() { "idle" } else { "asked" }.to_owned()
+    }
+}
