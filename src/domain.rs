@@ -10,13 +10,17 @@ pub(crate) const WITHOUT: &str = "this program cannot join a DDS domain: it was 
 #[cfg(not(feature = "dds"))]
 pub(crate) const HOW: &str = "build it with `cargo build --release --features dds`";
 
+/// The last domain: others would need ports that do not exist.
+#[cfg(feature = "dds")]
+const LAST_DOMAIN: u16 = 232;
+
 /// Which DDS domain is joined, and how far it reaches.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DomainArgs {
     /// The DDS domain of the robot's nodes
     #[arg(id = "domain", long = "domain", value_name = "NUMBER", env = "ROS_DOMAIN_ID", hide_env_values = true)]
-    #[arg(default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=232))]
-    pub(crate) number: u16,
+    #[arg(default_value = "0")]
+    pub(crate) number: String,
     /// How far to look for nodes
     #[arg(long, value_name = "RANGE", env = "ROS_AUTOMATIC_DISCOVERY_RANGE", hide_env_values = true)]
     #[arg(ignore_case = true, default_value = "subnet")]
@@ -44,7 +48,8 @@ impl Default for DomainArgs {
             #[command(flatten)]
             domain: DomainArgs,
         }
-        Alone::try_parse_from([""]).map_or(Self { number: 0, discovery_range: Range::Subnet }, |alone| alone.domain)
+        Alone::try_parse_from([""])
+            .map_or(Self { number: "0".to_owned(), discovery_range: Range::Subnet }, |alone| alone.domain)
     }
 }
 
@@ -52,6 +57,12 @@ impl DomainArgs {
     /// How to join it. Says what may be in the way.
     #[cfg(feature = "dds")]
     pub(crate) fn options(&self) -> Result<network::Options, Error> {
+        // An empty variable of the environment says nothing.
+        let number = if self.number.is_empty() { Ok(0) } else { self.number.parse() };
+        let Some(domain) = number.ok().filter(|number| *number <= LAST_DOMAIN) else {
+            let message = format!("there is no DDS domain `{}`", self.number);
+            return Err(Error::refused(message, format!("the domains are 0 to {LAST_DOMAIN}")));
+        };
         if self.discovery_range == Range::Off {
             let help = "without discovery, no node is found: `--discovery-range localhost`";
             return Err(Error::refused("ROS_AUTOMATIC_DISCOVERY_RANGE is OFF", help));
@@ -59,7 +70,7 @@ impl DomainArgs {
         let is_local = self.discovery_range == Range::Localhost
             || std::env::var("ROS_LOCALHOST_ONLY").is_ok_and(|only| only == "1");
         network::obstacles(&|name| std::env::var(name).ok()).iter().for_each(|text| crate::output::note(text));
-        Ok(network::Options { domain: self.number, is_local })
+        Ok(network::Options { domain, is_local })
     }
 
     /// As words of a command.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use bags::{Received, Source as _};
 use campaigns::Error;
 use network::{Domain, Live as _, Request, Voice};
-use remote::{Call, FromNode, RemoteComponent};
+use remote::{Call, FromNode};
 use ros_messages::CdrReader;
 use runs::Outside;
 use scenarios::scenario::{Runs, Scenario};
@@ -30,21 +30,22 @@ const SETTLING: Duration = Duration::from_millis(700);
 /// How long a clock may say nothing before time goes on without it.
 const SILENT: Duration = Duration::from_secs(10);
 
-/// How far a run may fall behind before it gives that up.
+/// How far a run may fall behind before it gives that up: in real time, and in that of a clock, in nanoseconds.
 const BEHIND: Duration = Duration::from_millis(200);
+const LATE_NS: i64 = 2_000_000_000;
 
-/// Joins the domain of a scenario's components.
-pub(crate) fn join(domain: &DomainArgs, scenario: &Scenario) -> Result<Box<dyn Outside>, Error> {
-    let remote = |runs: &Runs| if let Runs::Remote(component) = runs { Some(component.clone()) } else { None };
-    let components: Vec<_> = scenario.components.values().filter_map(|component| remote(&component.runs)).collect();
-    let all = |names: fn(&RemoteComponent) -> BTreeMap<String, String>| {
-        components.iter().flat_map(|component| names(component)).collect::<BTreeMap<String, String>>()
-    };
-    let topics = all(|component| component.topics().collect());
-    let services = all(|component| component.services().collect());
+/// Joins the domain of a scenario's components. The time is that of `/clock` if somebody publishes it, or is to.
+pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario) -> Result<Box<dyn Outside>, Error> {
+    let (mut topics, mut services) = (BTreeMap::new(), BTreeMap::new());
+    for component in scenario.components.values() {
+        if let Runs::Remote(component) = &component.runs {
+            topics.extend(component.topics());
+            services.extend(component.services());
+        }
+    }
     let wanted = topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
     let mut node = Domain::node(domain.options()?, NAME.to_owned(), true, wanted);
-    node.ask(services);
+    node.ask(services, topics.clone());
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;
     let voice = node.voice().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
@@ -54,6 +55,8 @@ pub(crate) fn join(domain: &DomainArgs, scenario: &Scenario) -> Result<Box<dyn O
         voice,
         topics,
         run: RandomState::new().build_hasher().finish(),
+        open: BTreeMap::new(),
+        failures: 0,
         answers: Vec::new(),
         happened: Vec::new(),
         told: BTreeSet::new(),
@@ -65,9 +68,9 @@ pub(crate) fn join(domain: &DomainArgs, scenario: &Scenario) -> Result<Box<dyn O
     while since.elapsed() < SETTLING && interrupt::flow().is_continue() {
         nodes.receive(PATIENCE);
     }
-    let has_clock = nodes.node.robot().publishers.contains_key(CLOCK);
+    let has_clock = use_sim_time || nodes.node.robot().publishers.contains_key(CLOCK);
     if has_clock {
-        nodes.time = Time::Clock { begun_ns: None, now_ns: 0, heard: moment() };
+        nodes.time = Time::Clock { begun_ns: None, now_ns: 0, heard: moment(), may_pause: use_sim_time };
     }
     let time = if has_clock { "that of /clock" } else { "real time" };
     note(&format!("the run is the node {NAME}, and its time is {time}: another run need not be the same"));
@@ -79,8 +82,9 @@ pub(crate) fn join(domain: &DomainArgs, scenario: &Scenario) -> Result<Box<dyn O
 enum Time {
     /// Since the start of the run, real time; later than at first if it has fallen behind.
     Steady(Option<Instant>),
-    /// The clock of a simulation: when the run began, and what it said last.
-    Clock { begun_ns: Option<i64>, now_ns: i64, heard: Instant },
+    /// The clock of a simulation: when the run began, what it said last, and when; and whether it may stand still while
+    /// somebody publishes it, and come later.
+    Clock { begun_ns: Option<i64>, now_ns: i64, heard: Instant, may_pause: bool },
 }
 
 struct Nodes {
@@ -90,6 +94,9 @@ struct Nodes {
     topics: BTreeMap<String, String>,
     run: u64,
     time: Time,
+    /// What has not been answered, by number, and how often DDS had failed then.
+    open: BTreeMap<u64, Call>,
+    failures: usize,
     /// What has come, and what has happened, since it was last told.
     answers: Vec<FromNode>,
     happened: Vec<String>,
@@ -109,11 +116,14 @@ impl Outside for Nodes {
     fn hear(&mut self, now: Duration) -> (Vec<FromNode>, Vec<String>) {
         while interrupt::flow().is_continue() {
             let left = self.left(now);
-            let is_idle = self.receive(left.min(PATIENCE));
-            if left.is_zero() && is_idle {
-                break;
+            if self.receive(left.min(PATIENCE)) {
+                if left.is_zero() {
+                    break;
+                }
+                self.mind_silence();
             }
         }
+        self.mind_failures();
         let (notes, lost) = (self.node.notes(), self.node.lost());
         self.happened.extend(notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).cloned());
         (self.notes, self.lost) = (notes.len(), lost.len());
@@ -122,10 +132,12 @@ impl Outside for Nodes {
     }
 
     fn ask(&mut self, calls: Vec<Call>) {
-        for Call { service, kind, number, body } in calls {
+        for call in calls {
+            self.open.insert(call.number, call.clone());
+            let Call { service, kind, number, body } = call;
             let servers = self.node.servers(&service);
             if servers.is_empty() {
-                self.tell_once(format!("nobody offers the service {service} yet: requests wait"));
+                self.tell_once(format!("nobody offers the service {service} yet: requests wait for 10 s"));
             } else if let Some(other) = servers.iter().find(|server| **server != kind) {
                 self.tell_once(format!("somebody offers the service {service} with another type, {other}, not {kind}"));
             } else if servers.len() > 1 {
@@ -134,6 +146,10 @@ impl Outside for Nodes {
             }
             self.voice.request(Request { service, kind, number, body });
         }
+    }
+
+    fn leave(&mut self) {
+        self.node.end();
     }
 }
 
@@ -146,30 +162,53 @@ impl Nodes {
 
     /// How much time is left until `now` is due.
     fn left(&mut self, now: Duration) -> Duration {
-        match &mut self.time {
+        let late = match &mut self.time {
             Time::Steady(begun) => {
                 let begun = begun.get_or_insert_with(|| moment().checked_sub(now).unwrap_or_else(moment));
                 let elapsed = begun.elapsed();
-                if elapsed > now.saturating_add(BEHIND) {
-                    // What was missed is not made up for: nobody could react.
-                    *begun += elapsed.saturating_sub(now);
-                    self.tell_once("the run is slower than real time: time passes as it can".to_owned());
+                if elapsed <= now.saturating_add(BEHIND) {
+                    return now.saturating_sub(elapsed);
                 }
-                now.saturating_sub(elapsed)
+                // What was missed is not made up for: nobody could react.
+                *begun += elapsed.saturating_sub(now);
+                "the run is slower than real time: time passes as it can".to_owned()
             }
-            Time::Clock { begun_ns, now_ns, heard } => {
-                let passed_ns = begun_ns.map_or(0, |begun_ns| now_ns.saturating_sub(begun_ns));
-                if begun_ns.is_some() && passed_ns >= i64::try_from(now.as_nanos()).unwrap_or(i64::MAX) {
-                    return Duration::ZERO;
+            Time::Clock { begun_ns: None, .. } => return PATIENCE,
+            Time::Clock { begun_ns: Some(begun_ns), now_ns, .. } => {
+                let passed_ns = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);
+                let late_ns = now_ns.saturating_sub(*begun_ns).saturating_sub(passed_ns);
+                if late_ns <= LATE_NS {
+                    return if late_ns < 0 { PATIENCE } else { Duration::ZERO };
                 }
-                if heard.elapsed() > SILENT {
-                    self.time = Time::Steady(None);
-                    let seconds = SILENT.as_secs();
-                    self.tell_once(format!(
-                        "{CLOCK} has said nothing for {seconds} s: from here on, time is real time"
-                    ));
-                }
-                PATIENCE
+                *begun_ns = begun_ns.saturating_add(late_ns);
+                format!("the run is slower than {CLOCK}, or that has jumped: time passes as it can")
+            }
+        };
+        self.tell_once(late);
+        Duration::ZERO
+    }
+
+    /// Goes on without a clock that has fallen silent.
+    fn mind_silence(&mut self) {
+        let Time::Clock { begun_ns, heard, may_pause, .. } = self.time else { return };
+        let is_there = self.node.robot().publishers.contains_key(CLOCK);
+        if heard.elapsed() > SILENT && !(may_pause && (is_there || begun_ns.is_none())) {
+            self.time = Time::Steady(None);
+            let seconds = SILENT.as_secs();
+            self.tell_once(format!("{CLOCK} has said nothing for {seconds} s: from here on, time is real time"));
+        }
+    }
+
+    /// After DDS has failed, nobody responds to what was asked before. Results can be asked for again.
+    fn mind_failures(&mut self) {
+        if std::mem::replace(&mut self.failures, self.node.failures()) == self.failures {
+            return;
+        }
+        for call in std::mem::take(&mut self.open).into_values() {
+            if call.asks_for_result() {
+                self.ask(vec![call]);
+            } else {
+                self.answers.push(FromNode::Response { number: call.number, body: Vec::new() });
             }
         }
     }
@@ -180,27 +219,21 @@ impl Nodes {
         let mut body = std::mem::take(&mut self.body);
         let received = self.node.receive(&mut body);
         if let Received::Message(head) = received {
-            let topic = &self.node.survey().topics[head.topic];
-            let (name, kind) = (topic.name.clone(), topic.kind.clone());
+            let name = self.node.survey().topics[head.topic].name.clone();
             if name == CLOCK {
                 self.take_time(&body);
             }
-            match self.topics.get(&name) {
-                Some(known) if *known == kind => {
-                    self.answers.push(FromNode::Message { topic: name, body: body.clone() });
-                }
-                Some(known) => {
-                    self.tell_once(format!(
-                        "messages on {name} are of another type, {kind}, not {known}, and left out"
-                    ));
-                }
-                None => {}
+            if self.topics.contains_key(&name) {
+                FromNode::Message { topic: name, body: body.clone() }.wait_in(&mut self.answers);
             }
         }
         self.body = body;
         let mut is_idle = matches!(received, Received::Idle | Received::Over | Received::Quiet(_));
         while let Some(response) = self.node.response() {
             is_idle = false;
+            if self.open.remove(&response.number).is_none() {
+                self.tell_once("a response came a second time, and is left out".to_owned());
+            }
             self.answers.push(FromNode::Response { number: response.number, body: response.body });
         }
         is_idle
@@ -208,17 +241,17 @@ impl Nodes {
 
     /// A message of the clock: seconds and nanoseconds.
     fn take_time(&mut self, body: &[u8]) {
-        let Time::Clock { begun_ns, now_ns, heard } = &mut self.time else { return };
         let read = CdrReader::new(body).and_then(|mut reader| Ok((reader.number()?, reader.number()?)));
         let Ok((seconds, nanoseconds)) = read else { return };
         let (seconds, nanoseconds) = (i32::from_le_bytes(seconds), u32::from_le_bytes(nanoseconds));
         let said_ns = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
+        let Time::Clock { begun_ns, now_ns, heard, .. } = &mut self.time else { return };
+        *heard = moment();
+        let before_ns = std::mem::replace(now_ns, said_ns);
         let begun_ns = begun_ns.get_or_insert(said_ns);
-        if said_ns < *now_ns {
-            // The simulation has begun anew: the time of the run goes on from where it was.
-            *begun_ns = said_ns.saturating_sub(now_ns.saturating_sub(*begun_ns));
-            self.happened.push(format!("{CLOCK} went back"));
+        if said_ns < before_ns {
+            *begun_ns = said_ns.saturating_sub(before_ns.saturating_sub(*begun_ns));
+            self.tell_once(format!("{CLOCK} went back, or is published twice: the time of the run goes on"));
         }
-        (*now_ns, *heard) = (said_ns, moment());
     }
 }

@@ -44,7 +44,17 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     options: RunOptions,
     #[command(flatten)]
-    domain: DomainArgs,
+    beside: BesideArgs,
+}
+
+/// How to find the nodes of ROS 2 that are components of a scenario.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct BesideArgs {
+    #[command(flatten)]
+    pub(crate) domain: DomainArgs,
+    /// Waits for `/clock`, and takes its time; otherwise that is so if somebody publishes it when the run begins
+    #[arg(long)]
+    pub(crate) use_sim_time: bool,
 }
 
 /// How to run them, and what to write.
@@ -108,26 +118,26 @@ enum Others {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    alone(&find::find(name)?, options, &DomainArgs::default())
+    alone(&find::find(name)?, options, &BesideArgs::default())
 }
 
 /// Runs a scenario alone, beside the nodes of ROS 2 that are components of it.
-fn alone(found: &Found, options: &RunOptions, domain: &DomainArgs) -> Result<ExitCode, Error> {
+fn alone(found: &Found, options: &RunOptions, beside: &BesideArgs) -> Result<ExitCode, Error> {
     let job = Job::load(found, options, false)?;
     let others = match job.scenario.remote_components().next() {
         None => Others::Nobody,
-        Some(_) => outside(domain, &job.scenario)?,
+        Some(_) => outside(beside, &job.scenario)?,
     };
     one(&job, options, others)
 }
 
 #[cfg(feature = "dds")]
-fn outside(domain: &DomainArgs, scenario: &Scenario) -> Result<Others, Error> {
-    crate::outside::join(domain, scenario).map(Others::Components)
+fn outside(beside: &BesideArgs, scenario: &Scenario) -> Result<Others, Error> {
+    crate::outside::join(&beside.domain, beside.use_sim_time, scenario).map(Others::Components)
 }
 
 #[cfg(not(feature = "dds"))]
-fn outside(_: &DomainArgs, _: &Scenario) -> Result<Others, Error> {
+fn outside(_: &BesideArgs, _: &Scenario) -> Result<Others, Error> {
     Err(Error::refused(crate::domain::WITHOUT, crate::domain::HOW))
 }
 
@@ -148,7 +158,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     let found = select::select(&args.scenarios, &args.filter)?;
     if let [only] = found.as_slice() {
-        return alone(only, options, &args.domain);
+        return alone(only, options, &args.beside);
     }
     options.refuse_for_several(found.len())?;
     let mut complaints = Complaints::default();

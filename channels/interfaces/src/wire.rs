@@ -62,8 +62,13 @@ impl WirePart {
     /// [`Mismatch`] if a field is not where the message may have one.
     pub fn message(&self, fields: Vec<Value>) -> Result<Value, Mismatch> {
         let mut message = empty(&self.layout);
+        let mut filled = Vec::new();
         for (path, value) in self.paths.iter().zip(fields).filter(|(_, value)| *value != Value::Passed) {
-            put(&mut message, &self.layout, path, value)?;
+            // What an array of the definition has by default makes room once.
+            let list = path.iter().position(|step| step.part == Some(Part::Every)).map(|place| &path[..=place]);
+            let is_new = list.is_some_and(|list| !filled.contains(&list));
+            put(&mut message, &self.layout, path, value, is_new)?;
+            filled.extend(list.filter(|_| is_new));
         }
         Ok(message)
     }
@@ -85,15 +90,15 @@ fn of_message(message: &Value, layout: &Layout, path: &[FieldStep]) -> Value {
     }
 }
 
-/// Puts a value where a path leads.
-fn put(message: &mut Value, layout: &Layout, path: &[FieldStep], value: Value) -> Result<(), Mismatch> {
+/// Puts a value where a path leads; into items of a list that is `new`, or has as many already.
+fn put(message: &mut Value, layout: &Layout, path: &[FieldStep], value: Value, is_new: bool) -> Result<(), Mismatch> {
     let (Value::Message(values), Some((step, rest))) = (message, path.split_first()) else {
         return Err(Mismatch::Value);
     };
     let index = layout.fields.iter().position(|field| field.name == step.name).ok_or(Mismatch::Value)?;
     let base = &layout.fields[index].kind.base;
     let below = |place: &mut Value, value: Value| match base {
-        Base::Message(layout) => put(place, layout, rest, value),
+        Base::Message(layout) => put(place, layout, rest, value, is_new),
         Base::Primitive(_) => {
             *place = value;
             Ok(())
@@ -108,10 +113,10 @@ fn put(message: &mut Value, layout: &Layout, path: &[FieldStep], value: Value) -
             below(&mut items[index], value)
         }
         (Value::List(items), Some(Part::Every), Value::List(values)) => {
-            // Lists of several fields of the same items are equally long.
-            if items.is_empty() {
-                items.resize(values.len(), one(base));
+            if is_new {
+                *items = vec![one(base); values.len()];
             }
+            // Lists of several fields of the same items are equally long.
             if items.len() != values.len() {
                 return Err(Mismatch::Bound);
             }

@@ -5,6 +5,9 @@ use interfaces::{Field, WirePart};
 use ros_messages::{Decoder, Mismatch, Value, Want};
 use skills::Datum;
 
+/// Integers up to this size are exact as numbers of machines.
+const MOST_EXACT: i128 = (1 << 53) - 1;
+
 /// The message of ROS 2 with these fields, without what ROS adds to it.
 pub(crate) fn message(part: &WirePart, fields: &[Field], data: &Datum) -> Result<Value, Mismatch> {
     let value = |field: &Field| match data.member(&field.name) {
@@ -47,7 +50,7 @@ fn value(datum: &Datum, kind: &FieldKind) -> Result<Value, Mismatch> {
 fn datum(value: &Value) -> Option<Datum> {
     Some(match value {
         Value::Bool(truth) => (*truth).into(),
-        Value::Int(number) => Some(*number as f64).filter(|real| *real as i128 == *number)?.into(),
+        Value::Int(number) => (number.abs() <= MOST_EXACT).then_some(*number as f64)?.into(),
         Value::Real(number) => Some(*number).filter(|real| !real.is_nan())?.into(),
         Value::Text(text) => Datum::text(text),
         Value::List(items) => Datum::array(items.iter().map(datum).collect::<Option<Vec<_>>>()?).ok()?,

@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
 use ros_messages::{CdrReader, CdrWriter, Mismatch, Value};
-use skills::{ChannelAdapter, Datum, Mishap};
+use skills::{ChannelAdapter, Datum, Mishap, Undelivered};
 
 use crate::component::{self, CANCEL_GOAL, CANCEL_KIND, GET_RESULT, RemoteComponent, RemoteOperation, SEND_GOAL};
 use crate::convert;
@@ -18,6 +18,15 @@ const ENCODING: usize = 4;
 /// The status of goals, from `action_msgs/msg/GoalStatus`.
 const STATUS_SUCCEEDED: i8 = 4;
 const STATUS_CANCELED: i8 = 5;
+const STATUS_ABORTED: i8 = 6;
+
+/// What a server answers to a request to cancel, from `action_msgs/srv/CancelGoal`.
+const CANCELING: i8 = 0;
+const REFUSED: i8 = 1;
+const TERMINATED: i8 = 3;
+
+/// Why nothing was answered.
+const NOBODY: &str = "nobody offers it";
 
 /// The most messages of feedback that wait for the process to act: beyond that, the oldest are lost.
 const MOST_FEEDBACK: usize = 100;
@@ -45,7 +54,7 @@ pub enum FromNode {
     Response {
         /// That of the call.
         number: u64,
-        /// The response, encoded.
+        /// The response, encoded; empty if nobody can respond.
         body: Vec<u8>,
     },
     /// A message on a topic.
@@ -55,6 +64,22 @@ pub enum FromNode {
         /// The message, encoded.
         body: Vec<u8>,
     },
+}
+
+impl FromNode {
+    /// Waits among others: a newer message on a topic replaces an older one there, and of feedback, not all is kept.
+    pub fn wait_in(self, waiting: &mut Vec<Self>) {
+        if let Self::Message { topic, .. } = &self {
+            let is_older = |other: &Self| matches!(other, Self::Message { topic: of, .. } if of == topic);
+            let most = if component::is_feedback(topic) { MOST_FEEDBACK } else { 1 };
+            if waiting.iter().filter(|other| is_older(other)).count() >= most
+                && let Some(oldest) = waiting.iter().position(is_older)
+            {
+                waiting.remove(oldest);
+            }
+        }
+        waiting.push(self);
+    }
 }
 
 /// A component that consists of nodes of ROS 2, in a channel system.
@@ -77,7 +102,8 @@ pub struct RemoteProcess {
 struct Conversation {
     /// The number of the call whose response comes next.
     number: u64,
-    client: Arc<str>,
+    /// None if it does not wait any more.
+    client: Option<Arc<str>>,
     /// Its index among the operations of this kind.
     operation: usize,
     of: Asked,
@@ -92,8 +118,10 @@ enum Asked {
         is_accepted: bool,
         is_to_end: bool,
     },
-    /// A request to cancel a goal.
-    Cancel,
+    /// That the goal with this id is canceled.
+    Cancel {
+        id: [u8; 16],
+    },
 }
 
 impl RemoteProcess {
@@ -102,7 +130,7 @@ impl RemoteProcess {
     pub fn new(topology: &Topology, process: ProcessId, component: Arc<RemoteComponent>) -> Self {
         Self {
             component,
-            adapter: ChannelAdapter::new(topology, process),
+            adapter: ChannelAdapter::new(topology, process).abandoning(),
             run: 0,
             // No two processes give the same numbers.
             last_number: (process.index() as u64) << 32,
@@ -141,18 +169,7 @@ impl RemoteProcess {
         match answer {
             FromNode::Response { number, .. } if number >> 32 != self.last_number >> 32 => {}
             FromNode::Message { topic, .. } if !self.component.topics().any(|(name, _)| name == *topic) => {}
-            FromNode::Message { topic, .. } => {
-                let is_older = |heard: &FromNode| matches!(heard, FromNode::Message { topic: of, .. } if of == topic);
-                let is_feedback = component::is_feedback(topic);
-                let most = if is_feedback { MOST_FEEDBACK } else { 1 };
-                if self.heard.iter().filter(|heard| is_older(heard)).count() >= most
-                    && let Some(oldest) = self.heard.iter().position(is_older)
-                {
-                    self.heard.remove(oldest);
-                }
-                self.heard.push(answer.clone());
-            }
-            FromNode::Response { .. } => self.heard.push(answer.clone()),
+            _ => answer.clone().wait_in(&mut self.heard),
         }
     }
 
@@ -186,27 +203,44 @@ impl RemoteProcess {
         self.heard.clear();
     }
 
+    /// A response has come; without a body, nobody can respond.
     fn respond(&mut self, number: u64, body: &[u8]) {
-        let Some(place) = self.open.iter().position(|open| open.number == number) else {
-            self.note("a response came twice, or too late, and is left out".to_owned());
-            return;
-        };
+        // Nobody waits for a second response.
+        let Some(place) = self.open.iter().position(|open| open.number == number) else { return };
         let open = self.open.remove(place);
         match open.of {
+            Asked::Service if body.is_empty() => self.fail(&open.client, ERROR, NOBODY),
             Asked::Service => {
                 let operation = &self.component.services[open.operation];
                 match convert::data(&operation.wire.parts[1], &operation.fields[1], body) {
-                    Ok(data) => self.tell(&open.client, OK, &data),
+                    Ok(data) => self.tell(&open.client, OK, &data, ERROR),
                     Err(why) => self.fail(&open.client, ERROR, &format!("the response cannot be read: {why}")),
                 }
             }
             Asked::Goal { id, is_accepted: false, is_to_end } => self.begin_goal(open, id, is_to_end, body),
             Asked::Goal { .. } => self.end_goal(&open, body),
-            Asked::Cancel => {
-                let code = CdrReader::new(body).and_then(|mut reader| reader.number());
-                if code != Ok([0]) {
-                    self.note(format!("{} is not canceled: the server refused", self.name_of(&open)));
+            Asked::Cancel { id } => self.end_cancel(&open, id, body),
+        }
+    }
+
+    /// A server has said whether it cancels a goal. One that has been started again does not know it.
+    fn end_cancel(&mut self, open: &Conversation, id: [u8; 16], body: &[u8]) {
+        let code = CdrReader::new(body).and_then(|mut reader| reader.number()).map(i8::from_le_bytes);
+        let is_goal = |goal: &Conversation| matches!(goal.of, Asked::Goal { id: of, .. } if of == id);
+        let Some(place) = self.open.iter().position(is_goal) else { return };
+        match code {
+            // It will end, or has ended: its result says how.
+            Ok(CANCELING | TERMINATED) => {}
+            Ok(REFUSED) => {
+                if let Asked::Goal { is_to_end, .. } = &mut self.open[place].of {
+                    *is_to_end = false;
                 }
+                self.note(format!("{} is not canceled: the server refused", self.name_of(open)));
+            }
+            _ => {
+                let goal = self.open.remove(place);
+                let why = if body.is_empty() { NOBODY } else { "the server does not know the goal" };
+                self.fail(&goal.client, &format!("{}.{ABORTED}", self.component.actions[goal.operation].name), why);
             }
         }
     }
@@ -219,11 +253,16 @@ impl RemoteProcess {
     /// The response to a goal has come: it is accepted, or not.
     fn begin_goal(&mut self, open: Conversation, id: [u8; 16], is_to_end: bool, body: &[u8]) {
         let action = self.component.actions[open.operation].name.clone();
-        let accepted = CdrReader::new(body).and_then(|mut reader| reader.number());
-        if accepted != Ok([1]) {
-            return self.fail(&open.client, &format!("{action}.{REJECTED}"), "the server rejected the goal");
+        match CdrReader::new(body).and_then(|mut reader| reader.number()) {
+            Ok([1]) => {}
+            Ok([0]) => return self.fail(&open.client, &format!("{action}.{REJECTED}"), "the server rejected the goal"),
+            _ => {
+                let why = if body.is_empty() { NOBODY } else { "the response cannot be read" };
+                return self.fail(&open.client, &format!("{action}.{REJECTED}"), why);
+            }
         }
-        self.tell(&open.client, &format!("{action}.{ACCEPTED}"), &nothing());
+        let failed = format!("{action}.{REJECTED}");
+        self.tell(&open.client, &format!("{action}.{ACCEPTED}"), &nothing(), &failed);
         if is_to_end {
             self.cancel(&open, id);
         }
@@ -236,17 +275,18 @@ impl RemoteProcess {
     fn end_goal(&mut self, open: &Conversation, body: &[u8]) {
         let operation = &self.component.actions[open.operation];
         let action = operation.name.clone();
-        let status = CdrReader::new(body).and_then(|mut reader| reader.number());
-        match status.map(i8::from_le_bytes) {
+        let status = CdrReader::new(body).and_then(|mut reader| reader.number()).map(i8::from_le_bytes);
+        let aborted = format!("{action}.{ABORTED}");
+        match status {
             Ok(STATUS_SUCCEEDED) => match convert::data(&operation.wire.parts[2], &operation.fields[2], body) {
-                Ok(data) => self.tell(&open.client, &format!("{action}.{SUCCEEDED}"), &data),
-                Err(why) => {
-                    let why = format!("the result cannot be read: {why}");
-                    self.fail(&open.client, &format!("{action}.{ABORTED}"), &why);
-                }
+                Ok(data) => self.tell(&open.client, &format!("{action}.{SUCCEEDED}"), &data, &aborted),
+                Err(why) => self.fail(&open.client, &aborted, &format!("the result cannot be read: {why}")),
             },
-            Ok(STATUS_CANCELED) => self.tell(&open.client, &format!("{action}.{CANCELED}"), &nothing()),
-            _ => self.fail(&open.client, &format!("{action}.{ABORTED}"), "the server aborted the goal"),
+            Ok(STATUS_CANCELED) => self.tell(&open.client, &format!("{action}.{CANCELED}"), &nothing(), &aborted),
+            Ok(STATUS_ABORTED) => self.fail(&open.client, &aborted, "the server aborted the goal"),
+            Ok(_) => self.fail(&open.client, &aborted, "the server does not know the goal"),
+            Err(_) if body.is_empty() => self.fail(&open.client, &aborted, NOBODY),
+            Err(_) => self.fail(&open.client, &aborted, "the result cannot be read"),
         }
     }
 
@@ -255,7 +295,11 @@ impl RemoteProcess {
         let is = |operation: &&RemoteOperation| component.full_name(operation) == topic;
         if let Some(operation) = component.topics.iter().find(is) {
             match convert::data(&operation.wire.parts[0], &operation.fields[0], body) {
-                Ok(data) => self.send(None, &operation.name, &data),
+                Ok(data) => {
+                    if let Err(why) = self.adapter.send(None, &operation.name, &data) {
+                        self.note(format!("a message on {topic} is left out: {}", without_values(&why)));
+                    }
+                }
                 Err(why) => self.note(format!("a message on {topic} is left out: {why}")),
             }
             return;
@@ -269,7 +313,7 @@ impl RemoteProcess {
         let Some(Conversation { client, operation, .. }) = open.cloned() else { return };
         let operation = &component.actions[operation];
         match convert::data(&operation.wire.parts[1], &operation.fields[1], body) {
-            Ok(data) => self.tell(&client, &format!("{}.{FEEDBACK}", operation.name), &data),
+            Ok(data) => self.send(client.as_deref(), &format!("{}.{FEEDBACK}", operation.name), &data),
             Err(why) => self.note(format!("feedback on {topic} is left out: {why}")),
         }
     }
@@ -285,28 +329,36 @@ impl RemoteProcess {
         // No time: this goal alone.
         let body = with_id(id, &[0; 8]);
         let number = self.call(component::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
-        self.open.push(Conversation { number, of: Asked::Cancel, ..goal.clone() });
+        self.open.push(Conversation { number, client: None, operation: goal.operation, of: Asked::Cancel { id } });
     }
 
-    /// A client asks for something.
+    /// A client asks for something. What it asked of the same operation before, it has abandoned.
     fn ask(&mut self, client: &Arc<str>, head: &str, data: &Datum) {
         let component = Arc::clone(&self.component);
         if let Some(operation) = component.services.iter().position(|service| service.name == head) {
             let service = &component.services[operation];
+            let own = |open: &Conversation| open.of == Asked::Service && open.is_of(client, operation);
+            self.open.iter_mut().filter(|open| own(open)).for_each(|open| open.client = None);
             let message = convert::message(&service.wire.parts[0], &service.fields[0], data);
             return match message.and_then(|message| service.wire.parts[0].layout.encode(&message)) {
                 Ok(body) => {
                     let number = self.call(component.full_name(service), service.wire.kind.clone(), body);
-                    self.open.push(Conversation { number, client: Arc::clone(client), operation, of: Asked::Service });
+                    self.open.push(Conversation {
+                        number,
+                        client: Some(client.clone()),
+                        operation,
+                        of: Asked::Service,
+                    });
                 }
-                Err(why) => self.fail(client, ERROR, &unsendable(why)),
+                Err(why) => self.fail(&Some(client.clone()), ERROR, &unsendable(why)),
             };
         }
         let Some((name, part)) = head.rsplit_once('.') else { return };
         let Some(operation) = component.actions.iter().position(|action| action.name == name) else { return };
-        let action = &component.actions[operation];
         match part {
             GOAL => {
+                self.cancel_of(client, operation, true);
+                let action = &component.actions[operation];
                 let id = goal_id(self.run, self.last_number + 1);
                 let message = convert::message(&action.wire.parts[0], &action.fields[0], data);
                 match message.and_then(|goal| action.wire.parts[0].layout.encode(&identified(goal, id))) {
@@ -314,40 +366,80 @@ impl RemoteProcess {
                         let service = component::service(&component.full_name(action), SEND_GOAL);
                         let number = self.call(service, format!("{}_SendGoal", action.wire.kind), body);
                         let of = Asked::Goal { id, is_accepted: false, is_to_end: false };
-                        self.open.push(Conversation { number, client: Arc::clone(client), operation, of });
+                        self.open.push(Conversation { number, client: Some(client.clone()), operation, of });
                     }
-                    Err(why) => self.fail(client, &format!("{name}.{REJECTED}"), &unsendable(why)),
+                    Err(why) => self.fail(&Some(client.clone()), &format!("{name}.{REJECTED}"), &unsendable(why)),
                 }
             }
-            CANCEL => {
-                let own = |open: &&mut Conversation| open.client == *client && open.operation == operation;
-                let is_goal = |open: &&mut Conversation| matches!(open.of, Asked::Goal { .. });
-                let Some(goal) = self.open.iter_mut().filter(own).find(is_goal) else { return };
-                let Asked::Goal { id, is_accepted, is_to_end } = &mut goal.of else { return };
-                // A server that has not accepted a goal yet may not know it.
-                let is_new = !std::mem::replace(is_to_end, true);
-                if let Some((id, goal)) = (*is_accepted && is_new).then_some(*id).map(|id| (id, goal.clone())) {
-                    self.cancel(&goal, id);
-                }
-            }
+            CANCEL => self.cancel_of(client, operation, false),
             _ => {}
         }
     }
 
-    fn tell(&mut self, client: &str, head: &str, data: &Datum) {
-        self.send(Some(client), head, data);
+    /// Cancels a client's goal, which it may have abandoned. A server that has not accepted it yet may not know it.
+    fn cancel_of(&mut self, client: &Arc<str>, operation: usize, is_abandoned: bool) {
+        let is_goal = |open: &&mut Conversation| matches!(open.of, Asked::Goal { .. }) && open.is_of(client, operation);
+        let Some(goal) = self.open.iter_mut().find(is_goal) else { return };
+        if is_abandoned {
+            goal.client = None;
+        }
+        let Asked::Goal { id, is_accepted, is_to_end } = &mut goal.of else { return };
+        let is_new = !std::mem::replace(is_to_end, true);
+        if *is_accepted && is_new {
+            let (id, goal) = (*id, goal.clone());
+            self.cancel(&goal, id);
+        }
     }
 
-    fn fail(&mut self, client: &str, head: &str, why: &str) {
+    /// Cancels all goals, at the end of a run.
+    pub fn conclude(&mut self) {
+        let goals: Vec<Conversation> = self.open.clone();
+        for goal in goals {
+            if let Asked::Goal { id, is_accepted: true, is_to_end: false } = goal.of {
+                self.cancel(&goal, id);
+            }
+        }
+    }
+
+    /// Answers a client; if it cannot be told that, `failed` says why.
+    fn tell(&mut self, client: &Option<Arc<str>>, head: &str, data: &Datum, failed: &str) {
+        let Some(to) = client else { return };
+        if let Err(Undelivered::Unfit(why)) = self.adapter.send(Some(to), head, data) {
+            self.fail(client, failed, &format!("the answer does not fit: {why}"));
+        }
+    }
+
+    fn fail(&mut self, client: &Option<Arc<str>>, head: &str, why: &str) {
         let data = Datum::object([(REASON, Datum::text(why))]).unwrap_or_default();
-        self.tell(client, head, &data);
+        self.send(client.as_deref(), head, &data);
     }
 
     fn send(&mut self, client: Option<&str>, head: &str, data: &Datum) {
-        if let Err(why @ skills::Undelivered::Unfit(_)) = self.adapter.send(client, head, data) {
-            self.note(why.to_string());
+        let Some(client) = client else { return };
+        if let Err(Undelivered::Unfit(why)) = self.adapter.send(Some(client), head, data) {
+            self.note(format!("<{head}> is left out: {why}"));
         }
     }
+}
+
+impl Call {
+    /// Whether it does nothing but ask for the end of a goal, so that it can be sent again.
+    #[must_use]
+    pub fn asks_for_result(&self) -> bool {
+        self.service.ends_with(GET_RESULT)
+    }
+}
+
+impl Conversation {
+    fn is_of(&self, client: &Arc<str>, operation: usize) -> bool {
+        self.operation == operation && self.client.as_ref() == Some(client)
+    }
+}
+
+/// What does not fit a channel, the same for each message.
+fn without_values(why: &Undelivered) -> String {
+    let words = why.to_string();
+    words.split(", and ").next().unwrap_or_default().to_owned()
 }
 
 fn nothing() -> Datum {

@@ -95,11 +95,13 @@ impl Domain {
         domain
     }
 
-    /// Will ask these services, by their types. Must be called before it [begins](Live::begin).
-    pub fn ask(&mut self, services: BTreeMap<String, String>) {
+    /// Will ask these services, and read nothing else than these types on topics, both by their names. Must be called
+    /// before it [begins](Live::begin).
+    pub fn ask(&mut self, services: BTreeMap<String, String>, topics: BTreeMap<String, String>) {
+        self.hearing.kinds = topics;
         let Some(voice) = self.voice() else { return };
         for (service, kind) in services {
-            self.hearing.asked.insert(service.clone());
+            self.hearing.asked.insert(service.clone(), kind.clone());
             voice.request(Request { service, kind, number: 0, body: Vec::new() });
         }
     }
@@ -107,6 +109,12 @@ impl Domain {
     /// The next response to a [request](Voice::request), if one has come.
     pub fn response(&mut self) -> Option<Response> {
         self.hearing.responses.pop_front()
+    }
+
+    /// How often DDS has failed. What was asked before then is not answered any more.
+    #[must_use]
+    pub fn failures(&self) -> usize {
+        self.hearing.failures
     }
 
     /// The types of a service, once for each server that is known.

@@ -15,4 +15,7 @@ pub trait Outside {
 
     /// Sends what is asked, at once.
     fn ask(&mut self, calls: Vec<Call>);
+
+    /// Leaves, when all that was asked has been sent.
+    fn leave(&mut self);
 }

@@ -306,6 +306,17 @@ impl Run {
         }
     }
 
+    /// Cancels what nodes of ROS 2 are still doing for this run, and leaves them.
+    fn leave_outside(&mut self) {
+        for id in &self.remote {
+            self.system.process_mut::<RemoteProcess>(*id).into_iter().for_each(RemoteProcess::conclude);
+        }
+        self.ask_outside();
+        if let Some(mut outside) = self.outside.take() {
+            outside.leave();
+        }
+    }
+
     /// Shows the monitors what is true. It is no communication, and does not enter the trace hash: properties that
     /// speak of the world change no run.
     fn show_truths(&mut self) {

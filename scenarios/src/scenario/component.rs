@@ -120,6 +120,7 @@ impl FileReader<'_> {
                 components.insert(name.clone(), Component { interface: interface.clone(), runs });
             }
         }
+        self.check_names(file, &components);
         // If some are missing, others would seem not to fit together.
         (components.len() == file.components.len()).then_some(components)
     }
@@ -189,6 +190,28 @@ impl FileReader<'_> {
             self.complaints.push(problem.with_label("this component consists of nodes of ROS 2").with_help(help));
         }
         None
+    }
+
+    /// Reports components that would have one service or topic of ROS 2 with different types.
+    fn check_names(&mut self, file: &ScenarioFile, components: &BTreeMap<String, Component>) {
+        let mut known: BTreeMap<(bool, String), String> = BTreeMap::new();
+        for entry in &file.components {
+            let (RunsEntry::Remote { namespace }, Some(component)) = (&entry.runs, components.get(&entry.name.value))
+            else {
+                continue;
+            };
+            let Runs::Remote(remote) = &component.runs else { continue };
+            let services = remote.services().map(|(name, kind)| ((true, name), kind));
+            for ((is_service, name), kind) in services.chain(remote.topics().map(|(name, kind)| ((false, name), kind)))
+            {
+                let other = known.entry((is_service, name.clone())).or_insert_with(|| kind.clone());
+                if *other != kind {
+                    let problem = namespace.span.problem(format!("{name} would be both {other} and {kind}"));
+                    let help = "give the components different namespaces, or the same definition";
+                    self.complaints.push(problem.with_label("in this namespace").with_help(help));
+                }
+            }
+        }
     }
 
     /// Reports a device that the scenario's world cannot have.

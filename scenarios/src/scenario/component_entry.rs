@@ -193,7 +193,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
         }
         [] => {
             let problem = span.problem(format!("the component `{name}` has nothing to run"));
-            let help = "give it a `machine`, a `program`, a namespace of `ros` or a `builtin` device";
+            let help = "give it a `machine`, a `program`, a `ros` namespace or a `builtin` device";
             entry.report(problem.with_label("this component").with_help(help));
             return None;
         }

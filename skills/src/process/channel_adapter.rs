@@ -23,7 +23,8 @@ use crate::machine::{MAX_WAITING, Machine, Undelivered};
 /// carries the number. So an answer to an abandoned request is ignored, a request is answered once, and a goal ends
 /// once. Each channel has at most one open request, and one open goal per action: a client that asks again abandons its
 /// earlier request, and a process that serves others takes a client's next request only when it has answered the last
-/// one. (The tree is different: its requests are always taken, since a halt must reach a leaf that has not answered.)
+/// one. (The tree is different: its requests are always taken, since a halt must reach a leaf that has not answered. So
+/// are those to a component that may never answer.)
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ChannelAdapter {
     pub(super) wiring: Arc<Wiring>,
@@ -36,6 +37,8 @@ pub struct ChannelAdapter {
     /// Unanswered requests to this process, by incoming channel.
     pending: Vec<Open>,
     last_request: u64,
+    /// Whether a client's next request is taken before the last one has been answered, which is then abandoned.
+    abandons: bool,
 }
 
 /// The open conversations on a channel: the action of each, or none for a service, and its number.
@@ -76,13 +79,20 @@ impl ChannelAdapter {
             choices: Vec::new(),
             wiring,
             last_request,
+            abandons: false,
         }
+    }
+
+    /// The same adapter, which takes a client's next request at once. The one before is then abandoned.
+    #[must_use]
+    pub fn abandoning(self) -> Self {
+        Self { abandons: true, ..self }
     }
 
     /// The adapter of a process that replaces this one: nothing is open, and answers to earlier requests are ignored.
     #[must_use]
     pub fn succeeding(&self) -> Self {
-        Self::on(Arc::clone(&self.wiring), self.last_request)
+        Self { abandons: self.abandons, ..Self::on(Arc::clone(&self.wiring), self.last_request) }
     }
 
     /// Offers to receive on every channel, and to send what waits; or else to choose, if there is a choice. Transitions
@@ -95,7 +105,7 @@ impl ChannelAdapter {
             return;
         }
         for (index, (incoming, pending)) in self.wiring.incoming.iter().zip(&self.pending).enumerate() {
-            let pattern = if pending.is_empty() || incoming.is_client {
+            let pattern = if pending.is_empty() || incoming.is_client || self.abandons {
                 Pattern::Any
             } else {
                 let waits = |&&(ref head, _, role): &&(Symbol, Arc<str>, Role)| match role {

@@ -96,7 +96,7 @@ pub(super) struct Sample {
 pub struct Response {
     /// That of the request.
     pub number: u64,
-    /// The message, with the four bytes that say how it is encoded.
+    /// The message, with the four bytes that say how it is encoded. Without any, nobody has come who could answer.
     #[serde(skip)]
     pub body: Vec<u8>,
 }
@@ -132,19 +132,20 @@ pub(super) fn participant(guid: &[u8; 16]) -> [u8; 16] {
     participant
 }
 
-/// What is to be read: nothing yet, topics with these names, or all.
+/// What is to be read: nothing yet, topics with these names and, where that is given, these types, or all.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Subscribed {
     Nothing,
-    To(BTreeSet<String>),
+    To(BTreeMap<String, Option<String>>),
     All,
 }
 
 impl Subscribed {
-    pub(super) fn has(&self, topic: &str) -> bool {
+    pub(super) fn has(&self, topic: &str, kind: &str) -> bool {
+        let fits = |wanted: &Option<String>| wanted.as_ref().is_none_or(|wanted| wanted == kind);
         match self {
             Self::Nothing => topic == NODES,
-            Self::To(topics) => topic == NODES || topics.contains(topic),
+            Self::To(topics) => topic == NODES || topics.get(topic).is_some_and(fits),
             Self::All => topic == NODES || topic.starts_with("rt/"),
         }
     }
@@ -381,7 +382,7 @@ mod tests {
         let node = NodeName { name: "/a".to_owned(), hears_latched: true };
         let asks = [
             Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7, node: Some(node) },
-            Ask::Subscribe(Subscribed::To(["rt/a".to_owned()].into())),
+            Ask::Subscribe(Subscribed::To([("rt/a".to_owned(), Some("k".to_owned()))].into())),
             Ask::Publish(Publication { topic: "/a".to_owned(), kind: "k".to_owned(), is_latched: true, body: vec![1] }),
             Ask::Request(Request { service: "/s".to_owned(), kind: "k".to_owned(), number: 2, body: vec![3] }),
         ];

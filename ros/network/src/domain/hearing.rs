@@ -49,8 +49,9 @@ enum Phase {
 /// What has been heard, and what is to be told of it.
 pub(super) struct Hearing {
     phase: Phase,
-    /// The names of the wanted topics; none for all.
+    /// The names of the wanted topics; none for all. And the types that some of them must have.
     wanted: Option<BTreeSet<String>>,
+    pub(super) kinds: BTreeMap<String, String>,
     /// Those of them of which it does not matter what is missing.
     pub(super) shown: BTreeSet<String>,
     pub(super) survey: Survey,
@@ -59,10 +60,12 @@ pub(super) struct Hearing {
     pub(super) robot: Robot,
     /// The DDS topics of what is published here, of which somebody reads.
     pub(super) read: BTreeSet<String>,
-    /// Who takes requests, by the DDS topics; the services that are asked, and what they have responded.
+    /// Who takes requests, by the DDS topics; the types of the services that are asked, and what they have responded;
+    /// and how often DDS has failed.
     pub(super) requests: BTreeMap<String, Vec<Server>>,
-    pub(super) asked: BTreeSet<String>,
+    pub(super) asked: BTreeMap<String, String>,
     pub(super) responses: VecDeque<Response>,
+    pub(super) failures: usize,
     /// What is to be returned, and what waits until publishers have settled.
     ready: VecDeque<(Received, Vec<u8>)>,
     held: Vec<(usize, Sample)>,
@@ -107,6 +110,7 @@ impl Hearing {
         Self {
             phase: if wanted.is_some() { Phase::Looking } else { Phase::Watching },
             wanted,
+            kinds: BTreeMap::new(),
             shown: BTreeSet::new(),
             survey: Survey::default(),
             lost: Vec::new(),
@@ -114,8 +118,9 @@ impl Hearing {
             robot: Robot::default(),
             read: BTreeSet::new(),
             requests: BTreeMap::new(),
-            asked: BTreeSet::new(),
+            asked: BTreeMap::new(),
             responses: VecDeque::new(),
+            failures: 0,
             ready: VecDeque::new(),
             held: Vec::new(),
             writers: BTreeMap::new(),
@@ -168,10 +173,12 @@ impl Hearing {
         self.phase == Phase::Looking
     }
 
-    /// The DDS topics of those that are wanted, and of responses.
-    pub(super) fn wanted(&self) -> Option<BTreeSet<String>> {
-        let topics = self.wanted.as_ref()?.iter().map(|name| names::topic(name));
-        Some(topics.chain(self.asked.iter().map(|service| names::reply(service))).collect())
+    /// The DDS topics of those that are wanted, and of responses, with their types if these are known.
+    pub(super) fn wanted(&self) -> Option<BTreeMap<String, Option<String>>> {
+        let kind = |name: &String| self.kinds.get(name).map(|kind| names::dds_kind(kind));
+        let topics = self.wanted.as_ref()?.iter().map(|name| (names::topic(name), kind(name)));
+        let response = |kind: &String| Some(names::dds_kind(&format!("{kind}_Response")));
+        Some(topics.chain(self.asked.iter().map(|(service, kind)| (names::reply(service), response(kind)))).collect())
     }
 
     /// What is to be returned next, if there is anything.
@@ -205,6 +212,7 @@ impl Hearing {
 
     /// What comes until the participant has been replaced is missing on every topic, each until its next message.
     fn fail(&mut self, why: &str) {
+        self.failures += 1;
         let when = if self.newest_ns > 0 { bags::moment(self.newest_ns) } else { "the beginning".to_owned() };
         let what = format!("DDS failed after {when}: {why}; it is tried again, and what comes meanwhile is missing");
         self.finding_ns = self.newest_ns.saturating_add(FINDING_NS);
@@ -390,7 +398,7 @@ impl Hearing {
             let (name, when) = (&self.survey.topics[topic].name, bags::moment(self.newest_ns));
             let who = self.who(&known.writer);
             if [guid, participant(&guid)].iter().any(|guid| self.goodbyes.contains(guid)) {
-                self.note(format!("{who} stopped to publish on {name} at {when}"));
+                self.note(format!("{who} stopped publishing on {name} at {when}"));
             } else if self.writers.values().any(|other| other.topic == Some(topic)) {
                 self.lose(format!("{who}, which publishes on {name}, was given up at {when}: it may go on, unheard"));
             } else {
@@ -466,7 +474,9 @@ impl Hearing {
         if known.is_some() || self.survey.topics.len() >= MOST_TOPICS {
             return known;
         }
-        let (kind, encoding, hash) = (names::kind(&writer.kind), "cdr".to_owned(), writer.hash.clone());
+        let offered = names::kind(&writer.kind);
+        let kind = self.kinds.get(&name).cloned().unwrap_or_else(|| offered.clone());
+        let (encoding, hash) = ("cdr".to_owned(), writer.hash.clone().filter(|_| kind == offered));
         Some(self.survey.add(Topic { name, kind, encoding, definition: None, hash }))
     }
 
@@ -634,7 +644,7 @@ mod tests {
         hearing.hear(writers(&[], &[2]));
         assert_eq!(told(&mut hearing), ["1", "?"]);
         assert!(
-            hearing.notes[0].contains("on /a, was given up") && hearing.notes[1].contains("stopped to publish on /b")
+            hearing.notes[0].contains("on /a, was given up") && hearing.notes[1].contains("stopped publishing on /b")
         );
         // What it had said is heard, and its numbers tell what it says until it is back.
         hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS));

@@ -262,14 +262,9 @@ impl Listener {
                 self.leave();
                 return Err("a participant that was given up goes on".to_owned());
             }
-            let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
-            messages.into_iter().try_for_each(|ask| match ask {
-                Ask::Publish(message) => self.publish(message),
-                Ask::Request(request) => self.ask(request),
-                Ask::Join { .. } | Ask::Subscribe(_) => Ok(()),
-            })?;
-            self.send();
-            self.request();
+            self.obey(asked)?;
+            let unanswered = self.requests.given_up().into_iter();
+            self.untold.extend(unanswered.map(|number| Heard::Response(Response { number, body: Vec::new() })));
             let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
             is_due |= wanted != subscribed;
             // What a writer says last is taken before it is gone.
@@ -310,7 +305,22 @@ impl Listener {
                 sleep(GATHERING);
             }
         }
+        // What was asked last is still sent.
+        self.obey(asked)?;
         self.leave();
+        Ok(())
+    }
+
+    /// Publishes and requests what is asked.
+    fn obey(&mut self, asked: &Asked) -> Result<(), String> {
+        let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
+        messages.into_iter().try_for_each(|ask| match ask {
+            Ask::Publish(message) => self.publish(message),
+            Ask::Request(request) => self.ask(request),
+            Ask::Join { .. } | Ask::Subscribe(_) => Ok(()),
+        })?;
+        self.send();
+        self.request();
         Ok(())
     }
 
@@ -418,7 +428,9 @@ impl Listener {
         let silent = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
         self.given_up.extend(silent.filter(|guid| !self.goodbyes.contains(&participant(guid))));
         let mut offered: BTreeMap<&str, (&str, bool, bool)> = BTreeMap::new();
-        for writer in writers.iter().filter(|writer| subscribed.has(&writer.topic) && writer.unfit.is_none()) {
+        for writer in
+            writers.iter().filter(|writer| subscribed.has(&writer.topic, &writer.kind) && writer.unfit.is_none())
+        {
             let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
             known.1 &= writer.is_reliable;
             let hears_latched = self.node.as_ref().is_none_or(|node| node.hears_latched);
@@ -577,7 +589,10 @@ impl Listener {
                     Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
                     Ok(Some(change)) if let Some(service) = &reader.service => {
                         let vendor = self.vendors.get(&prefix(&change.writer_guid.to_bytes())).copied();
-                        let related = change.related_sample_identity().map(|of| i64::from(of.sequence_number));
+                        // All clients of a service read all responses.
+                        let own = |of: &SampleIdentity| of.writer_guid.prefix == self.participant.guid().prefix;
+                        let related = change.related_sample_identity().filter(own);
+                        let related = related.map(|of| i64::from(of.sequence_number));
                         let response = self.requests.response(service, Correlation::of(vendor), related, change.sample);
                         told.extend(response.map(|(number, body)| Heard::Response(Response { number, body })));
                     }

@@ -63,6 +63,8 @@ struct Process {
     /// What was published last on each topic, and which services are asked.
     published: BTreeMap<String, Publication>,
     services: BTreeMap<String, Request>,
+    /// What was asked while there was no process.
+    unasked: Vec<Request>,
     input: Option<SyncSender<Ask>>,
     child: Option<Child>,
     /// When it last said anything.
@@ -127,7 +129,9 @@ impl Voice {
         let mut process = self.0.process();
         let offer = || Request { body: Vec::new(), ..request.clone() };
         process.services.entry(request.service.clone()).or_insert_with(offer);
-        process.ask(Ask::Request(request));
+        if !process.ask(Ask::Request(request.clone())) && process.unasked.len() < MOST_ASKED {
+            process.unasked.push(request);
+        }
     }
 }
 
@@ -150,9 +154,9 @@ impl Drop for Participant {
 }
 
 impl Process {
-    /// Asks without waiting. One that has ended is told of by whoever reads what it says.
-    fn ask(&self, ask: Ask) {
-        self.input.as_ref().map(|input| input.try_send(ask));
+    /// Asks without waiting. One that has ended is told of by whoever reads what it says. Returns whether it is asked.
+    fn ask(&self, ask: Ask) -> bool {
+        self.input.as_ref().is_some_and(|input| input.try_send(ask).is_ok())
     }
 
     /// Kills it. What it said last is still heard.
@@ -209,16 +213,19 @@ fn start(Join { options, clock, node }: &Join, shared: &Shared) -> std::io::Resu
     let mut child = command.spawn()?;
     let mut process = shared.process();
     let join = Ask::Join { options: *options, ahead_ns: clock.is_ahead_ns(), node: node.clone() };
+    let unasked = std::mem::take(&mut process.unasked);
     let subscribe = process.subscribed.clone().map(Ask::Subscribe);
     let publish = process.published.values().cloned().map(Ask::Publish);
-    let request = process.services.values().cloned().map(Ask::Request);
+    let request = process.services.values().cloned().chain(unasked).map(Ask::Request);
     let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).chain(request).collect();
     let (sender, asked) = sync_channel::<Ask>(MOST_ASKED);
     let mut input = child.stdin.take().ok_or_else(none)?;
     // The end of its input is the end of its work.
     std::thread::spawn(move || asked.into_iter().try_for_each(|ask| ask.write(&mut input)));
     process.input = Some(sender);
-    asks.into_iter().for_each(|ask| process.ask(ask));
+    for ask in asks {
+        process.ask(ask);
+    }
     if shared.is_to_end() {
         process.input = None;
     }
@@ -252,7 +259,10 @@ fn hand_on(output: Option<ChildStdout>, shared: &Shared, sender: &SyncSender<(He
 
 /// Waits for the end of the process, which says no more. Returns why it has ended, in words.
 fn bury(shared: &Shared) -> String {
-    let Some(mut child) = shared.process().child.take() else { return "it has ended".to_owned() };
+    let mut process = shared.process();
+    process.input = None;
+    let Some(mut child) = process.child.take() else { return "it has ended".to_owned() };
+    drop(process);
     let asked = now();
     while asked.elapsed() < LEAVING && matches!(child.try_wait(), Ok(None)) {
         sleep(Duration::from_millis(1));

@@ -14,6 +14,9 @@ use crate::clock::now;
 /// How long a server that was found may not have found who asks it.
 const SETTLING: Duration = Duration::from_millis(500);
 
+/// How long a request waits for a server.
+const PATIENCE: Duration = Duration::from_secs(10);
+
 /// The most requests that wait for their servers, and the most that wait for responses.
 const MOST: usize = 4096;
 
@@ -43,11 +46,20 @@ impl Correlation {
 pub(super) struct Requests {
     /// Who asks, in headers.
     client: [u8; 8],
-    waiting: VecDeque<Request>,
-    /// The services that somebody offers, and of which DDS type the requests are: in which form, and since when.
-    servers: BTreeMap<(String, String), (Correlation, Instant)>,
-    /// The numbers of requests that have been sent, by service and by the number that their writer gave them.
-    asked: BTreeMap<(String, i64), u64>,
+    /// What waits for a server, and since when.
+    waiting: VecDeque<(Request, Instant)>,
+    /// Who offers services, by the service and the DDS type of its requests.
+    servers: BTreeMap<(String, String), BTreeMap<[u8; 16], Offered>>,
+    /// The requests that have been sent, by service and by the number that their writer gave them: their own numbers,
+    /// and whether they have been answered.
+    asked: BTreeMap<(String, i64), (u64, bool)>,
+}
+
+/// What is known of a server: how it is asked, and since when it is known.
+#[derive(Clone, Copy, Debug)]
+struct Offered {
+    correlation: Correlation,
+    since: Instant,
 }
 
 impl Requests {
@@ -62,35 +74,57 @@ impl Requests {
         if self.waiting.len() == MOST {
             self.waiting.pop_front();
         }
-        self.waiting.push_back(request);
+        self.waiting.push_back((request, now()));
     }
 
     /// Takes note of who offers services. Both ends of a server must be known.
-    pub(super) fn note(&mut self, offers: &Offers, form: impl Fn(&Prefix) -> Correlation) {
+    pub(super) fn note(&mut self, offers: &Offers, correlation: impl Fn(&Prefix) -> Correlation) {
         let before = std::mem::take(&mut self.servers);
         for (topic, servers) in &offers.requests {
             let Some(RosName::Request(service)) = RosName::of(topic) else { continue };
             let reply = names::reply(&service);
             let answers = |of: Prefix| offers.writers.iter().any(|one| one.topic == reply && one.participant() == of);
-            for server in servers.iter().rev().filter(|server| answers(prefix(&server.reader))) {
-                let offered = (service.clone(), server.kind.clone());
-                let since = before.get(&offered).map_or_else(now, |(_, since)| *since);
-                self.servers.insert(offered, (form(&prefix(&server.reader)), since));
+            for server in servers.iter().filter(|server| answers(prefix(&server.reader))) {
+                let key = (service.clone(), server.kind.clone());
+                let new = || Offered { correlation: correlation(&prefix(&server.reader)), since: now() };
+                let known = before.get(&key).and_then(|known| known.get(&server.reader).copied());
+                self.servers.entry(key).or_default().insert(server.reader, known.unwrap_or_else(new));
             }
         }
     }
 
-    /// The requests that can be sent now, in the form that their servers understand.
+    /// The requests that can be sent now, once the newest server has had the time to find who asks. Of servers of both
+    /// kinds, those of Fast DDS are asked: they might misread a header, and the others only lack it.
     pub(super) fn due(&mut self) -> Vec<(Request, Correlation)> {
         let mut due = Vec::new();
-        self.waiting.retain(|request| match self.servers.get(&(request.service.clone(), request.dds_kind())) {
-            Some((form, since)) if since.elapsed() >= SETTLING => {
-                due.push((request.clone(), *form));
-                false
+        self.waiting.retain(|(request, _)| {
+            let servers = self.servers.get(&(request.service.clone(), request.dds_kind()));
+            let mut servers = servers.into_iter().flat_map(BTreeMap::values).peekable();
+            if servers.peek().is_none() {
+                return true;
             }
-            _ => true,
+            let mut correlation = Correlation::Header;
+            let is_settled = servers.fold(true, |all, server| {
+                if server.correlation == Correlation::Beside {
+                    correlation = Correlation::Beside;
+                }
+                all && server.since.elapsed() >= SETTLING
+            });
+            due.extend(is_settled.then(|| (request.clone(), correlation)));
+            !is_settled
         });
         due
+    }
+
+    /// The numbers of requests for which nobody has come in time. They are not asked any more.
+    pub(super) fn given_up(&mut self) -> Vec<u64> {
+        let mut given_up = Vec::new();
+        self.waiting.retain(|(request, since)| {
+            let is_late = since.elapsed() > PATIENCE;
+            given_up.extend(is_late.then_some(request.number));
+            !is_late
+        });
+        given_up
     }
 
     /// The message that asks for a response with this header, or without one.
@@ -105,14 +139,17 @@ impl Requests {
 
     /// A request has got a number from its writer.
     pub(super) fn sent(&mut self, request: Request, sequence: i64) {
-        if self.asked.len() >= MOST {
-            self.asked.pop_first();
+        if self.asked.len() >= MOST
+            && let Some(oldest) =
+                self.asked.iter().min_by_key(|(_, (number, done))| (!done, *number)).map(|(key, _)| key.clone())
+        {
+            self.asked.remove(&oldest);
         }
-        self.asked.insert((request.service, sequence), request.number);
+        self.asked.insert((request.service, sequence), (request.number, false));
     }
 
-    /// What a response is, and the number of its request, if it belongs to one of these: `related` is what the
-    /// parameter beside it says.
+    /// What a response is, and the number of its request, if it belongs to one of these: `related` is the number in the
+    /// parameter beside it, if that refers to a request of this participant.
     pub(super) fn response(
         &mut self,
         service: &str,
@@ -121,7 +158,8 @@ impl Requests {
         mut body: Vec<u8>,
     ) -> Option<(u64, Vec<u8>)> {
         let Correlation::Header = form else {
-            let number = self.asked.get(&(service.to_owned(), related?))?;
+            let (number, is_answered) = self.asked.get_mut(&(service.to_owned(), related?))?;
+            *is_answered = true;
             return Some((*number, body));
         };
         // The second byte of the encoding says whether the least significant byte comes first.
@@ -169,13 +207,20 @@ mod tests {
         [request("/a", 1), request("/b", 2), request("/a", 3)].into_iter().for_each(|one| requests.ask(one));
         requests.note(&offers("/a", 4), |_| Correlation::Header);
         assert!(requests.due().is_empty());
-        requests.servers.values_mut().for_each(|(_, since)| *since -= SETTLING);
+        requests.servers.values_mut().flat_map(BTreeMap::values_mut).for_each(|server| server.since -= SETTLING);
         // It stays known for as long as it is there.
         requests.note(&offers("/a", 4), |_| Correlation::Header);
         let due: Vec<_> = requests.due().into_iter().map(|(request, form)| (request.number, form)).collect();
         assert_eq!(due, [(1, Correlation::Header), (3, Correlation::Header)]);
         requests.note(&offers("/b", 4), |of| Correlation::of((*of == [4; 12]).then_some(CYCLONE)));
         assert_eq!((requests.servers.len(), requests.waiting.len()), (1, 1));
+        // One that has been started again must find who asks, too.
+        requests.servers.values_mut().flat_map(BTreeMap::values_mut).for_each(|server| server.since -= SETTLING);
+        requests.note(&offers("/b", 5), |_| Correlation::Header);
+        assert!(requests.due().is_empty());
+        assert!(requests.given_up().is_empty());
+        requests.waiting.iter_mut().for_each(|(_, since)| *since -= PATIENCE);
+        assert_eq!((requests.given_up(), requests.waiting.len()), (vec![2], 0));
         // Who takes requests and does not answer them is no server.
         requests.note(&Offers { writers: Vec::new(), ..offers("/b", 4) }, |_| Correlation::Header);
         assert!(requests.servers.is_empty());
@@ -185,8 +230,8 @@ mod tests {
     fn a_response_belongs_to_one_request() {
         let mut requests = Requests::of(&[9; 16]);
         requests.sent(request("/a", 5), 77);
-        assert_eq!(requests.response("/a", Correlation::Beside, Some(77), vec![1]), Some((5, vec![1])));
         assert_eq!(requests.response("/b", Correlation::Beside, Some(77), vec![1]), None);
+        assert_eq!(requests.response("/a", Correlation::Beside, Some(77), vec![1]), Some((5, vec![1])));
         assert_eq!(requests.response("/a", Correlation::Beside, None, vec![1]), None);
 
         let body = requests.body(&request("/a", 6), Correlation::Header);

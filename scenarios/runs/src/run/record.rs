@@ -161,7 +161,8 @@ impl Run {
         self.world.scene().map(Arc::new)
     }
 
-    /// Ends the run, and with it the programs of its components. Returns the end record with the given detail.
+    /// Ends the run, and with it the programs of its components and the goals of nodes. Returns the end record with the
+    /// given detail.
     #[must_use]
     pub fn end(&mut self, ended: Ended, detail: Detail) -> End {
         let processes: Vec<ProcessId> = self.system.topology().processes().collect();
@@ -170,6 +171,7 @@ impl Run {
                 program.conclude();
             }
         }
+        self.leave_outside();
         self.skill_errors.note(&self.system, self.time());
         // Faults that were added since the last step are not part of the run.
         let faults = 0..self.scenario.file.faults.len() - self.added.len();
