@@ -141,12 +141,6 @@ impl RemoteProcess {
         }
     }
 
-    /// What it is in ROS 2.
-    #[must_use]
-    pub fn component(&self) -> &RemoteComponent {
-        &self.component
-    }
-
     /// From here on, its goals belong to this run: servers remember the goals of earlier ones.
     pub fn begin(&mut self, run: u64) {
         self.run = run;
