@@ -2,6 +2,8 @@
 
 use interfaces::{Interface, Wire};
 
+use crate::action;
+
 /// A component that consists of nodes of ROS 2.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RemoteComponent {
@@ -61,14 +63,7 @@ impl RemoteComponent {
     /// and types.
     pub fn services(&self) -> impl Iterator<Item = (String, String)> {
         let services = self.services.iter().map(|one| (self.full_name(one), one.wire.kind.clone()));
-        services.chain(self.actions.iter().flat_map(|one| {
-            let kind = &one.wire.kind;
-            [
-                (service(&self.full_name(one), SEND_GOAL), format!("{kind}_SendGoal")),
-                (service(&self.full_name(one), GET_RESULT), format!("{kind}_GetResult")),
-                (service(&self.full_name(one), CANCEL_GOAL), CANCEL_KIND.to_owned()),
-            ]
-        }))
+        services.chain(self.actions.iter().flat_map(|one| action::services(&self.full_name(one), &one.wire.kind)))
     }
 
     /// The topics that it publishes, those of its actions' feedback among them: names and types.
@@ -77,28 +72,7 @@ impl RemoteComponent {
         topics.chain(
             self.actions
                 .iter()
-                .map(|one| (feedback(&self.full_name(one)), format!("{}_FeedbackMessage", one.wire.kind))),
+                .map(|one| (action::feedback(&self.full_name(one)), format!("{}_FeedbackMessage", one.wire.kind))),
         )
     }
-}
-
-pub(crate) const SEND_GOAL: &str = "send_goal";
-pub(crate) const GET_RESULT: &str = "get_result";
-pub(crate) const CANCEL_GOAL: &str = "cancel_goal";
-
-/// The type of the service that cancels goals of any action.
-pub(crate) const CANCEL_KIND: &str = "action_msgs/srv/CancelGoal";
-
-/// A service of an action.
-pub(crate) fn service(action: &str, part: &str) -> String {
-    format!("{action}/_action/{part}")
-}
-
-/// The topic of an action's feedback.
-pub(crate) fn feedback(action: &str) -> String {
-    format!("{action}/_action/feedback")
-}
-
-pub(crate) fn is_feedback(topic: &str) -> bool {
-    topic.ends_with("/_action/feedback")
 }

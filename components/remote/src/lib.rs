@@ -11,9 +11,10 @@
 //! process's [mishaps](RemoteProcess::mishaps).
 //!
 //! # Inside
-//! `component` says which names and types an interface has in ROS 2, `convert` turns fields into messages and back,
-//! `process` conducts the conversations.
+//! `action` is what an action of ROS 2 consists of, `component` says which names and types an interface has in ROS 2,
+//! `convert` turns fields into messages and back, `process` conducts the conversations.
 
+pub mod action;
 mod component;
 mod convert;
 mod process;

@@ -9,21 +9,15 @@ use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK,
 use ros_messages::{CdrReader, CdrWriter, Mismatch, Value};
 use skills::{ChannelAdapter, Datum, Mishap, Undelivered};
 
-use crate::component::{self, CANCEL_GOAL, CANCEL_KIND, GET_RESULT, RemoteComponent, RemoteOperation, SEND_GOAL};
+use crate::action::{
+    self, CANCEL_ACCEPTED, CANCEL_GOAL, CANCEL_KIND, CANCEL_REJECTED, CANCEL_TERMINATED, GET_RESULT, SEND_GOAL,
+    STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED,
+};
+use crate::component::{RemoteComponent, RemoteOperation};
 use crate::convert;
 
 /// The bytes before the fields of a message: how it is encoded.
 const ENCODING: usize = 4;
-
-/// The status of goals, from `action_msgs/msg/GoalStatus`.
-const STATUS_SUCCEEDED: i8 = 4;
-const STATUS_CANCELED: i8 = 5;
-const STATUS_ABORTED: i8 = 6;
-
-/// What a server answers to a request to cancel, from `action_msgs/srv/CancelGoal`.
-const CANCELING: i8 = 0;
-const REFUSED: i8 = 1;
-const TERMINATED: i8 = 3;
 
 /// Why nothing was answered.
 const NOBODY: &str = "nobody offers it";
@@ -71,7 +65,7 @@ impl FromNode {
     pub fn wait_in(self, waiting: &mut Vec<Self>) {
         if let Self::Message { topic, .. } = &self {
             let is_older = |other: &Self| matches!(other, Self::Message { topic: of, .. } if of == topic);
-            let most = if component::is_feedback(topic) { MOST_FEEDBACK } else { 1 };
+            let most = if action::is_feedback(topic) { MOST_FEEDBACK } else { 1 };
             if waiting.iter().filter(|other| is_older(other)).count() >= most
                 && let Some(oldest) = waiting.iter().position(is_older)
             {
@@ -224,8 +218,8 @@ impl RemoteProcess {
         let Some(place) = self.open.iter().position(is_goal) else { return };
         match code {
             // It will end, or has ended: its result says how.
-            Ok(CANCELING | TERMINATED) => {}
-            Ok(REFUSED) => {
+            Ok(CANCEL_ACCEPTED | CANCEL_TERMINATED) => {}
+            Ok(CANCEL_REJECTED) => {
                 if let Asked::Goal { is_to_end, .. } = &mut self.open[place].of {
                     *is_to_end = false;
                 }
@@ -261,7 +255,7 @@ impl RemoteProcess {
             self.cancel(&open, id);
         }
         let kind = format!("{}_GetResult", self.component.actions[open.operation].wire.kind);
-        let number = self.call(component::service(&self.name_of(&open), GET_RESULT), kind, with_id(id, &[]));
+        let number = self.call(action::service(&self.name_of(&open), GET_RESULT), kind, with_id(id, &[]));
         self.open.push(Conversation { number, of: Asked::Goal { id, is_accepted: true, is_to_end }, ..open });
     }
 
@@ -302,7 +296,7 @@ impl RemoteProcess {
         let Some(own) = body.get(ENCODING..ENCODING + 16) else { return };
         let open = self.open.iter().find(|open| {
             matches!(&open.of, Asked::Goal { id, is_accepted: true, .. } if id == own)
-                && component::feedback(&self.name_of(open)) == topic
+                && action::feedback(&self.name_of(open)) == topic
         });
         let Some(Conversation { client, operation, .. }) = open.cloned() else { return };
         let operation = &component.actions[operation];
@@ -322,7 +316,7 @@ impl RemoteProcess {
     fn cancel(&mut self, goal: &Conversation, id: [u8; 16]) {
         // No time: this goal alone.
         let body = with_id(id, &[0; 8]);
-        let number = self.call(component::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
+        let number = self.call(action::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
         self.open.push(Conversation { number, client: None, operation: goal.operation, of: Asked::Cancel { id } });
     }
 
@@ -357,7 +351,7 @@ impl RemoteProcess {
                 let message = convert::message(&action.wire.parts[0], &action.fields[0], data);
                 match message.and_then(|goal| action.wire.parts[0].layout.encode(&identified(goal, id))) {
                     Ok(body) => {
-                        let service = component::service(&component.full_name(action), SEND_GOAL);
+                        let service = action::service(&component.full_name(action), SEND_GOAL);
                         let number = self.call(service, format!("{}_SendGoal", action.wire.kind), body);
                         let of = Asked::Goal { id, is_accepted: false, is_to_end: false };
                         self.open.push(Conversation { number, client: Some(client.clone()), operation, of });

@@ -1,6 +1,8 @@
 //! A DDS domain: the nodes of ROS 2 themselves, without a bridge.
 
 mod announcements;
+mod as_is;
+mod correlation;
 mod goodbye;
 mod heard;
 mod hearing;
@@ -8,8 +10,11 @@ mod listener;
 mod names;
 mod options;
 mod participant;
+mod readers;
 mod requests;
+mod services;
 mod standings;
+mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
@@ -25,7 +30,7 @@ use hearing::Hearing;
 use participant::Participant;
 use standings::Standings;
 
-pub use heard::{Publication, Request, Response};
+pub use heard::{Client, Publication, Reply, Request, Response, Served};
 pub use options::{Options, obstacles};
 pub use participant::Voice;
 
@@ -111,6 +116,18 @@ impl Domain {
         self.hearing.responses.pop_front()
     }
 
+    /// Offers these services, by their names, with their types. Must be called before it [begins](Live::begin).
+    pub fn serve(&mut self, services: BTreeMap<String, String>) {
+        let Some(voice) = self.voice() else { return };
+        services.iter().for_each(|(service, kind)| voice.serve(service.clone(), kind.clone()));
+        self.hearing.offered = services;
+    }
+
+    /// The next request to a service that is offered here, if one has come: it is to be [responded](Voice::respond) to.
+    pub fn request(&mut self) -> Option<Served> {
+        self.hearing.served.pop_front()
+    }
+
     /// How often DDS has failed. What was asked before then is not answered any more.
     #[must_use]
     pub fn failures(&self) -> usize {
@@ -152,7 +169,7 @@ impl Source for Domain {
             if let Some(received) = self.hearing.next(body) {
                 return received;
             }
-            if !self.hear() || !self.hearing.responses.is_empty() {
+            if !self.hear() || !self.hearing.responses.is_empty() || !self.hearing.served.is_empty() {
                 break;
             }
         }

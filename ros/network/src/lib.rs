@@ -20,6 +20,6 @@ mod robot;
 
 pub use bridge::Bridge;
 #[cfg(feature = "dds")]
-pub use domain::{Domain, Options, Publication, Request, Response, Voice, listen, obstacles};
+pub use domain::{Client, Domain, Options, Publication, Reply, Request, Response, Served, Voice, listen, obstacles};
 pub use error::Error;
 pub use robot::{Level, Live, Publish, Robot, Standing};

@@ -10,7 +10,6 @@ use ros_messages::{CdrReader, CdrWriter, Mismatch};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::names;
 use super::options::Options;
 
 /// The topic on which participants say which nodes they have.
@@ -38,6 +37,7 @@ pub(super) enum Heard {
     /// For the first time, a message on this topic could not be published.
     Unsent(String),
     Response(Response),
+    Served(Served),
     /// Every sample received before this time, in nanoseconds since 1970, has been returned.
     Quiet(i64),
     /// Nothing more comes, and why. What comes from another participant follows.
@@ -97,6 +97,42 @@ pub struct Response {
     /// That of the request.
     pub number: u64,
     /// The message, with the four bytes that say how it is encoded. Without any, nobody has come who could answer.
+    #[serde(skip)]
+    pub body: Vec<u8>,
+}
+
+/// A request to a service that is offered here.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Served {
+    /// The service, such as `/say`.
+    pub service: String,
+    /// Who asks.
+    pub client: Client,
+    /// The message, with the four bytes that say how it is encoded.
+    #[serde(skip)]
+    pub body: Vec<u8>,
+}
+
+/// Who has asked a service, and with which request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Client {
+    pub(super) writer: [u8; 16],
+    /// The entity and the number to which a response refers, or the header with which it begins.
+    pub(super) asker: [u8; 16],
+    pub(super) number: i64,
+    pub(super) header: Option<[u8; 16]>,
+}
+
+/// The response of a service that is offered here.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reply {
+    /// The service, such as `/say`.
+    pub service: String,
+    /// Its type, such as `std_srvs/srv/Trigger`.
+    pub kind: String,
+    /// Who has asked.
+    pub client: Client,
+    /// The message, with the four bytes that say how it is encoded.
     #[serde(skip)]
     pub body: Vec<u8>,
 }
@@ -172,6 +208,9 @@ pub(super) enum Ask {
     Subscribe(Subscribed),
     Publish(Publication),
     Request(Request),
+    /// Offers a service with this name and type.
+    Serve(String, String),
+    Respond(Reply),
 }
 
 /// A message to be published.
@@ -203,18 +242,13 @@ pub struct Request {
     pub body: Vec<u8>,
 }
 
-impl Request {
-    /// The DDS type of the message.
-    pub(super) fn dds_kind(&self) -> String {
-        names::dds_kind(&format!("{}_Request", self.kind))
-    }
-}
-
 impl Ask {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let body: &[u8] = match self {
-            Self::Publish(Publication { body, .. }) | Self::Request(Request { body, .. }) => body,
-            Self::Join { .. } | Self::Subscribe(_) => &[],
+            Self::Publish(Publication { body, .. })
+            | Self::Request(Request { body, .. })
+            | Self::Respond(Reply { body, .. }) => body,
+            Self::Join { .. } | Self::Subscribe(_) | Self::Serve(..) => &[],
         };
         write(self, body, out).and_then(|()| out.flush())
     }
@@ -222,7 +256,10 @@ impl Ask {
     /// What is asked next; none at the end.
     pub(super) fn read(from: &mut impl Read) -> Option<Self> {
         let (mut ask, read, _) = read(from).ok()?;
-        if let Self::Publish(Publication { body, .. }) | Self::Request(Request { body, .. }) = &mut ask {
+        if let Self::Publish(Publication { body, .. })
+        | Self::Request(Request { body, .. })
+        | Self::Respond(Reply { body, .. }) = &mut ask
+        {
             *body = read;
         }
         Some(ask)
@@ -232,7 +269,9 @@ impl Ask {
 impl Heard {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let body: &[u8] = match self {
-            Self::Sample(Sample { body, .. }) | Self::Response(Response { body, .. }) => body,
+            Self::Sample(Sample { body, .. })
+            | Self::Response(Response { body, .. })
+            | Self::Served(Served { body, .. }) => body,
             _ => &[],
         };
         write(self, body, out)
@@ -244,7 +283,10 @@ impl Heard {
     /// At the end, and if it is nothing that can be heard.
     pub(super) fn read(from: &mut impl Read) -> io::Result<(Self, usize)> {
         let (mut heard, read, size) = read(from)?;
-        if let Self::Sample(Sample { body, .. }) | Self::Response(Response { body, .. }) = &mut heard {
+        if let Self::Sample(Sample { body, .. })
+        | Self::Response(Response { body, .. })
+        | Self::Served(Served { body, .. }) = &mut heard
+        {
             *body = read;
         }
         Ok((heard, size_of::<Self>() + size))
@@ -372,7 +414,9 @@ mod tests {
         let offers = Offers { writers: vec![writer], ..Offers::default() };
         let writers = Heard::Others { offers, goodbyes: [[1; 16]].into() };
         let response = Heard::Response(Response { number: 1 << 40, body: vec![1, 2] });
-        let (all, mut bytes) = ([Heard::Sample(sample), writers, response, Heard::Quiet(8)], Vec::new());
+        let client = Client { writer: [1; 16], asker: [2; 16], number: 3, header: Some([4; 16]) };
+        let served = Heard::Served(Served { service: "/s".to_owned(), client, body: vec![5] });
+        let (all, mut bytes) = ([Heard::Sample(sample), writers, response, served, Heard::Quiet(8)], Vec::new());
         all.iter().for_each(|heard| heard.write(&mut bytes).expect("room"));
         let mut from = bytes.as_slice();
         for heard in all {
@@ -385,11 +429,13 @@ mod tests {
             Ask::Subscribe(Subscribed::To([("rt/a".to_owned(), Some("k".to_owned()))].into())),
             Ask::Publish(Publication { topic: "/a".to_owned(), kind: "k".to_owned(), is_latched: true, body: vec![1] }),
             Ask::Request(Request { service: "/s".to_owned(), kind: "k".to_owned(), number: 2, body: vec![3] }),
+            Ask::Serve("/s".to_owned(), "k".to_owned()),
+            Ask::Respond(Reply { service: "/s".to_owned(), kind: "k".to_owned(), client, body: vec![6] }),
         ];
         let mut lines = Vec::new();
         asks.iter().for_each(|ask| ask.write(&mut lines).expect("room"));
         let mut from = lines.as_slice();
-        assert_eq!(asks.map(Some), [(); 4].map(|()| Ask::read(&mut from)));
+        assert_eq!(asks.map(Some), [(); 6].map(|()| Ask::read(&mut from)));
         assert_eq!(Ask::read(&mut from), None);
     }
 

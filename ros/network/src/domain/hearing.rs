@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use bags::{Head, Received, Survey, Topic};
 
-use super::heard::{self, Heard, NODES, Node, Offers, Prefix, Response, Sample, Server, Writer, participant};
+use super::heard::{self, Heard, NODES, Node, Offers, Prefix, Response, Sample, Served, Server, Writer, participant};
 use super::names::{self, RosName};
 use crate::robot::{Robot, is_of_action};
 
@@ -65,6 +65,9 @@ pub(super) struct Hearing {
     pub(super) requests: BTreeMap<String, Vec<Server>>,
     pub(super) asked: BTreeMap<String, String>,
     pub(super) responses: VecDeque<Response>,
+    /// What the services that are offered here are asked, of which there are these, with their types.
+    pub(super) offered: BTreeMap<String, String>,
+    pub(super) served: VecDeque<Served>,
     pub(super) failures: usize,
     /// What is to be returned, and what waits until publishers have settled.
     ready: VecDeque<(Received, Vec<u8>)>,
@@ -120,6 +123,8 @@ impl Hearing {
             requests: BTreeMap::new(),
             asked: BTreeMap::new(),
             responses: VecDeque::new(),
+            offered: BTreeMap::new(),
+            served: VecDeque::new(),
             failures: 0,
             ready: VecDeque::new(),
             held: Vec::new(),
@@ -173,12 +178,13 @@ impl Hearing {
         self.phase == Phase::Looking
     }
 
-    /// The DDS topics of those that are wanted, and of responses, with their types if these are known.
+    /// The DDS topics of those that are wanted, and of requests and responses, with their types if these are known.
     pub(super) fn wanted(&self) -> Option<BTreeMap<String, Option<String>>> {
         let kind = |name: &String| self.kinds.get(name).map(|kind| names::dds_kind(kind));
         let topics = self.wanted.as_ref()?.iter().map(|name| (names::topic(name), kind(name)));
-        let response = |kind: &String| Some(names::dds_kind(&format!("{kind}_Response")));
-        Some(topics.chain(self.asked.iter().map(|(service, kind)| (names::reply(service), response(kind)))).collect())
+        let responses = self.asked.iter().map(|(name, kind)| (names::reply(name), Some(names::response_kind(kind))));
+        let requests = self.offered.iter().map(|(name, kind)| (names::request(name), Some(names::request_kind(kind))));
+        Some(topics.chain(responses).chain(requests).collect())
     }
 
     /// What is to be returned next, if there is anything.
@@ -202,6 +208,7 @@ impl Hearing {
                 self.requests = requests;
             }
             Heard::Response(response) => self.responses.push_back(response),
+            Heard::Served(served) => self.served.push_back(served),
             Heard::Quiet(quiet_ns) => self.be_quiet(quiet_ns),
             Heard::Unsent(topic) => {
                 self.note(format!("{topic} has a reader that does not answer: messages are left out"))

@@ -1,32 +1,31 @@
-//! The process that takes part in a DDS domain: all that is known of rustdds is here.
+//! The process that takes part in a DDS domain. All that is known of rustdds is here, in its `readers` and its
+//! `writers`.
 //!
-//! It only listens, unless it is to publish verdicts, and never asks for more than writers offer. It has no reader on a
-//! topic of requests: with one, Fast DDS would report the robot's services as unavailable.
+//! It only listens, unless it is to publish or to serve, and never asks for more than writers offer. It has no reader
+//! on a topic of requests, except for services of its own: with one, Fast DDS would report the robot's services as
+//! unavailable.
 //!
 //! It is a process of its own, because what others send can make rustdds panic, or take gigabytes for a message of
 //! which a fragment has come: it then ends, and [another](super::participant) takes its place.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufWriter, Write, stdin, stdout};
 use std::net::{IpAddr, Ipv4Addr};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::task::{Wake, Waker};
-use std::thread::Thread;
 use std::time::{Duration, Instant};
 
-use rustdds::bytes::Bytes;
 use rustdds::discovery::PublicationBuiltinTopicData;
-use rustdds::no_key::{DataWriter, Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter, SimpleDataReader};
-use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
+use rustdds::policy::{Durability, Reliability};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
-    LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity as _, RepresentationIdentifier, SampleIdentity,
-    SequenceNumber, StatusEvented as _, Subscriber, Timestamp, TopicKind, WriteOptionsBuilder,
+    LostReason, RTPSEntity as _, SampleIdentity, SequenceNumber, StatusEvented as _, Timestamp,
 };
 
 use super::announcements::Announcements;
+use super::as_is::{KEPT, qos};
+use super::correlation::Correlation;
 use super::goodbye;
 use super::heard::{
     self, Ask, Heard, LEAVING, NODES, NodeName, Offers, Prefix, Publication, Request, Response, Sample, Server,
@@ -34,7 +33,10 @@ use super::heard::{
 };
 use super::names::{self, RosName};
 use super::options::Options;
-use super::requests::{Correlation, Requests};
+use super::readers::{FromReader, Readers, nanoseconds};
+use super::requests::Requests;
+use super::services::{Services, served};
+use super::writers::Writers;
 use crate::clock::{Clock, now, sleep};
 
 /// How long the thread waits for something to happen.
@@ -61,20 +63,9 @@ const MOST_MEMORY: u64 = 1 << 30;
 /// The exit status after a panic.
 const PANICKED: i32 = 101;
 
-/// The most readers that are made at a time: rustdds has room for a hundred at once.
-const MOST_MADE: usize = 50;
-
-/// The most samples of a topic that rustdds keeps; and, once it is known that they are small, the most small ones.
-const KEPT: i32 = 16;
-const KEPT_SMALL: i32 = 1024;
-const SMALL: usize = 1 << 14;
-
 /// How often a node says again which readers and writers it has, and how long it waits between that.
 const SAID_AGAIN: u32 = 3;
 const SAYING_AGAIN: Duration = Duration::from_millis(500);
-
-/// How many samples of a topic are kept for readers that have not received them.
-const OFFERED: i32 = 32;
 
 /// The most writers that are known of, and the longest name of a topic or type.
 const MOST_WRITERS: usize = 20_000;
@@ -125,7 +116,7 @@ pub(super) fn work() -> ExitCode {
             match ask {
                 Ask::Join { .. } => {}
                 Ask::Subscribe(to) => *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = to,
-                Ask::Publish(_) | Ask::Request(_) => {
+                Ask::Publish(_) | Ask::Request(_) | Ask::Serve(..) | Ask::Respond(_) => {
                     heard.messages.lock().unwrap_or_else(PoisonError::into_inner).push(ask);
                 }
             }
@@ -151,23 +142,20 @@ pub(super) fn work() -> ExitCode {
 struct Listener {
     participant: DomainParticipant,
     events: DomainParticipantStatusListener,
-    subscriber: Subscriber,
-    readers: BTreeMap<String, Reader>,
-    /// What publishes, by topic; and what had no room there: one reader that does not answer must not keep messages
-    /// from the others for longer than it takes to forget it.
-    writers: BTreeMap<String, DataWriter<Vec<u8>, AsIs>>,
-    unsent: BTreeMap<String, VecDeque<Vec<u8>>>,
-    /// Where messages were left out, and where that is not told yet.
-    left_out: BTreeSet<String>,
+    readers: Readers,
+    writers: Writers,
+    /// What is to be told.
     untold: Vec<Heard>,
-    /// What services are asked, and the vendors of participants, which say how they are asked.
+    /// What services are asked, what those that are offered here respond, and the vendors of participants, which say
+    /// how that is written.
     requests: Requests,
+    services: Services,
     vendors: BTreeMap<Prefix, [u8; 2]>,
     options: Options,
-    /// Its name, if this is a node; and whether it has other readers or writers than it has said.
+    /// Its name, if this is a node.
     node: Option<NodeName>,
-    has_changed: bool,
-    /// When it last said so, and how often it is still to say it: whoever has just come may have missed it.
+    /// When it last said which readers and writers it has, and how often it is still to say it: whoever has just come
+    /// may have missed it.
     said: Option<Instant>,
     again: u32,
     clock: Clock,
@@ -176,36 +164,9 @@ struct Listener {
     behind_ns: i64,
     /// The writers that are known to whoever is told of them.
     known: BTreeSet<[u8; 16]>,
-    /// Those that are gone without a goodbye. If they come back, rustdds does not tell their readers.
-    given_up: BTreeSet<[u8; 16]>,
     announcements: Option<Announcements>,
     /// Those that said goodbye since it was told the last time.
     goodbyes: BTreeSet<[u8; 16]>,
-}
-
-struct Reader {
-    topic: Arc<str>,
-    /// The service whose responses come here.
-    service: Option<String>,
-    kind: String,
-    is_reliable: bool,
-    is_latched: bool,
-    data: SimpleDataReader<Vec<u8>, AsIs>,
-    alarm: Arc<Alarm>,
-    is_small: bool,
-}
-
-/// Wakes the thread when a reader has something.
-struct Alarm {
-    rings: AtomicBool,
-    thread: Thread,
-}
-
-impl Wake for Alarm {
-    fn wake(self: Arc<Self>) {
-        self.rings.store(true, Ordering::Release);
-        self.thread.unpark();
-    }
 }
 
 impl Listener {
@@ -215,34 +176,28 @@ impl Listener {
             builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
         }
         let participant = builder.build().map_err(|error| error.to_string())?;
-        let subscriber = participant.create_subscriber(&QosPolicies::qos_none()).map_err(|error| error.to_string())?;
         let events = participant.status_listener();
         let offset_ns = nanoseconds(Timestamp::now()) - clock.now_ns();
-        let [known, given_up, goodbyes] = [(); 3].map(|()| BTreeSet::new());
-        let (readers, writers, behind_ns) = (BTreeMap::new(), BTreeMap::new(), i64::MIN);
         Ok(Self {
+            readers: Readers::of(participant.clone())?,
+            writers: Writers::of(participant.clone()),
             requests: Requests::of(&participant.guid().to_bytes()),
+            services: Services::default(),
             vendors: BTreeMap::new(),
             participant,
             events,
-            subscriber,
-            readers,
-            writers,
-            unsent: BTreeMap::new(),
-            left_out: BTreeSet::new(),
             untold: Vec::new(),
             options,
-            has_changed: node.is_some(),
+            // A node without readers and writers is one, too.
+            again: if node.is_some() { SAID_AGAIN } else { 0 },
             said: None,
-            again: 0,
             node,
             clock,
             offset_ns,
-            behind_ns,
-            known,
-            given_up,
+            behind_ns: i64::MIN,
+            known: BTreeSet::new(),
             announcements: Announcements::of(options),
-            goodbyes,
+            goodbyes: BTreeSet::new(),
         })
     }
 
@@ -257,7 +212,7 @@ impl Listener {
             if self.take_note() {
                 (is_due, self.again) = (true, SAID_AGAIN);
             }
-            let is_given_up = |of: &_| self.given_up.iter().any(|guid| prefix(guid) == *of);
+            let is_given_up = |of: &_| self.readers.given_up.iter().any(|guid| prefix(guid) == *of);
             if self.announcements.as_mut().is_some_and(|announcements| announcements.has_returned(is_given_up)) {
                 self.leave();
                 return Err("a participant that was given up goes on".to_owned());
@@ -270,6 +225,7 @@ impl Listener {
             // What a writer says last is taken before it is gone.
             let now_ns = self.clock.now_ns();
             told.append(&mut self.untold);
+            told.append(&mut self.writers.untold);
             self.take(&mut told);
             let is_silent = told.is_empty();
             let has_new =
@@ -311,16 +267,24 @@ impl Listener {
         Ok(())
     }
 
-    /// Publishes and requests what is asked.
+    /// Publishes, requests and responds what is asked.
     fn obey(&mut self, asked: &Asked) -> Result<(), String> {
         let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
         messages.into_iter().try_for_each(|ask| match ask {
-            Ask::Publish(message) => self.publish(message),
+            Ask::Publish(Publication { topic, kind, is_latched, body }) => {
+                self.writers.write(names::topic(&topic), names::dds_kind(&kind), is_latched, body)
+            }
             Ask::Request(request) => self.ask(request),
+            Ask::Serve(service, kind) => self.serve(&service, &kind),
+            Ask::Respond(reply) => {
+                self.services.respond(reply);
+                Ok(())
+            }
             Ask::Join { .. } | Ask::Subscribe(_) => Ok(()),
         })?;
-        self.send();
+        self.writers.send();
         self.request();
+        self.respond();
         Ok(())
     }
 
@@ -379,13 +343,14 @@ impl Listener {
         }
         if before_ns <= self.behind_ns {
             // What is held back until then rings no more.
-            self.readers.values().for_each(|reader| reader.alarm.rings.store(true, Ordering::Release));
+            self.readers.look();
         }
         let words = || format!("the clock of this machine was set back by {:.3} s", back_ns as f64 * 1e-9);
         (back_ns > LONGEST_STEP).then(words)
     }
 
-    fn offers(&self) -> Result<Offers, String> {
+    /// What others offer. Takes note of who reads responses.
+    fn offers(&mut self) -> Result<Offers, String> {
         let found = self.participant.discovered_writers();
         if found.len() > MOST_WRITERS {
             return Err(format!("there are more than {MOST_WRITERS} writers in the domain"));
@@ -405,89 +370,37 @@ impl Listener {
             })
         });
         let (mut requests, mut read): (BTreeMap<String, Vec<Server>>, _) = (BTreeMap::new(), BTreeSet::new());
+        let mut clients = BTreeSet::new();
         for reader in self.participant.discovered_readers() {
             let (topic, kind) =
                 (reader.subscription_topic_data.topic_name(), reader.subscription_topic_data.type_name());
+            let reader = reader.reader_proxy.remote_reader_guid.to_bytes();
             if topic.starts_with("rq/") {
                 if is_named(topic, kind) && requests.len() < MOST_WRITERS {
-                    let reader = reader.reader_proxy.remote_reader_guid.to_bytes();
                     let servers = requests.entry(topic.clone()).or_default();
                     servers.extend((servers.len() < MOST_SERVERS).then(|| Server { reader, kind: kind.clone() }));
                 }
-            } else if self.writers.contains_key(topic) {
+            } else if self.writers.has(topic) {
                 read.insert(topic.clone());
+                clients.extend(topic.starts_with("rr/").then(|| (topic.clone(), prefix(&reader))));
             }
         }
+        self.services.note(clients);
         Ok(Offers { writers: writers.collect(), requests, read })
     }
 
-    /// Makes the readers fit the writers: a topic is read reliably if all offer that, and likewise what is latched.
-    /// Returns whether some readers are left to make.
+    /// Makes the readers fit the writers. Returns whether some are left to make.
     fn read(&mut self, writers: &[Writer], subscribed: &Subscribed) -> Result<bool, String> {
         let now: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
         let silent = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
-        self.given_up.extend(silent.filter(|guid| !self.goodbyes.contains(&participant(guid))));
-        let mut offered: BTreeMap<&str, (&str, bool, bool)> = BTreeMap::new();
-        for writer in
-            writers.iter().filter(|writer| subscribed.has(&writer.topic, &writer.kind) && writer.unfit.is_none())
-        {
-            let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
-            known.1 &= writer.is_reliable;
-            let hears_latched = self.node.as_ref().is_none_or(|node| node.hears_latched);
-            known.2 &= writer.is_latched && (hears_latched || writer.topic == NODES);
-            if self.given_up.remove(&writer.guid) {
-                self.readers.remove(&writer.topic);
-            }
-        }
-        let mut made = 0;
-        for (topic, (kind, is_reliable, is_latched)) in offered {
-            let reader = self.readers.get(topic);
-            // One that asks for less still hears everybody.
-            if reader.is_some_and(|reader| (!reader.is_reliable || is_reliable) && (!reader.is_latched || is_latched)) {
-                continue;
-            }
-            if made == MOST_MADE {
-                return Ok(true);
-            }
-            made += 1;
-            let (kind, was_reliable, was_latched) = reader.map_or((kind.to_owned(), true, true), |reader| {
-                (reader.kind.clone(), reader.is_reliable, reader.is_latched)
-            });
-            self.readers.remove(topic);
-            match self.reader(topic, kind, is_reliable && was_reliable, is_latched && was_latched) {
-                Ok(reader) => drop(self.readers.insert(topic.to_owned(), reader)),
-                // Of all topics, those are heard for which there is room.
-                Err(_) if *subscribed == Subscribed::All => {}
-                Err(why) => return Err(why),
-            }
-        }
-        Ok(false)
-    }
-
-    fn reader(&mut self, topic: &str, kind: String, is_reliable: bool, is_latched: bool) -> Result<Reader, String> {
-        let wanted = qos(is_reliable, is_latched, KEPT);
-        let make = || {
-            let made = self.participant.create_topic(topic.to_owned(), kind.clone(), &wanted, TopicKind::NoKey)?;
-            self.subscriber.create_simple_datareader_no_key(&made, Some(wanted.clone()))
-        };
-        let data = make().map_err(|error| format!("{topic} cannot be read: {error}"))?;
-        let alarm = Arc::new(Alarm { rings: AtomicBool::new(true), thread: std::thread::current() });
-        self.has_changed = self.node.is_some();
-        let service = match RosName::of(topic) {
-            Some(RosName::Reply(service)) => Some(service),
-            _ => None,
-        };
-        Ok(Reader { topic: topic.into(), service, kind, is_reliable, is_latched, data, alarm, is_small: false })
-    }
-
-    /// Publishes a message, reliably.
-    fn publish(&mut self, Publication { topic, kind, is_latched, body }: Publication) -> Result<(), String> {
-        self.write(names::topic(&topic), names::dds_kind(&kind), is_latched, body)
+        self.readers.given_up.extend(silent.filter(|guid| !self.goodbyes.contains(&participant(guid))));
+        self.readers.fit(writers, subscribed, self.node.as_ref().is_none_or(|node| node.hears_latched))
     }
 
     /// Takes a request, or offers to ask a service.
     fn ask(&mut self, request: Request) -> Result<(), String> {
-        self.write(names::request(&request.service), request.dds_kind(), false, Vec::new())?;
+        let (topic, kind) = (names::request(&request.service), names::request_kind(&request.kind));
+        self.writers.write(topic, kind, false, Vec::new())?;
         if !request.body.is_empty() {
             self.requests.ask(request);
         }
@@ -497,140 +410,84 @@ impl Listener {
     /// Sends the requests that servers wait for.
     fn request(&mut self) {
         for (request, form) in self.requests.due() {
-            let writer = self.writers.get(&names::request(&request.service));
             // A server that knows the reader of responses waits until it has found it.
-            let reader = self.readers.get(&names::reply(&request.service)).map(|reader| reader.data.guid());
-            let Some((writer, writer_guid)) = writer.zip(reader) else {
-                self.requests.ask(request);
-                continue;
+            let reader = self.readers.guid(&names::reply(&request.service));
+            let related =
+                reader.map(|guid| SampleIdentity { writer_guid: guid, sequence_number: SequenceNumber::UNKNOWN });
+            let topic = names::request(&request.service);
+            let beside = related.filter(|_| form == Correlation::Beside);
+            let body = self.requests.body(&request, form);
+            match related.and_then(|_| self.writers.converse(&topic, body, beside)) {
+                Some(number) => self.requests.sent(request, number),
+                // There is no reader of responses yet, or no room now.
+                None => self.requests.ask(request),
+            }
+        }
+    }
+
+    /// Offers a service.
+    fn serve(&mut self, service: &str, kind: &str) -> Result<(), String> {
+        self.writers.write(names::reply(service), names::response_kind(kind), false, Vec::new())?;
+        self.readers.read(&names::request(service), names::request_kind(kind), true, false)
+    }
+
+    /// Sends the responses that clients can receive.
+    fn respond(&mut self) {
+        for reply in self.services.due() {
+            let client = reply.client;
+            let identity = SampleIdentity {
+                writer_guid: GUID::from_bytes(client.asker),
+                sequence_number: SequenceNumber::from(client.number),
             };
-            let related = SampleIdentity { writer_guid, sequence_number: SequenceNumber::UNKNOWN };
-            let options = match form {
-                Correlation::Beside => WriteOptionsBuilder::new().related_sample_identity(related),
-                Correlation::Header => WriteOptionsBuilder::new(),
-            };
-            match writer.write_with_options(self.requests.body(&request, form), options.build()) {
-                Ok(identity) => self.requests.sent(request, i64::from(identity.sequence_number)),
+            let related = client.header.is_none().then_some(identity);
+            if self.writers.converse(&names::reply(&reply.service), Services::body(&reply), related).is_none() {
                 // There is no room now.
-                Err(_) => self.requests.ask(request),
+                self.services.respond(reply);
             }
         }
     }
 
     /// Says which node this is, and what it reads and writes, if that has changed.
     fn introduce(&mut self) -> Result<(), String> {
+        let has_changed = self.readers.has_new || self.writers.has_new;
         let is_due = self.again > 0 && self.said.is_none_or(|said| said.elapsed() > SAYING_AGAIN);
-        let Some(node) = self.node.as_ref().filter(|_| self.has_changed || is_due) else { return Ok(()) };
-        self.again = if self.has_changed { SAID_AGAIN } else { self.again - 1 };
+        let Some(node) = self.node.as_ref().filter(|_| has_changed || is_due) else { return Ok(()) };
+        self.again = if has_changed { SAID_AGAIN } else { self.again - 1 };
         self.said = Some(now());
-        let readers: Vec<[u8; 16]> = self.readers.values().map(|reader| reader.data.guid().to_bytes()).collect();
-        let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
-        let writers: Vec<[u8; 16]> = writers.map(|(_, writer)| writer.guid().to_bytes()).collect();
-        let body = heard::node::<16>(&self.participant.guid().to_bytes(), &node.name, &readers, &writers);
-        self.has_changed = false;
-        self.write(NODES.to_owned(), names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo"), true, body)
-    }
-
-    fn write(&mut self, topic: String, kind: String, is_latched: bool, body: Vec<u8>) -> Result<(), String> {
-        if !self.writers.contains_key(&topic) {
-            // Who comes later receives the last one. What follows at once must not replace what is not sent yet, for
-            // which whoever has come meanwhile would wait.
-            let is_single = is_latched && topic != NODES;
-            let mut qos = qos(true, is_latched, if is_single { 1 } else { KEPT_SMALL });
-            if !is_single {
-                qos = qos.modify_by(&QosPolicyBuilder::new().history(History::KeepLast { depth: OFFERED }).build());
-            }
-            let make = || {
-                let made = self.participant.create_topic(topic.clone(), kind, &qos, TopicKind::NoKey)?;
-                self.participant.create_publisher(&qos)?.create_datawriter_no_key(&made, Some(qos.clone()))
-            };
-            let made = make().map_err(|error| format!("{topic} cannot be published: {error}"))?;
-            self.has_changed = self.node.is_some() && topic != NODES;
-            self.writers.insert(topic.clone(), made);
-        }
-        if !body.is_empty() {
-            let unsent = self.unsent.entry(topic.clone()).or_default();
-            unsent.push_back(body);
-            // What is latched is as good as the last.
-            let most = if is_latched { 1 } else { OFFERED as usize };
-            if unsent.len() > most && unsent.pop_front().is_some() && !is_latched && self.left_out.insert(topic.clone())
-            {
-                self.untold.push(Heard::Unsent(topic));
-            }
-            self.send();
-        }
-        Ok(())
-    }
-
-    /// Sends what has not been sent, where there is room now.
-    fn send(&mut self) {
-        for (topic, bodies) in &mut self.unsent {
-            let Some(writer) = self.writers.get(topic) else { continue };
-            while bodies.front().is_some_and(|body| writer.write(body.clone(), None).is_ok()) {
-                bodies.pop_front();
-            }
-        }
+        let participant = self.participant.guid().to_bytes();
+        let body = heard::node::<16>(&participant, &node.name, &self.readers.guids(), &self.writers.guids());
+        (self.readers.has_new, self.writers.has_new) = (false, false);
+        let kind = names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo");
+        self.writers.write(NODES.to_owned(), kind, true, body)
     }
 
     /// What the readers have received, in order.
     fn take(&mut self, told: &mut Vec<Heard>) {
         let (now_ns, system_ns) = (self.clock.now_ns(), nanoseconds(Timestamp::now()));
-        let mut samples = Vec::new();
-        for reader in self.readers.values_mut() {
-            if !reader.alarm.rings.swap(false, Ordering::Acquire) {
-                continue;
-            }
-            reader.data.set_waker(Some(Waker::from(Arc::clone(&reader.alarm))));
-            reader.data.drain_read_notifications();
-            let begun = samples.len();
-            loop {
-                match reader.data.try_take_one() {
-                    // What is published here is not heard.
-                    Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
-                    Ok(Some(change)) if let Some(service) = &reader.service => {
-                        let vendor = self.vendors.get(&prefix(&change.writer_guid.to_bytes())).copied();
-                        // All clients of a service read all responses.
-                        let own = |of: &SampleIdentity| of.writer_guid.prefix == self.participant.guid().prefix;
-                        let related = change.related_sample_identity().filter(own);
-                        let related = related.map(|of| i64::from(of.sequence_number));
-                        let response = self.requests.response(service, Correlation::of(vendor), related, change.sample);
-                        told.extend(response.map(|(number, body)| Heard::Response(Response { number, body })));
-                    }
-                    Ok(Some(change)) => {
-                        let age_ns = system_ns.saturating_sub(nanoseconds(change.receive_instant)).max(0);
-                        let sent = change.source_timestamp().filter(|stamp| *stamp != Timestamp::INVALID);
-                        samples.push(Sample {
-                            topic: Arc::clone(&reader.topic),
-                            writer: change.writer_guid.to_bytes(),
-                            number: i64::from(change.sequence_number),
-                            received_ns: now_ns.saturating_sub(age_ns),
-                            sent_ns: sent.map(nanoseconds),
-                            body: change.sample,
-                        });
-                    }
-                    Ok(None) => break,
-                    Err(why) => told.push(Heard::Unreadable(Arc::clone(&reader.topic), why.to_string())),
-                }
-            }
-            let taken = &samples[begun..];
-            if !reader.is_small && !taken.is_empty() && taken.iter().all(|sample| sample.body.len() <= SMALL) {
-                reader.is_small = true;
-                let more = qos(reader.is_reliable, reader.is_latched, KEPT_SMALL);
-                let topic = reader.topic.as_ref().to_owned();
-                // The limits of a topic only ever grow; without more room, less is kept.
-                let _ = self.participant.create_topic(topic, reader.kind.clone(), &more, TopicKind::NoKey);
-            }
+        for taken in self.readers.take(now_ns, system_ns) {
+            told.extend(match taken {
+                FromReader::Heard(heard) => Some(heard),
+                FromReader::Said { sample, related } => self.heed(sample, related),
+            });
         }
-        // Those of one writer stay in the order of their numbers: one that had to be sent again is older than the next.
-        let mut latest: BTreeMap<[u8; 16], i64> = BTreeMap::new();
-        let keyed = samples.into_iter().map(|sample: Sample| {
-            let at_ns = latest.entry(sample.writer).or_insert(sample.received_ns);
-            *at_ns = sample.received_ns.max(*at_ns);
-            (*at_ns, sample)
-        });
-        let mut samples: Vec<(i64, Sample)> = keyed.collect();
-        samples.sort_by_key(|(at_ns, _)| *at_ns);
-        told.extend(samples.into_iter().map(|(_, sample)| Heard::of(sample)));
+    }
+
+    /// What a request or a response is, if it belongs to a service that is offered or asked here.
+    fn heed(&mut self, sample: Sample, related: Option<([u8; 16], i64)>) -> Option<Heard> {
+        let form = Correlation::of(self.vendors.get(&prefix(&sample.writer)).copied());
+        match RosName::of(&sample.topic)? {
+            RosName::Request(service) => {
+                served(service, form, sample, related.map(|(guid, _)| guid)).map(Heard::Served)
+            }
+            RosName::Reply(service) => {
+                // All clients of a service read all responses.
+                let own = |(guid, _): &([u8; 16], i64)| prefix(guid) == prefix(&self.participant.guid().to_bytes());
+                let related = related.filter(own).map(|(_, number)| number);
+                let response = self.requests.response(&service, form, related, sample.body);
+                response.map(|(number, body)| Heard::Response(Response { number, body }))
+            }
+            RosName::Topic(_) => None,
+        }
     }
 }
 
@@ -643,81 +500,4 @@ fn unfit(writer: &PublicationBuiltinTopicData) -> Option<String> {
         return Some("key".to_owned());
     }
     writer.qos().compliance_failure_wrt(&qos(false, false, KEPT)).map(|policy| format!("{policy:?}"))
-}
-
-/// What a reader asks for.
-fn qos(is_reliable: bool, is_latched: bool, kept: i32) -> QosPolicies {
-    let zero = rustdds::Duration::ZERO;
-    let reliability =
-        if is_reliable { Reliability::Reliable { max_blocking_time: zero } } else { Reliability::BestEffort };
-    QosPolicyBuilder::new()
-        .reliability(reliability)
-        .durability(if is_latched { Durability::TransientLocal } else { Durability::Volatile })
-        .history(History::KeepLast { depth: 1 })
-        .resource_limits(ResourceLimits { max_samples: kept, max_instances: 1, max_samples_per_instance: kept })
-        .build()
-}
-
-/// Nanoseconds since 1970.
-fn nanoseconds(stamp: Timestamp) -> i64 {
-    let ticks = u128::from(stamp.to_ticks());
-    i64::try_from((ticks * 1_000_000_000) >> 32).unwrap_or(i64::MAX)
-}
-
-/// Messages as they are encoded.
-struct AsIs;
-
-impl DeserializerAdapter<Vec<u8>> for AsIs {
-    type Error = std::convert::Infallible;
-    type Decoded = Vec<u8>;
-
-    fn supported_encodings() -> &'static [RepresentationIdentifier] {
-        &[
-            RepresentationIdentifier::CDR_LE,
-            RepresentationIdentifier::CDR_BE,
-            RepresentationIdentifier::XCDR2_LE,
-            RepresentationIdentifier::XCDR2_BE,
-            RepresentationIdentifier::D_CDR2_LE,
-            RepresentationIdentifier::D_CDR2_BE,
-        ]
-    }
-
-    fn transform_decoded(decoded: Vec<u8>) -> Vec<u8> {
-        decoded
-    }
-}
-
-impl DefaultDecoder<Vec<u8>> for AsIs {
-    type Decoder = Whole;
-
-    const DECODER: Whole = Whole;
-}
-
-impl SerializerAdapter<Vec<u8>> for AsIs {
-    type Error = std::convert::Infallible;
-
-    fn output_encoding() -> RepresentationIdentifier {
-        RepresentationIdentifier::CDR_LE
-    }
-
-    fn to_bytes(message: &Vec<u8>) -> Result<Bytes, Self::Error> {
-        // What a message begins with says how it is encoded.
-        Ok(Bytes::copy_from_slice(message.get(4..).unwrap_or_default()))
-    }
-}
-
-/// Puts the encoding before a message again.
-#[derive(Clone)]
-struct Whole;
-
-impl Decode<'_, Vec<u8>> for Whole {
-    type Error = std::convert::Infallible;
-
-    fn decode_bytes(self, bytes: &[u8], encoding: RepresentationIdentifier) -> Result<Vec<u8>, Self::Error> {
-        let mut message = Vec::with_capacity(bytes.len() + 4);
-        message.extend_from_slice(&encoding.to_bytes());
-        message.extend_from_slice(&[0, 0]);
-        message.extend_from_slice(bytes);
-        Ok(message)
-    }
 }

@@ -51,6 +51,15 @@ pub(super) fn dds_kind(kind: &str) -> String {
     format!("{}::dds_::{name}_", package.replace('/', "::"))
 }
 
+/// The DDS types of the requests to a service, and of its responses.
+pub(super) fn request_kind(service_kind: &str) -> String {
+    dds_kind(&format!("{service_kind}_Request"))
+}
+
+pub(super) fn response_kind(service_kind: &str) -> String {
+    dds_kind(&format!("{service_kind}_Response"))
+}
+
 /// The type of a service or an action: that of a part of it, without the suffix which the part has.
 pub(super) fn whole(part: &str, suffixes: &[&str]) -> Option<String> {
     let kind = kind(part);

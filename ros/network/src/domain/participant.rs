@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::heard::{Ask, Heard, LEAVING, NodeName, Publication, Request, Subscribed};
+use super::heard::{Ask, Heard, LEAVING, NodeName, Publication, Reply, Request, Subscribed};
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
 
@@ -60,11 +60,12 @@ struct Shared {
 #[derive(Default)]
 struct Process {
     subscribed: Option<Subscribed>,
-    /// What was published last on each topic, and which services are asked.
+    /// What was published last on each topic, which services are asked, and which are offered, with their types.
     published: BTreeMap<String, Publication>,
     services: BTreeMap<String, Request>,
-    /// What was asked while there was no process.
-    unasked: Vec<Request>,
+    offered: BTreeMap<String, String>,
+    /// What was asked, and answered, while there was no process.
+    unasked: Vec<Ask>,
     input: Option<SyncSender<Ask>>,
     child: Option<Child>,
     /// When it last said anything.
@@ -129,9 +130,19 @@ impl Voice {
         let mut process = self.0.process();
         let offer = || Request { body: Vec::new(), ..request.clone() };
         process.services.entry(request.service.clone()).or_insert_with(offer);
-        if !process.ask(Ask::Request(request.clone())) && process.unasked.len() < MOST_ASKED {
-            process.unasked.push(request);
-        }
+        process.ask_or_keep(Ask::Request(request));
+    }
+
+    /// Offers a service with this type.
+    pub(super) fn serve(&self, service: String, kind: String) {
+        let mut process = self.0.process();
+        process.offered.insert(service.clone(), kind.clone());
+        process.ask(Ask::Serve(service, kind));
+    }
+
+    /// Responds to a [request](super::Domain::request) to a service that is offered here.
+    pub fn respond(&self, reply: Reply) {
+        self.0.process().ask_or_keep(Ask::Respond(reply));
     }
 }
 
@@ -157,6 +168,13 @@ impl Process {
     /// Asks without waiting. One that has ended is told of by whoever reads what it says. Returns whether it is asked.
     fn ask(&self, ask: Ask) -> bool {
         self.input.as_ref().is_some_and(|input| input.try_send(ask).is_ok())
+    }
+
+    /// Asks what must not be lost: without a process, the next one is asked.
+    fn ask_or_keep(&mut self, ask: Ask) {
+        if !self.ask(ask.clone()) && self.unasked.len() < MOST_ASKED {
+            self.unasked.push(ask);
+        }
     }
 
     /// Kills it. What it said last is still heard.
@@ -216,8 +234,10 @@ fn start(Join { options, clock, node }: &Join, shared: &Shared) -> std::io::Resu
     let unasked = std::mem::take(&mut process.unasked);
     let subscribe = process.subscribed.clone().map(Ask::Subscribe);
     let publish = process.published.values().cloned().map(Ask::Publish);
-    let request = process.services.values().cloned().chain(unasked).map(Ask::Request);
-    let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(publish).chain(request).collect();
+    let request = process.services.values().cloned().map(Ask::Request);
+    let serve = process.offered.clone().into_iter().map(|(service, kind)| Ask::Serve(service, kind));
+    let offers = publish.chain(request).chain(serve);
+    let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(offers).chain(unasked).collect();
     let (sender, asked) = sync_channel::<Ask>(MOST_ASKED);
     let mut input = child.stdin.take().ok_or_else(none)?;
     // The end of its input is the end of its work.

@@ -1,12 +1,9 @@
-//! Requests to services of ROS 2, and which response belongs to which: what says so depends on the server's middleware.
-//!
-//! Fast DDS numbers a request as it numbers any sample; a response refers to it in a parameter beside the message,
-//! "related sample identity" in DDS-RPC 1.0, 7.8.2. With Cyclone DDS, a request and its response begin with the same
-//! sixteen bytes: who asks, and a number.
+//! Requests to services of ROS 2, and which response belongs to which.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
+use super::correlation::{Correlation, take_header, with_header};
 use super::heard::{Offers, Prefix, Request, prefix};
 use super::names::{self, RosName};
 use crate::clock::now;
@@ -19,27 +16,6 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The most requests that wait for their servers, and the most that wait for responses.
 const MOST: usize = 4096;
-
-/// The bytes that say how a message is encoded, and those of Cyclone's header.
-const ENCODING: usize = 4;
-const HEADER: usize = 16;
-
-/// The number of Cyclone DDS among the vendors of RTPS.
-const CYCLONE: [u8; 2] = [1, 0x10];
-
-/// Where a request and its response say that they belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Correlation {
-    Beside,
-    Header,
-}
-
-impl Correlation {
-    /// What a participant of this vendor understands.
-    pub(super) fn of(vendor: Option<[u8; 2]>) -> Self {
-        if vendor == Some(CYCLONE) { Self::Header } else { Self::Beside }
-    }
-}
 
 /// The requests that have not been answered.
 #[derive(Debug)]
@@ -98,7 +74,7 @@ impl Requests {
     pub(super) fn due(&mut self) -> Vec<(Request, Correlation)> {
         let mut due = Vec::new();
         self.waiting.retain(|(request, _)| {
-            let servers = self.servers.get(&(request.service.clone(), request.dds_kind()));
+            let servers = self.servers.get(&(request.service.clone(), names::request_kind(&request.kind)));
             let mut servers = servers.into_iter().flat_map(BTreeMap::values).peekable();
             if servers.peek().is_none() {
                 return true;
@@ -129,11 +105,14 @@ impl Requests {
 
     /// The message that asks for a response with this header, or without one.
     pub(super) fn body(&self, request: &Request, form: Correlation) -> Vec<u8> {
-        match (form, request.body.split_first_chunk::<ENCODING>()) {
-            (Correlation::Header, Some((encoding, message))) => {
-                [encoding, &self.client[..], &request.number.to_le_bytes()[..], message].concat()
+        match form {
+            Correlation::Beside => request.body.clone(),
+            Correlation::Header => {
+                let mut header = [0; 16];
+                header[..8].copy_from_slice(&self.client);
+                header[8..].copy_from_slice(&request.number.to_le_bytes());
+                with_header(&header, &request.body)
             }
-            _ => request.body.clone(),
         }
     }
 
@@ -162,23 +141,17 @@ impl Requests {
             *is_answered = true;
             return Some((*number, body));
         };
-        // The second byte of the encoding says whether the least significant byte comes first.
-        let is_little = *body.get(1)? == 1;
-        let header: [u8; HEADER] = body.get(ENCODING..ENCODING + HEADER)?.try_into().ok()?;
-        let [mut client, mut number] =
-            [&header[..8], &header[8..]].map(|half| <[u8; 8]>::try_from(half).expect("half"));
-        if !is_little {
-            client.reverse();
-            number.reverse();
-        }
-        body.drain(ENCODING..ENCODING + HEADER);
-        (client == self.client).then(|| (u64::from_le_bytes(number), body))
+        let header = take_header(&mut body)?;
+        let (client, number) = header.split_first_chunk::<8>()?;
+        let number = u64::from_le_bytes(number.try_into().ok()?);
+        (*client == self.client).then_some((number, body))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::correlation::CYCLONE;
     use crate::domain::heard::{Server, Writer};
 
     fn request(service: &str, number: u64) -> Request {
@@ -196,7 +169,7 @@ mod tests {
             is_latched: false,
             unfit: None,
         };
-        let server = Server { reader: [server; 16], kind: request(service, 0).dds_kind() };
+        let server = Server { reader: [server; 16], kind: names::request_kind(&request(service, 0).kind) };
         let requests = [(names::request(service), vec![server])].into();
         Offers { writers: vec![writer], requests, ..Offers::default() }
     }

@@ -1,0 +1,233 @@
+//! What reads in a DDS domain.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Wake, Waker};
+use std::thread::Thread;
+
+use rustdds::no_key::SimpleDataReader;
+use rustdds::{DomainParticipant, GUID, QosPolicies, RTPSEntity as _, Subscriber, Timestamp, TopicKind};
+
+use super::as_is::{AsIs, KEPT, KEPT_SMALL, qos};
+use super::heard::{Heard, NODES, Sample, Subscribed, Writer};
+use super::names::RosName;
+
+/// The most readers that are made at a time: rustdds has room for a hundred at once.
+const MOST_MADE: usize = 50;
+
+/// The size up to which a message is small, in bytes.
+const SMALL: usize = 1 << 14;
+
+/// The readers of a participant, by topic.
+pub(super) struct Readers {
+    participant: DomainParticipant,
+    subscriber: Subscriber,
+    readers: BTreeMap<String, Reader>,
+    /// Writers that are gone without a goodbye. If they come back, rustdds does not tell their readers.
+    pub(super) given_up: BTreeSet<[u8; 16]>,
+    /// Whether there are others than before.
+    pub(super) has_new: bool,
+}
+
+struct Reader {
+    topic: Arc<str>,
+    kind: String,
+    is_reliable: bool,
+    is_latched: bool,
+    data: SimpleDataReader<Vec<u8>, AsIs>,
+    alarm: Arc<Alarm>,
+    is_small: bool,
+}
+
+/// What has been taken from a reader.
+pub(super) enum FromReader {
+    Heard(Heard),
+    /// A request or a response, and what it says that it refers to: an entity, and a number that this gave.
+    Said {
+        sample: Sample,
+        related: Option<([u8; 16], i64)>,
+    },
+}
+
+/// Wakes the thread when a reader has something.
+struct Alarm {
+    rings: AtomicBool,
+    thread: Thread,
+}
+
+impl Wake for Alarm {
+    fn wake(self: Arc<Self>) {
+        self.rings.store(true, Ordering::Release);
+        self.thread.unpark();
+    }
+}
+
+impl Readers {
+    /// # Errors
+    /// If a participant cannot have any.
+    pub(super) fn of(participant: DomainParticipant) -> Result<Self, String> {
+        let subscriber = participant.create_subscriber(&QosPolicies::qos_none()).map_err(|error| error.to_string())?;
+        let (readers, given_up) = (BTreeMap::new(), BTreeSet::new());
+        Ok(Self { participant, subscriber, readers, given_up, has_new: false })
+    }
+
+    pub(super) fn guid(&self, topic: &str) -> Option<GUID> {
+        self.readers.get(topic).map(|reader| reader.data.guid())
+    }
+
+    pub(super) fn guids(&self) -> Vec<[u8; 16]> {
+        self.readers.values().map(|reader| reader.data.guid().to_bytes()).collect()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.readers.clear();
+    }
+
+    /// Looks at all of them, even if nothing has rung.
+    pub(super) fn look(&self) {
+        self.readers.values().for_each(|reader| reader.alarm.rings.store(true, Ordering::Release));
+    }
+
+    /// Makes the readers fit the writers: a topic is read reliably if all offer that, and likewise what is latched, if
+    /// that is wanted. Returns whether some readers are left to make.
+    ///
+    /// # Errors
+    /// Why there can be no such reader.
+    pub(super) fn fit(
+        &mut self,
+        writers: &[Writer],
+        subscribed: &Subscribed,
+        hears_latched: bool,
+    ) -> Result<bool, String> {
+        let mut offered: BTreeMap<&str, (&str, bool, bool)> = BTreeMap::new();
+        for writer in
+            writers.iter().filter(|writer| subscribed.has(&writer.topic, &writer.kind) && writer.unfit.is_none())
+        {
+            let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
+            known.1 &= writer.is_reliable;
+            known.2 &= writer.is_latched && (hears_latched || writer.topic == NODES);
+            if self.given_up.remove(&writer.guid) {
+                self.readers.remove(&writer.topic);
+            }
+        }
+        let mut made = 0;
+        for (topic, (kind, is_reliable, is_latched)) in offered {
+            let reader = self.readers.get(topic);
+            // One that asks for less still hears everybody.
+            if reader.is_some_and(|reader| (!reader.is_reliable || is_reliable) && (!reader.is_latched || is_latched)) {
+                continue;
+            }
+            if made == MOST_MADE {
+                return Ok(true);
+            }
+            made += 1;
+            let (kind, was_reliable, was_latched) = reader.map_or((kind.to_owned(), true, true), |reader| {
+                (reader.kind.clone(), reader.is_reliable, reader.is_latched)
+            });
+            self.readers.remove(topic);
+            match self.read(topic, kind, is_reliable && was_reliable, is_latched && was_latched) {
+                Ok(()) => {}
+                // Of all topics, those are heard for which there is room.
+                Err(_) if *subscribed == Subscribed::All => {}
+                Err(why) => return Err(why),
+            }
+        }
+        Ok(false)
+    }
+
+    /// Reads a topic, if it is not read yet.
+    ///
+    /// # Errors
+    /// Why there can be no such reader.
+    pub(super) fn read(
+        &mut self,
+        topic: &str,
+        kind: String,
+        is_reliable: bool,
+        is_latched: bool,
+    ) -> Result<(), String> {
+        if self.readers.contains_key(topic) {
+            return Ok(());
+        }
+        let wanted = qos(is_reliable, is_latched, KEPT);
+        let make = || {
+            let made = self.participant.create_topic(topic.to_owned(), kind.clone(), &wanted, TopicKind::NoKey)?;
+            self.subscriber.create_simple_datareader_no_key(&made, Some(wanted.clone()))
+        };
+        let data = make().map_err(|error| format!("{topic} cannot be read: {error}"))?;
+        let alarm = Arc::new(Alarm { rings: AtomicBool::new(true), thread: std::thread::current() });
+        self.has_new = true;
+        let reader = Reader { topic: topic.into(), kind, is_reliable, is_latched, data, alarm, is_small: false };
+        self.readers.insert(topic.to_owned(), reader);
+        Ok(())
+    }
+
+    /// What they have received, in order. `now_ns` is the time of whoever is told, and `system_ns` that of the system.
+    pub(super) fn take(&mut self, now_ns: i64, system_ns: i64) -> Vec<FromReader> {
+        let (mut taken, mut samples) = (Vec::new(), Vec::new());
+        for reader in self.readers.values_mut() {
+            if !reader.alarm.rings.swap(false, Ordering::Acquire) {
+                continue;
+            }
+            reader.data.set_waker(Some(Waker::from(Arc::clone(&reader.alarm))));
+            reader.data.drain_read_notifications();
+            let is_said = matches!(RosName::of(&reader.topic), Some(RosName::Request(_) | RosName::Reply(_)));
+            let begun = samples.len();
+            loop {
+                match reader.data.try_take_one() {
+                    // What is published here is not heard.
+                    Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
+                    Ok(Some(change)) => {
+                        let age_ns = system_ns.saturating_sub(nanoseconds(change.receive_instant)).max(0);
+                        let sent = change.source_timestamp().filter(|stamp| *stamp != Timestamp::INVALID);
+                        let related = change.related_sample_identity();
+                        let sample = Sample {
+                            topic: Arc::clone(&reader.topic),
+                            writer: change.writer_guid.to_bytes(),
+                            number: i64::from(change.sequence_number),
+                            received_ns: now_ns.saturating_sub(age_ns),
+                            sent_ns: sent.map(nanoseconds),
+                            body: change.sample,
+                        };
+                        if is_said {
+                            let related = related.map(|of| (of.writer_guid.to_bytes(), i64::from(of.sequence_number)));
+                            taken.push(FromReader::Said { sample, related });
+                        } else {
+                            samples.push(sample);
+                        }
+                    }
+                    Ok(None) => break,
+                    Err(why) => {
+                        taken.push(FromReader::Heard(Heard::Unreadable(Arc::clone(&reader.topic), why.to_string())))
+                    }
+                }
+            }
+            let new = &samples[begun..];
+            if !reader.is_small && !new.is_empty() && new.iter().all(|sample| sample.body.len() <= SMALL) {
+                reader.is_small = true;
+                let more = qos(reader.is_reliable, reader.is_latched, KEPT_SMALL);
+                let topic = reader.topic.as_ref().to_owned();
+                // The limits of a topic only ever grow; without more room, less is kept.
+                let _ = self.participant.create_topic(topic, reader.kind.clone(), &more, TopicKind::NoKey);
+            }
+        }
+        // Those of one writer stay in the order of their numbers: one that had to be sent again is older than the next.
+        let mut latest: BTreeMap<[u8; 16], i64> = BTreeMap::new();
+        let keyed = samples.into_iter().map(|sample: Sample| {
+            let at_ns = latest.entry(sample.writer).or_insert(sample.received_ns);
+            *at_ns = sample.received_ns.max(*at_ns);
+            (*at_ns, sample)
+        });
+        let mut samples: Vec<(i64, Sample)> = keyed.collect();
+        samples.sort_by_key(|(at_ns, _)| *at_ns);
+        taken.extend(samples.into_iter().map(|(_, sample)| FromReader::Heard(Heard::of(sample))));
+        taken
+    }
+}
+
+/// Nanoseconds since 1970.
+pub(super) fn nanoseconds(stamp: Timestamp) -> i64 {
+    let ticks = u128::from(stamp.to_ticks());
+    i64::try_from((ticks * 1_000_000_000) >> 32).unwrap_or(i64::MAX)
+}
