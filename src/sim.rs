@@ -1,12 +1,20 @@
 //! `steward sim SCENARIO`: the simulated robot as a robot of ROS 2, for whoever drives it from outside.
 
+#[cfg(feature = "dds")]
+mod action;
 mod args;
 #[cfg(feature = "dds")]
 mod commands;
 #[cfg(feature = "dds")]
+mod frames;
+#[cfg(feature = "dds")]
+mod navigation;
+#[cfg(feature = "dds")]
 mod pace;
 #[cfg(feature = "dds")]
 mod robot;
+#[cfg(feature = "dds")]
+mod topics;
 
 use std::process::ExitCode;
 

@@ -16,12 +16,12 @@ struct Turning(Rc<RefCell<Vec<Reading>>>);
 
 impl Pilot for Turning {
     fn drive(&mut self, sensed: &Sensed<'_>) -> Orders {
-        self.0.borrow_mut().extend_from_slice(sensed.readings);
+        self.0.borrow_mut().extend_from_slice(sensed.software.readings());
         let is_full = sensed.now.subsec_nanos() == 0;
         Orders {
-            velocity: VelocityCommand { linear_mps: 0.0, angular_radps: 0.5 },
+            velocity: Some(VelocityCommand { linear_mps: 0.0, angular_radps: 0.5 }),
             happened: is_full.then(|| "it turns".to_owned()).into_iter().collect(),
-            pose: None,
+            ..Orders::default()
         }
     }
 }

@@ -168,6 +168,13 @@ impl Software {
         Ok(())
     }
 
+    /// Ends the navigator's trip, whoever has sent its goal, unless Navigation is frozen.
+    pub fn end_trip(&mut self) {
+        if !self.outages.navigation {
+            self.navigator.stop();
+        }
+    }
+
     fn navigate(&mut self, now: Duration) -> VelocityCommand {
         let Some(odometry) = &self.odometry else { return VelocityCommand::STOP };
         self.navigator.update(now, &self.estimate, odometry)
@@ -261,9 +268,9 @@ impl Software {
         self.localization.particles().len()
     }
 
-    /// The poses of localization's particles, in the `map` frame.
-    pub fn particles(&self) -> impl Iterator<Item = Pose> {
-        self.localization.particles().map(|(pose, _)| pose)
+    /// The poses of localization's particles, in the `map` frame, with their weights, whose sum is 1.
+    pub fn particles(&self) -> impl Iterator<Item = (Pose, f64)> {
+        self.localization.particles()
     }
 
     /// The rest of the path that the robot is following, in the `map` frame; empty if there is none.
@@ -274,6 +281,18 @@ impl Software {
         let squared = |point: &Point| (point - here).norm_squared();
         let nearest = (0..path.len()).min_by(|&a, &b| squared(&path[a]).total_cmp(&squared(&path[b])));
         &path[nearest.unwrap_or(0)..]
+    }
+
+    /// What drives to goals.
+    #[must_use]
+    pub fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
+    /// The components that are frozen.
+    #[must_use]
+    pub fn outages(&self) -> &Outages {
+        &self.outages
     }
 
     /// Why navigation has given up, or why it currently has no path.

@@ -62,6 +62,7 @@ pub struct Navigator {
     smoother: VelocitySmoother,
     status: NavigationStatus,
     reason: Option<GiveUpReason>,
+    trips_started: u64,
     trips_given_up: u64,
     trip: Option<Trip>,
     last_update: Option<Duration>,
@@ -104,6 +105,7 @@ impl Navigator {
             smoother: VelocitySmoother::new(model),
             status: NavigationStatus::Idle,
             reason: None,
+            trips_started: 0,
             trips_given_up: 0,
             trip: None,
             last_update: None,
@@ -120,6 +122,7 @@ impl Navigator {
 
     /// Starts a trip to a goal and abandons any other trip. The next update searches for a path.
     pub fn start(&mut self, goal: Goal) {
+        self.trips_started += 1;
         self.reason = None;
         if goal.is_valid() {
             self.trip = Some(Trip::new(goal));
@@ -171,6 +174,12 @@ impl Navigator {
     #[must_use]
     pub fn reason(&self) -> Option<GiveUpReason> {
         self.reason
+    }
+
+    /// How many trips it has started.
+    #[must_use]
+    pub fn trips_started(&self) -> u64 {
+        self.trips_started
     }
 
     /// How many trips it has given up.

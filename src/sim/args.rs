@@ -13,12 +13,18 @@ const TOPICS: &str = "\
 Topics that it publishes, reliably:
   /clock, /tf, scan, odom       the time, where the robot is, scans of all lasers
   /tf_static, map               where the lasers are, and the map: both latched
-  battery_state                 the charge
-  amcl_pose                     with --localize: where it believes that it is
+  battery_state, contacts       the charge, and what the robot begins to touch
+  amcl_pose, particle_cloud     with --localize: where it believes that it is
+  plan                          with --navigate: the way that is left
 
 Topics that it reads:
   cmd_vel                       what it obeys: Twist or TwistStamped
-  initialpose                   with --localize: where it is told that it is";
+  initialpose                   with --localize: where it is told that it is
+
+Action that it serves:
+  navigate_to_pose              with --navigate: as Nav2's
+
+Frames: map, odom, base_footprint, base_link, and laser_NAME for each laser";
 
 /// The robot, and who may drive it.
 #[derive(Debug, Args)]
@@ -38,9 +44,17 @@ pub(crate) struct SimArgs {
     /// Gives a topic another name, as in ROS 2; may be given more than once
     #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping)]
     pub(super) remapped: Vec<Remapping>,
-    /// Localizes the robot: publishes `amcl_pose` and the transform from `map` to `odom`, and listens to `initialpose`
+    /// Localizes the robot: publishes `amcl_pose`, `particle_cloud` and the transform from `map` to `odom`, and listens
+    /// to `initialpose`
     #[arg(long)]
     pub(super) localize: bool,
+    /// Serves Nav2's action `navigate_to_pose`: the robot's own navigation drives, and while it does, commands on
+    /// `cmd_vel` have no effect
+    #[arg(long, requires = "localize", conflicts_with = "lock_step")]
+    pub(super) navigate: bool,
+    /// Gives a frame another name, such as `odom:=r1/odom`; may be given more than once
+    #[arg(long = "frame", value_name = "FROM:=TO", value_parser = renaming)]
+    pub(super) frames: Vec<(String, String)>,
     /// How many simulated seconds pass in a second; `inf` for as many as possible
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, conflicts_with = "lock_step", value_parser = above_0)]
     pub(super) speed: f64,
@@ -58,4 +72,13 @@ pub(crate) struct SimArgs {
 fn above_0(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| *number > 0.0);
     number.ok_or_else(|| "a number above 0".to_owned())
+}
+
+/// Reads `FROM:=TO`, two names of frames.
+pub(super) fn renaming(text: &str) -> Result<(String, String), String> {
+    let is_name = |name: &str| !name.is_empty() && !name.starts_with('/') && !name.contains(char::is_whitespace);
+    let parts = text.split_once(":=").filter(|(from, to)| is_name(from) && is_name(to));
+    parts
+        .map(|(from, to)| (from.to_owned(), to.to_owned()))
+        .ok_or_else(|| "FROM:=TO, such as odom:=r1/odom, each without `/` at its beginning".to_owned())
 }

@@ -8,7 +8,7 @@ use robot::VelocityCommand;
 use ros_messages::{CdrReader, Mismatch};
 
 /// The largest coordinate, in meters, and the largest covariance of a pose on a map.
-const LARGEST: f64 = 1e6;
+pub(super) const LARGEST: f64 = 1e6;
 
 /// A message for the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ impl Command {
         let is_stamped = kind == "geometry_msgs/msg/TwistStamped";
         let read = || -> Result<_, Mismatch> {
             let mut reader = CdrReader::new(message)?;
-            let stamp = if is_stamped { Some(header(&mut reader)?) } else { None };
+            let stamp = if is_stamped { Some(header(&mut reader)?.0) } else { None };
             Ok((stamp, reals::<6>(&mut reader)?))
         };
         let (stamp, numbers) = read().ok()?;
@@ -45,16 +45,18 @@ impl Command {
     }
 }
 
-/// The pose in a `geometry_msgs/msg/PoseWithCovarianceStamped`. None if it is not one, or not a pose in a plane.
-pub(super) fn initial_pose(message: &[u8]) -> Option<InitialPose> {
+/// The pose in a `geometry_msgs/msg/PoseWithCovarianceStamped`. None if it is not one, or not a pose in the plane of
+/// the map: without a frame, it is one.
+pub(super) fn initial_pose(message: &[u8], map: &str) -> Option<InitialPose> {
     let read = || -> Result<_, Mismatch> {
         let mut reader = CdrReader::new(message)?;
-        header(&mut reader)?;
-        Ok((reals::<7>(&mut reader)?, reals::<36>(&mut reader)?))
+        let (_, frame) = header(&mut reader)?;
+        Ok((frame, reals::<7>(&mut reader)?, reals::<36>(&mut reader)?))
     };
-    let ([x, y, _, a, b, c, w], covariance) = read().ok()?;
+    let (frame, [x, y, _, a, b, c, w], covariance) = read().ok()?;
+    let is_on_map = frame.is_empty() || frame == map.as_bytes();
     let covariance = [0, 1, 5].map(|row| [0, 1, 5].map(|column| covariance[6 * row + column]));
-    let is_sound = [x, y].iter().chain(covariance.iter().flatten()).all(|number| number.abs() <= LARGEST);
+    let is_sound = is_on_map && [x, y].iter().chain(covariance.iter().flatten()).all(|number| number.abs() <= LARGEST);
     // A covariance of zeros, which some programs send, says that nothing is known of it.
     let is_exact = covariance.iter().flatten().all(|number| *number == 0.0);
     let there = seen_from_above([x, y], [a, b, c, w]);
@@ -62,14 +64,14 @@ pub(super) fn initial_pose(message: &[u8]) -> Option<InitialPose> {
         .then(|| if is_exact { InitialPose::at(there) } else { InitialPose::near(there, covariance) })
 }
 
-/// Reads a `std_msgs/msg/Header`. Returns its stamp.
-fn header(reader: &mut CdrReader<'_>) -> Result<Duration, Mismatch> {
+/// Reads a `std_msgs/msg/Header`. Returns its stamp and its frame.
+pub(super) fn header<'b>(reader: &mut CdrReader<'b>) -> Result<(Duration, &'b [u8]), Mismatch> {
     let (s, ns) = (i32::from_le_bytes(reader.number()?), u32::from_le_bytes(reader.number()?));
-    reader.string(None)?;
-    Ok(Duration::new(u64::try_from(s).unwrap_or_default(), ns))
+    let frame = reader.string(None)?;
+    Ok((Duration::new(u64::try_from(s).unwrap_or_default(), ns), frame))
 }
 
-fn reals<const COUNT: usize>(reader: &mut CdrReader<'_>) -> Result<[f64; COUNT], Mismatch> {
+pub(super) fn reals<const COUNT: usize>(reader: &mut CdrReader<'_>) -> Result<[f64; COUNT], Mismatch> {
     let mut numbers = [0.0; COUNT];
     for number in &mut numbers {
         *number = f64::from_le_bytes(reader.number()?);
@@ -127,14 +129,18 @@ mod tests {
             let mut covariance = Covariance::default();
             [0, 7, 35].iter().for_each(|place| covariance.0[*place] = variance);
             let pose = PoseWithCovariance { pose: (&there).into(), covariance };
-            bytes(|cdr| PoseWithCovarianceStamped { header: Header::default(), pose }.write(cdr))
+            let header = Header::new(Duration::ZERO, if variance > 0.0 { "map" } else { "" });
+            bytes(|cdr| PoseWithCovarianceStamped { header, pose }.write(cdr))
         };
         for (variance, expected_m2) in [(0.25, 0.25), (0.0, 2.5e-3)] {
-            let Some(InitialPose::Near { pose, covariance }) = initial_pose(&written(variance)) else { panic!() };
+            let Some(InitialPose::Near { pose, covariance }) = initial_pose(&written(variance), "map") else {
+                panic!()
+            };
             assert!((pose.inverse() * there).translation.vector.norm() < 1e-9);
             assert!((maps::heading(&pose) - 2.5).abs() < 1e-9);
             assert_eq!(covariance[(1, 1)], expected_m2);
         }
-        assert_eq!(initial_pose(&written(f64::NAN)), None);
+        assert_eq!(initial_pose(&written(f64::NAN), "map"), None);
+        assert_eq!(initial_pose(&written(0.25), "r1/map"), None);
     }
 }

@@ -3,18 +3,22 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use bags::{Received, Source as _, resolve};
+use bags::{Received, Source as _};
 use campaigns::Error;
+use maps::Pose;
 use network::{Domain, Live as _, Publication, Voice};
 use recording::ros;
 use robot::{LaserSpec, Reading, VelocityCommand};
-use ros_messages::{CdrWriter, RosMessage};
+use ros_messages::{CdrWriter, RosMessage, RosType as _};
 use runs::{Orders, Pilot, Sensed};
 use scenarios::scenario::Scenario;
 
 use super::args::SimArgs;
 use super::commands::{self, Command};
+use super::frames::Frames;
+use super::navigation::NavigationServer;
 use super::pace::{Commands, Oddity, Pace, STALE};
+use super::topics::Topics;
 use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
@@ -31,59 +35,9 @@ const MOST_CELLS: usize = 60_000_000;
 /// The most messages that are taken in a step: what comes faster waits, or is lost.
 const MOST: usize = 1000;
 
-/// The names of its topics.
-struct Topics {
-    clock: String,
-    tf: String,
-    tf_static: String,
-    map: String,
-    scan: String,
-    odom: String,
-    battery: String,
-    estimate: String,
-    /// Those that it listens to.
-    command: String,
-    initial_pose: String,
-}
-
-impl Topics {
-    /// # Errors
-    /// If a remapping is about none of them.
-    fn of(args: &SimArgs) -> Result<Self, Error> {
-        let space = args.namespace.as_deref().unwrap_or_default();
-        let mut is_used = vec![false; args.remapped.len()];
-        let mut name = |name: &str| {
-            let (name, rule) = resolve(space, name, &args.remapped);
-            rule.into_iter().for_each(|rule| is_used[rule] = true);
-            name
-        };
-        let topics = Self {
-            clock: name("/clock"),
-            tf: name("/tf"),
-            tf_static: name("/tf_static"),
-            map: name("map"),
-            scan: name("scan"),
-            odom: name("odom"),
-            battery: name("battery_state"),
-            estimate: name("amcl_pose"),
-            command: name("cmd_vel"),
-            initial_pose: name("initialpose"),
-        };
-        let Self { clock, tf, tf_static, map, scan, odom, battery, estimate, command, initial_pose } = &topics;
-        let names = [clock, tf, tf_static, map, scan, odom, battery, estimate, command, initial_pose];
-        if let Some((_, twice)) = names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)) {
-            let message = format!("`--remap`: two topics would have the name {twice}");
-            return Err(Error::refused(message, "give each its own"));
-        }
-        match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
-            Some((rule, _)) => {
-                let message = format!("`--remap`: there is no topic `{}`, or an earlier one is about it", rule.from);
-                Err(Error::refused(message, "`steward sim --help` lists the topics"))
-            }
-            None => Ok(topics),
-        }
-    }
-}
+/// The types of messages that no recording has.
+const PARTICLES: &str = "nav2_msgs/msg/ParticleCloud";
+const CONTACTS: &str = "ros_gz_interfaces/msg/Contacts";
 
 /// Joins the domain as a scenario's robot.
 pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>, Error> {
@@ -100,10 +54,14 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
         let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
         Error::refused(message, "name one with a map, and without a schedule")
     })?;
-    let (map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
+    let (mut map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
+    let frames = Frames::of(&lasers, &args.frames)?;
+    map.header.frame_id = frames.map.clone().into();
+    let navigation = args.navigate.then(|| NavigationServer::new(topics.navigate.clone(), frames.map.clone()));
     let wanted = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)].into_iter().flatten();
     let name = format!("{}/steward", args.namespace.as_deref().unwrap_or_default());
     let mut node = Domain::node(args.domain.options()?, name.clone(), false, wanted.cloned().collect());
+    navigation.iter().for_each(|navigation| node.serve(navigation.server.services().collect()));
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;
     let left = || Error::refused("the domain has been left", "start it again");
@@ -113,8 +71,10 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
         node,
         voice,
         topics,
+        frames,
         pace,
         lasers,
+        navigation,
         is_localized: args.localize,
         has_begun: false,
         commands: Commands::default(),
@@ -129,18 +89,23 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
     robot.offer::<ros::Transforms>(&topics.tf);
     robot.offer::<ros::Odometry>(&topics.odom);
     robot.offer::<ros::BatteryState>(&topics.battery);
+    robot.offer_as(&topics.contacts, CONTACTS);
     if !robot.lasers.is_empty() {
         robot.offer::<ros::LaserScan>(&topics.scan);
     }
     if args.localize {
         robot.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate);
+        robot.offer_as(&topics.particles, PARTICLES);
+    }
+    if args.navigate {
+        robot.offer::<ros::Path>(&topics.plan);
     }
     if map.data.len() > MOST_CELLS {
         let message = format!("the map has {} cells, which is too much for a message", map.data.len());
         return Err(Error::refused(message, format!("{MOST_CELLS} are possible")));
     }
     robot.publish(&topics.map, true, &map);
-    robot.publish(&topics.tf_static, true, &ros::Transforms::of_lasers(&robot.lasers));
+    robot.publish(&topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
     Ok(Box::new(robot))
 }
 
@@ -148,8 +113,11 @@ struct RosRobot {
     node: Domain,
     voice: Voice,
     topics: Topics,
+    frames: Frames,
     pace: Pace,
     lasers: Vec<LaserSpec>,
+    /// What gives the robot's own navigation goals, if that drives.
+    navigation: Option<NavigationServer>,
     is_localized: bool,
     has_begun: bool,
     commands: Commands,
@@ -170,7 +138,7 @@ impl Pilot for RosRobot {
             self.await_others(&mut orders);
         }
         self.tell(sensed);
-        orders.velocity = if let Pace::LockStep { deadline, .. } = self.pace {
+        let commanded = if let Pace::LockStep { deadline, .. } = self.pace {
             if self.pace.awaits(now) {
                 self.held = self.await_command(now, deadline, &mut orders);
             }
@@ -179,6 +147,12 @@ impl Pilot for RosRobot {
             self.listen(now, &mut orders);
             self.last_command(now, &mut orders)
         };
+        let navigates = self.navigation.is_some() && sensed.software.navigation_status().is_under_way();
+        orders.velocity = (!navigates).then_some(commanded);
+        if let Some(navigation) = &mut self.navigation {
+            orders.trip = navigation.act(sensed, || self.node.request());
+            navigation.server.speak(&self.voice);
+        }
         self.tell_of_others();
         orders
     }
@@ -187,36 +161,53 @@ impl Pilot for RosRobot {
 impl RosRobot {
     /// Offers a topic, before there are messages.
     fn offer<T: RosMessage>(&self, topic: &str) {
-        let (topic, kind) = (topic.to_owned(), T::name().full());
+        self.offer_as(topic, &T::name().full());
+    }
+
+    fn offer_as(&self, topic: &str, kind: &str) {
+        let (topic, kind) = (topic.to_owned(), kind.to_owned());
         self.voice.publish(Publication { topic, kind, is_latched: false, body: Vec::new() });
     }
 
     fn publish<T: RosMessage>(&self, topic: &str, is_latched: bool, message: &T) {
+        self.publish_as(topic, T::name().full(), is_latched, |cdr| message.write(cdr));
+    }
+
+    fn publish_as(&self, topic: &str, kind: String, is_latched: bool, write: impl FnOnce(&mut CdrWriter)) {
         let mut cdr = CdrWriter::reusing(Vec::new());
-        message.write(&mut cdr);
-        let (topic, kind) = (topic.to_owned(), T::name().full());
-        self.voice.publish(Publication { topic, kind, is_latched, body: cdr.bytes() });
+        write(&mut cdr);
+        self.voice.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
     }
 
     /// Publishes what has been sensed, and the time last: whoever knows it can know the rest.
     fn tell(&self, sensed: &Sensed<'_>) {
+        let (software, Frames { map, odom, footprint, .. }) = (sensed.software, &self.frames);
         let mut transforms = Vec::new();
-        for reading in sensed.readings {
+        for reading in software.readings() {
             match reading {
                 Reading::Scan(scan) => {
-                    self.publish(&self.topics.scan, false, &ros::LaserScan::of(&self.lasers[scan.laser], scan));
+                    let mut message = ros::LaserScan::of(&self.lasers[scan.laser], scan);
+                    message.header.frame_id = self.frames.lasers[scan.laser].clone().into();
+                    self.publish(&self.topics.scan, false, &message);
                 }
                 Reading::Odometry(odometry) => {
-                    self.publish(&self.topics.odom, false, &ros::Odometry::of(odometry));
-                    let base = ros::TransformStamped::new(odometry.time, ros::ODOM, ros::BASE, &odometry.pose);
-                    transforms.push(base);
-                    if self.is_localized && odometry.time == sensed.estimate.time {
-                        let odom = sensed.estimate.pose * odometry.pose.inverse();
-                        transforms.push(ros::TransformStamped::new(odometry.time, ros::MAP, ros::ODOM, &odom));
+                    let mut message = ros::Odometry::of(odometry);
+                    message.header.frame_id = odom.clone().into();
+                    message.child_frame_id = footprint.clone().into();
+                    self.publish(&self.topics.odom, false, &message);
+                    let mut add = |frame: &String, child: &String, pose: &Pose| {
+                        let (frame, child) = (frame.clone(), child.clone());
+                        transforms.push(ros::TransformStamped::new(odometry.time, frame, child, pose));
+                    };
+                    add(odom, footprint, &odometry.pose);
+                    let estimate = software.estimate();
+                    if self.is_localized && odometry.time == estimate.time {
+                        add(map, odom, &(estimate.pose * odometry.pose.inverse()));
                     }
                 }
                 Reading::Battery(of) => {
-                    let state = ros::BatteryState::of(of.time, of.charge_pct, of.charging);
+                    let mut state = ros::BatteryState::of(of.time, of.charge_pct, of.charging);
+                    state.header.frame_id = self.frames.base.clone().into();
                     self.publish(&self.topics.battery, false, &state);
                 }
             }
@@ -224,14 +215,51 @@ impl RosRobot {
         if !transforms.is_empty() {
             self.publish(&self.topics.tf, false, &ros::Transforms { transforms });
         }
-        if self.is_localized && sensed.readings.iter().any(|reading| matches!(reading, Reading::Scan(_))) {
-            let estimate = sensed.estimate;
-            let pose = ros::PoseWithCovarianceStamped::new(estimate.time, &estimate.pose, estimate.covariance.into());
-            self.publish(&self.topics.estimate, false, &pose);
+        if !sensed.touched.is_empty() {
+            let header = ros::Header::new(sensed.now, self.frames.base.clone());
+            self.publish_as(&self.topics.contacts, CONTACTS.to_owned(), false, |cdr| {
+                header.write(cdr);
+                cdr.length(sensed.touched.len());
+                sensed.touched.iter().for_each(|body| write_contact(body, cdr));
+            });
+        }
+        if software.readings().iter().any(|reading| matches!(reading, Reading::Scan(_))) {
+            self.tell_where(sensed);
         }
         let is_steady = matches!(self.pace, Pace::Steady { .. });
         if is_steady || self.pace.awaits(sensed.now) {
             self.publish(&self.topics.clock, false, &ros::Clock { clock: sensed.now.into() });
+        }
+    }
+
+    /// Publishes where the robot believes that it is, and where it is going.
+    fn tell_where(&self, Sensed { now, software, .. }: &Sensed<'_>) {
+        let (estimate, map) = (software.estimate(), &self.frames.map);
+        if self.is_localized {
+            let (time, covariance) = (estimate.time, estimate.covariance.into());
+            let mut message = ros::PoseWithCovarianceStamped::new(time, &estimate.pose, covariance);
+            message.header.frame_id = map.clone().into();
+            self.publish(&self.topics.estimate, false, &message);
+            if self.node.is_read(&self.topics.particles) {
+                let header = ros::Header::new(estimate.time, map.clone());
+                self.publish_as(&self.topics.particles, PARTICLES.to_owned(), false, |cdr| {
+                    header.write(cdr);
+                    cdr.length(software.particle_count());
+                    software.particles().for_each(|(pose, weight)| {
+                        ros::Pose::from(&pose).write(cdr);
+                        weight.write(cdr);
+                    });
+                });
+            }
+        }
+        if self.navigation.is_some() && self.node.is_read(&self.topics.plan) {
+            let header = ros::Header::new(*now, map.clone());
+            let pose = |point: &maps::Point| ros::PoseStamped {
+                header: header.clone(),
+                pose: (&maps::pose(point.x, point.y, 0.0)).into(),
+            };
+            let poses = software.path().iter().map(pose).collect();
+            self.publish(&self.topics.plan, false, &ros::Path { header: header.clone(), poses });
         }
     }
 
@@ -315,7 +343,7 @@ impl RosRobot {
             if topic.name == self.topics.command {
                 let kind = topic.kind.clone();
                 self.take_command(&kind, &body, now);
-            } else if let Some(pose) = commands::initial_pose(&body) {
+            } else if let Some(pose) = commands::initial_pose(&body, &self.frames.map) {
                 orders.pose = Some(pose);
             } else {
                 self.tell_once(Oddity::Unreadable);
@@ -345,7 +373,8 @@ impl RosRobot {
         let Topics { command, clock, initial_pose, .. } = &self.topics;
         note(&match oddity {
             Oddity::Unreadable => format!(
-                "a message on {command} or {initial_pose} is left out: it is of another type, too short, or not finite"
+                "a message on {command} or {initial_pose} is left out: it is of another type or frame, too short, or not \
+                 finite"
             ),
             Oddity::Sideways => format!("commands on {command} want more than to drive forwards and to turn"),
             Oddity::Old => format!("commands on {command} are left out: their stamps are older than {clock}"),
@@ -365,4 +394,17 @@ impl RosRobot {
         notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).for_each(|text| note(text));
         (self.notes, self.lost) = (notes.len(), lost.len());
     }
+}
+
+/// `ros_gz_interfaces/msg/Contact`: which bodies touch each other, and not where.
+fn write_contact(body: &str, cdr: &mut CdrWriter) {
+    /// The number of a model among entities.
+    const MODEL: u8 = 2;
+    for name in ["steward", body] {
+        0_u64.write(cdr);
+        cdr.text(name);
+        MODEL.write(cdr);
+    }
+    // Positions, normals, depths and wrenches.
+    (0..4).for_each(|_| cdr.length(0));
 }

@@ -61,13 +61,14 @@ of, errors = report(robot)
 assert known["nodes"] == ["steward"] and known["listeners"] == 1, known
 kinds = {"/clock": "rosgraph_msgs/msg/Clock", "/tf": "tf2_msgs/msg/TFMessage", "/tf_static": "tf2_msgs/msg/TFMessage",
          "/odom": "nav_msgs/msg/Odometry", "/scan": "sensor_msgs/msg/LaserScan", "/map": "nav_msgs/msg/OccupancyGrid",
-         "/battery_state": "sensor_msgs/msg/BatteryState"}
+         "/battery_state": "sensor_msgs/msg/BatteryState", "/contacts": "ros_gz_interfaces/msg/Contacts"}
 durable = lambda topic: "TRANSIENT_LOCAL" if topic in ("/map", "/tf_static") else "VOLATILE"
 assert known["offers"] == {topic: ["steward", kind, "RELIABLE", durable(topic)] for topic, kind in kinds.items()}, known
 assert known["map"][:2] == [600, 480] and known["map"][2] > 1000 and known["map"][3] == "map", known
 assert known["scans"] == [["laser_back", "laser_front"], 360, 10.0], known
-assert known["odom"] == ["odom", "base_link", [0.02]] and 0.3 < known["battery"] < 0.32, known
-assert transforms.keys() == {"odom base_link", "base_link laser_front", "base_link laser_back"}, transforms
+assert known["odom"] == ["odom", "base_footprint", [0.02]] and 0.3 < known["battery"] < 0.32, known
+assert transforms.keys() == {"odom base_footprint", "base_footprint base_link", "base_link laser_front",
+                             "base_link laser_back"}, transforms
 assert transforms["base_link laser_back"] == [-0.245, 0, 1, 0], transforms
 print("what rclpy and Cyclone DDS know of the robot is right: its node, topics, qualities, frames, map and stamps")
 assert driven["driving"] > 0.15 and abs(driven["after"]) < 0.01, driven

@@ -36,7 +36,7 @@ pub use error::StepError;
 pub use injector::opposite;
 pub use machines::record as machine_record;
 pub use outside::Outside;
-pub use pilot::{Orders, Pilot, Sensed};
+pub use pilot::{Orders, Pilot, Sensed, TripOrder};
 pub use run::Run;
 pub use session::Session;
 pub use switched::{Switched, SwitchedEffect, restart};

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use nav::{InitialPose, PoseEstimate};
+use components::Software;
+use nav::{Goal, InitialPose};
 use robot::{Reading, Robot, RobotModel, VelocityCommand};
 use sim::Simulation;
 
@@ -12,39 +13,55 @@ pub trait Pilot {
     fn drive(&mut self, sensed: &Sensed<'_>) -> Orders;
 }
 
-/// What a robot knows after a step of its run.
+/// A robot after a step of its run.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensed<'a> {
     /// Time since the start of the run.
     pub now: Duration,
-    /// What its sensors have measured since the last step, oldest first.
-    pub readings: &'a [Reading],
-    /// Where its own localization believes it to be.
-    pub estimate: &'a PoseEstimate,
+    /// What has read its sensors, and what that has made of it.
+    pub software: &'a Software,
+    /// What its body has begun to touch in the step: `walls`, or the name of a body.
+    pub touched: &'a [&'a str],
 }
 
 /// What a robot does until the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Orders {
-    /// The velocity of its base.
-    pub velocity: VelocityCommand,
+    /// The velocity of its base; without one, its own navigation drives.
+    pub velocity: Option<VelocityCommand>,
+    /// What its own navigation is told.
+    pub trip: Option<TripOrder>,
     /// Where its own localization is told that it is.
     pub pose: Option<InitialPose>,
     /// What else has happened, in words.
     pub happened: Vec<String>,
 }
 
-/// A robot for its own software, which senses, and does not drive.
-pub(crate) struct Passenger<'s>(pub(crate) &'s mut Simulation);
+/// What a navigation is told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TripOrder {
+    /// To drive to a goal, and nowhere else.
+    Start(Goal),
+    /// To drive nowhere.
+    End,
+}
+
+/// A robot for its own software, which senses, and only says how it would drive.
+pub(crate) struct Passenger<'s> {
+    pub(crate) sim: &'s mut Simulation,
+    pub(crate) advice: VelocityCommand,
+}
 
 impl Robot for Passenger<'_> {
     fn model(&self) -> &RobotModel {
-        self.0.model()
+        self.sim.model()
     }
 
     fn read(&mut self, readings: &mut Vec<Reading>) {
-        self.0.read(readings);
+        self.sim.read(readings);
     }
 
-    fn drive(&mut self, _: VelocityCommand) {}
+    fn drive(&mut self, command: VelocityCommand) {
+        self.advice = command;
+    }
 }

@@ -9,12 +9,12 @@ use devices::{DeviceProcess, Surroundings};
 use maps::{Point, Shape, pose};
 use nav::{GiveUpReason, InitialPose};
 use recording::{Battery, Body, Navigation, RobotState, Scene, TraceHash, Truth};
-use robot::{Reading, Robot, Streams};
+use robot::{Reading, Robot, Streams, VelocityCommand};
 use scenarios::Error;
 use scenarios::scenario::Premises;
 use sim::{ObstacleConfig, ObstacleMotion, Simulation};
 
-use crate::pilot::{Passenger, Pilot, Sensed};
+use crate::pilot::{Passenger, Pilot, Sensed, TripOrder};
 
 /// A robot slower than this counts as at rest, in m/s and rad/s. Chosen, not measured.
 const AT_REST: f64 = 1e-3;
@@ -65,11 +65,20 @@ impl World {
         if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
             sim.step();
             if let Some(pilot) = pilot {
-                software.step(&mut Passenger(sim), system, self.now);
-                let sensed = Sensed { now: to, readings: software.readings(), estimate: software.estimate() };
-                let orders = pilot.drive(&sensed);
-                sim.drive(orders.velocity);
+                let mut passenger = Passenger { sim, advice: VelocityCommand::STOP };
+                software.step(&mut passenger, system, self.now);
+                let advice = passenger.advice;
+                let contacts = sim.truth().contacts().iter().rev().take_while(|contact| contact.time >= to);
+                let touched: Vec<&str> = contacts.map(|of| of.obstacle.as_deref().unwrap_or("walls")).collect();
+                let orders = pilot.drive(&Sensed { now: to, software, touched: &touched });
+                sim.drive(orders.velocity.unwrap_or(advice));
                 orders.pose.iter().for_each(|pose| software.believe(pose));
+                match orders.trip {
+                    // One that has been frozen meanwhile does nothing, and its trip does not begin.
+                    Some(TripOrder::Start(goal)) => drop(software.drive_to(goal, system)),
+                    Some(TripOrder::End) => software.end_trip(),
+                    None => {}
+                }
                 happened = orders.happened;
             } else {
                 software.step(sim, system, self.now);
@@ -284,7 +293,7 @@ impl SimulatedRobot {
         let stride = software.particle_count().div_ceil(Scene::MAX_PARTICLES).max(1);
         Scene {
             scans: truth.scans().cloned().collect(),
-            particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
+            particles: software.particles().step_by(stride).map(|(pose, _)| pose.translation.vector.into()).collect(),
             path: software.path().to_vec(),
             bodies: truth.obstacles().map(|obstacle| body_record(&obstacle)).collect(),
             speeches: Vec::new(),

@@ -1,0 +1,70 @@
+//! The names of the simulated robot's topics and of its action.
+
+use bags::resolve;
+use campaigns::Error;
+
+use super::args::SimArgs;
+use super::navigation;
+
+/// The names, resolved in a namespace and remapped.
+#[derive(Debug)]
+pub(super) struct Topics {
+    pub(super) clock: String,
+    pub(super) tf: String,
+    pub(super) tf_static: String,
+    pub(super) map: String,
+    pub(super) scan: String,
+    pub(super) odom: String,
+    pub(super) battery: String,
+    pub(super) contacts: String,
+    pub(super) estimate: String,
+    pub(super) particles: String,
+    pub(super) plan: String,
+    /// Those that it listens to.
+    pub(super) command: String,
+    pub(super) initial_pose: String,
+    /// The action.
+    pub(super) navigate: String,
+}
+
+impl Topics {
+    /// # Errors
+    /// If a remapping is about none of them, or if two would have one name.
+    pub(super) fn of(args: &SimArgs) -> Result<Self, Error> {
+        let space = args.namespace.as_deref().unwrap_or_default();
+        let (mut is_used, mut names) = (vec![false; args.remapped.len()], Vec::new());
+        let mut name = |name: &str| {
+            let (name, rule) = resolve(space, name, &args.remapped);
+            rule.into_iter().for_each(|rule| is_used[rule] = true);
+            names.push(name.clone());
+            name
+        };
+        let topics = Self {
+            clock: name("/clock"),
+            tf: name("/tf"),
+            tf_static: name("/tf_static"),
+            map: name("map"),
+            scan: name("scan"),
+            odom: name("odom"),
+            battery: name("battery_state"),
+            contacts: name("contacts"),
+            estimate: name("amcl_pose"),
+            particles: name("particle_cloud"),
+            plan: name("plan"),
+            command: name("cmd_vel"),
+            initial_pose: name("initialpose"),
+            navigate: name(navigation::NAME),
+        };
+        if let Some((_, twice)) = names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)) {
+            let message = format!("`--remap`: two topics would have the name {twice}");
+            return Err(Error::refused(message, "give each its own"));
+        }
+        match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
+            Some((rule, _)) => {
+                let message = format!("`--remap`: there is no topic `{}`, or an earlier one is about it", rule.from);
+                Err(Error::refused(message, "`steward sim --help` lists the topics"))
+            }
+            None => Ok(topics),
+        }
+    }
+}
