@@ -3,10 +3,11 @@
 `robots/driver.py`, and of `robots/listener.py`.
 
 A node of rclpy plans on the robot's map and drives it through the house, in lock step: every time, the run is the same.
-What rclpy knows of the robot is right, and so is what Cyclone DDS reads of its transforms. Whoever sends too much,
+What rclpy knows of the robot is right, and so is what Cyclone DDS reads of its transforms. `steward watch`, which only
+hears it, gives the verdicts of the scenario's own monitors, and rosbags reads what it records. Whoever sends too much,
 nonsense, or nothing any more does no harm. RUNS are the repetitions. All of it happens in a network of its own.
 """
-import json, os, subprocess, sys, tempfile
+import collections, json, os, signal, subprocess, sys, tempfile
 from pathlib import Path
 
 STEWARD, FAST, CYCLONE = (os.path.abspath(path) for path in sys.argv[1:4])
@@ -18,6 +19,39 @@ if "IN_A_NETWORK" not in os.environ:
 ROBOTS = Path(__file__).parent / "robots"
 FOLDER = Path(tempfile.mkdtemp())
 DESTINATION = (-11.7, 14.2)
+MAPPING = """
+tick_s = 0.1
+reorder_s = 0.1
+[[messages]]
+topic = "/battery_state"
+type = "sensor_msgs/msg/BatteryState"
+from = "Battery"
+to = "Monitors"
+fields = { level_pct = { path = "percentage", scale = 100 } }
+[[messages]]
+topic = "/odom"
+type = "nav_msgs/msg/Odometry"
+from = "Base"
+to = "Monitors"
+fields = { speed_mps = "twist.twist.linear.x" }
+"""
+# What was told to `steward watch`, or what was true in the world. The level falls while the robot stands.
+PROPERTIES = """
+property charged := always ({Battery}, Monitors, level_pct >= 30)
+property spared := always ({Battery}, Monitors, level_pct >= 20)
+property drives := eventually ({Base}, Monitors, speed_mps > 0.15)
+property races := eventually ({Base}, Monitors, speed_mps > 0.3)
+property stops := always (({Base}, Monitors, speed_mps > 0.15)
+    implies time_until ({Base}, Monitors, speed_mps < 0.05) < 10 s)
+property brakes := always (({Base}, Monitors, speed_mps > 0.15)
+    implies time_until ({Base}, Monitors, speed_mps < 0.05) < 1 s)
+"""
+EXPECTED = {"charged": "violated", "spared": "satisfied", "drives": "satisfied", "races": "inconclusive",
+            "stops": "satisfied", "brakes": "violated"}
+LEVEL = "faults=[{ kind = 'battery_level', at_s = 25, level_pct = 25 }]"
+for file, text in {"robot.toml": MAPPING, "told.scope": PROPERTIES.format(Battery="Battery", Base="Base"),
+                   "true.scope": PROPERTIES.format(Battery="World", Base="World")}.items():
+    (FOLDER / file).write_text(text)
 
 
 def start(python, file, *args):
@@ -49,8 +83,20 @@ def ask(process, what):
     return json.loads(process.stdout.readline())
 
 
-visitor = start(FAST, "visitor.py")
-robot = sim("--set", "execution.max_time_s=35")
+def watch():
+    words = [STEWARD, "watch", "--json", "--map-channels", FOLDER / "robot.toml", "--property", FOLDER / "told.scope"]
+    words += ["--record", FOLDER / "watch.mcap"]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+
+
+def verdicts(of):
+    return {monitor["name"]: monitor["verdict"] for monitor in of["monitors"]}
+
+
+visitor, watching = start(FAST, "visitor.py"), watch()
+judged = ["--set", f"properties=['{FOLDER}/true.scope']", "--set", LEVEL]
+judged += ["--set", "expect={%s}" % ", ".join(f"{name} = '{verdict}'" for name, verdict in EXPECTED.items())]
+robot = sim("--set", "execution.max_time_s=35", *judged)
 known = ask(visitor, "knows")
 transforms = end(start(CYCLONE, "listener.py"))
 driven = ask(visitor, "drives")
@@ -58,6 +104,8 @@ flooded = ask(visitor, "floods")
 babbled = ask(visitor, "babbles")
 visitor.kill()
 of, errors = report(robot)
+watching.send_signal(signal.SIGINT)
+watched = json.loads(watching.communicate(timeout=60)[0].splitlines()[-1])
 assert known["nodes"] == ["steward"] and known["listeners"] == 1, known
 kinds = {"/clock": "rosgraph_msgs/msg/Clock", "/tf": "tf2_msgs/msg/TFMessage", "/tf_static": "tf2_msgs/msg/TFMessage",
          "/odom": "nav_msgs/msg/Odometry", "/scan": "sensor_msgs/msg/LaserScan", "/map": "nav_msgs/msg/OccupancyGrid",
@@ -77,6 +125,34 @@ for said in ("not finite", "another type", "more than one publisher", "more than
     assert said in errors, (said, errors)
 assert flooded["sent"] > 10000 and of["timing"]["real_time_factor"] > 0.9, (flooded, of["timing"])
 print(f"it stops when commands do, and goes on in real time through {flooded['sent']} commands in 3 s and nonsense")
+
+both = {name: [verdict, verdicts(watched)[name]] for name, verdict in verdicts(of).items()}
+assert {name: verdict for name, [verdict, _] in both.items()} == EXPECTED, both
+assert all(verdict == other for verdict, other in both.values()) and watching.returncode == 1, both
+assert watched["loss"] == "counted" and not any(monitor["unsure"] for monitor in watched["monitors"]), watched
+below, heard_below = ({of["name"]: of for of in where["monitors"]}["charged"] for where in (of, watched))
+assert [told["witness"]["messages"][0]["message"][0] for told in (below, heard_below)] == [25, 25], (below, heard_below)
+assert abs(below["violations"]["total_s"] - heard_below["violations"]["total_s"]) < 1, (below, heard_below)
+print(f"beside it, watch gives {len(both)} properties the verdicts of the scenario's own monitors: "
+      + ", ".join(f"{list(EXPECTED.values()).count(verdict)} {verdict}" for verdict in sorted(set(EXPECTED.values()))))
+try:
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys import Stores, get_typestore
+except ImportError:
+    print("not run here: rosbags reads what watch records (pip install rosbags)")
+else:
+    # The recording names types, and does not define them.
+    store, told = get_typestore(Stores.ROS2_JAZZY), collections.defaultdict(list)
+    with Reader(FOLDER / "watch.mcap") as reader:
+        for connection, _, data in reader.messages():
+            told[connection.topic].append(store.deserialize_cdr(data, connection.msgtype))
+    at = lambda message: round(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9, 3)
+    steps = {round(at(after) - at(before), 3) for before, after in zip(told["/odom"], told["/odom"][1:])}
+    low = [at(message) for message in told["/battery_state"] if message.percentage < 0.3]
+    speeds = [message.twist.twist.linear.x for message in told["/odom"]]
+    assert steps == {0.02} and at(told["/odom"][-1]) == 35 and 0.15 < max(speeds) < 0.3, (steps, max(speeds))
+    assert 25 <= low[0] <= 25.2 and low[-1] == 35 and told["/battery_state"][-1].percentage == 0.25, low
+    print(f"ran: rosbags reads what watch records, {sum(map(len, told.values()))} messages, all of them and in order")
 
 runs, factors = [], []
 for _ in range(int(os.environ.get("RUNS", 3))):
