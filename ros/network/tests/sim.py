@@ -5,9 +5,10 @@
 A node of rclpy plans on the robot's map and drives it through the house, in lock step: every time, the run is the same.
 What rclpy knows of the robot is right, and so is what Cyclone DDS reads of its transforms. `steward watch`, which only
 hears it, gives the verdicts of the scenario's own monitors, and rosbags reads what it records. Whoever sends too much,
-nonsense, or nothing any more does no harm. RUNS are the repetitions. All of it happens in a network of its own.
+nonsense, or nothing any more does no harm. RUNS are the repetitions. Clients on both middlewares send the robot's own
+navigation goals, cancel and replace them, and ask for what no server can do. All of it happens in a network of its own.
 """
-import collections, json, os, signal, subprocess, sys, tempfile
+import collections, json, os, signal, subprocess, sys, tempfile, time
 from pathlib import Path
 
 STEWARD, FAST, CYCLONE = (os.path.abspath(path) for path in sys.argv[1:4])
@@ -54,10 +55,10 @@ for file, text in {"robot.toml": MAPPING, "told.scope": PROPERTIES.format(Batter
     (FOLDER / file).write_text(text)
 
 
-def start(python, file, *args):
+def start(python, file, *args, errors=None):
     env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    pipe = subprocess.PIPE
-    process = subprocess.Popen([python, ROBOTS / file, *map(str, args)], stdout=pipe, stdin=pipe, text=True, env=env)
+    words, pipe = [python, ROBOTS / file, *map(str, args)], subprocess.PIPE
+    process = subprocess.Popen(words, stdout=pipe, stdin=pipe, stderr=errors, text=True, env=env)
     assert json.loads(process.stdout.readline()) == {"up": True}
     return process
 
@@ -71,16 +72,28 @@ def sim(*options):
     return subprocess.Popen([*words, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def report(process):
+def report(process, status=0):
     out, errors = process.communicate(timeout=120)
-    assert process.returncode == 0, errors
+    assert process.returncode == status, errors
     return json.loads(out), errors
 
 
-def ask(process, what):
+def begin(process, what):
     process.stdin.write(what + "\n")
     process.stdin.flush()
-    return json.loads(process.stdout.readline())
+
+
+def heard(process):
+    """What a process says next. Fast DDS complains on the same output."""
+    for line in process.stdout:
+        if line[0] in "{[":
+            return json.loads(line)
+    raise AssertionError(f"{process.args} has ended; in {FOLDER} is what it may have complained of")
+
+
+def ask(process, what):
+    begin(process, what)
+    return heard(process)
 
 
 def watch():
@@ -165,3 +178,58 @@ for _ in range(int(os.environ.get("RUNS", 3))):
 assert len(set(runs)) == 1 and runs[0][1] > 500, runs
 print(f"{len(runs)} times, rclpy drove it to its destination with {runs[0][1]} commands, at {min(factors):.0f} to "
       f"{max(factors):.0f} times real time: one trace, {runs[0][0]}")
+
+HALL, STATION, OUTSIDE = "-3.0 6.6 180", "-7.5 9.0 180", "1000 0 0"
+EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(2, 7)
+TERMINATED, UNKNOWN_GOAL, GOAL_OUTSIDE = 3, 2, 204
+INTERRUPTED = 130
+# Each also hears the responses to the other, which it cannot read, and complains of that.
+errors = (FOLDER / "cyclone_goals").open("w")
+goals, cyclone = start(FAST, "goals.py"), start(CYCLONE, "cyclone_goals.py", errors=errors)
+robot = sim("--localize", "--navigate", "--speed", "10", "--set", "stop={}", "--set", "execution.max_time_s=600")
+began = time.monotonic()
+assert ask(goals, "waits") == {"server": True, "nodes": ["steward"]}
+assert ask(cyclone, "waits") == {"server": True}
+
+
+def assert_ends(seen, statuses, code):
+    """A goal was accepted, had these statuses, of which the first may be missed if it ends at once, and this end."""
+    assert seen["accepted"] and seen["statuses"] in (statuses, statuses[1:]), seen
+    assert (seen["status"], seen["error_code"], bool(seen["error_msg"])) == (statuses[-1], code, code != 0), seen
+
+
+def assert_serves(client, way_m):
+    """It drives to the hall as asked, at first so many meters away, cancels, and knows which goals there are."""
+    seen = ask(client, f"goes {HALL}")
+    assert_ends(seen, [EXECUTING, SUCCEEDED], 0)
+    [first_m, last_m] = seen["left_m"]
+    # It tells ten times a second how it goes, and is not faster than 0.5 m/s.
+    assert seen["feedback"] > 20 * (first_m - last_m) * 0.8 and way_m < first_m < way_m + 3 and last_m < 0.3, seen
+    seen = ask(client, f"cancels {STATION} 1")
+    canceled, again = seen.pop("canceled"), seen.pop("canceled_again")
+    assert seen["statuses"] in ([EXECUTING, CANCELING, CANCELED], [EXECUTING, CANCELED]), seen
+    assert (seen["status"], seen["error_code"], canceled, again) == (CANCELED, 0, [0, [True]], [TERMINATED, []]), seen
+    assert_ends(ask(client, f"goes {OUTSIDE}"), [EXECUTING, ABORTED], GOAL_OUTSIDE)
+    seen = ask(client, "asks")
+    assert seen["status"] == 0 and seen["canceled"] == [UNKNOWN_GOAL, 0], seen
+
+
+assert_serves(goals, 10)
+older, newer = ask(goals, f"replaces {STATION} 2 {HALL}")
+assert_ends(older, [EXECUTING, ABORTED], 200)
+assert_ends(newer, [EXECUTING, SUCCEEDED], 0)
+assert ask(goals, "errs") == 4 * [{"accepted": False, "statuses": []}]
+begin(goals, f"goes {STATION}")
+time.sleep(0.4)
+assert_serves(cyclone, 0)
+older = heard(goals)
+assert_ends(older, [EXECUTING, ABORTED], 200)
+assert older["feedback"] > 0, older
+robot.send_signal(signal.SIGINT)
+of, errors = report(robot, INTERRUPTED)
+assert of["robot"]["collisions"] == 0 and [why["reason"] for why in of["robot"]["given_up"]] == 2 * [
+    "the goal is outside the map"], of["robot"]
+goals.kill()
+cyclone.kill()
+print(f"rclpy and Cyclone DDS had its own navigation drive, in {time.monotonic() - began:.0f} s: goals succeeded, were "
+      "canceled, replaced and rejected, also one of the other's")

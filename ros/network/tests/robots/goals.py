@@ -1,7 +1,7 @@
 """A client that is not ours of the action navigate_to_pose, as a node of ROS 2 (packages as for navigator.py). Each
 line of its input asks it for something, and it prints what came of it:
 
-    waits               whether there is a server
+    waits               whether there is a server, and which node it is
     until SECONDS       lets the robot's time pass until then
     goes X Y DEGREES    sends a goal and awaits its end
     cancels X Y DEGREES SECONDS    and cancels it so many seconds later, in the robot's time
@@ -15,7 +15,7 @@ import rclpy
 from action_msgs.msg import GoalInfo, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from nav2_msgs.action import NavigateToPose
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, get_action_server_names_and_types_by_node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from unique_identifier_msgs.msg import UUID
@@ -33,7 +33,7 @@ def hear(message):
         heard += [of.status] if heard[-1:] != [of.status] else []
 
 
-latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 node.create_subscription(GoalStatusArray, f"{NAME}/_action/status", hear, latched)
 
 
@@ -82,8 +82,21 @@ class Trip:
                 "error_code": end and end.result.error_code, "error_msg": end and end.result.error_msg}
 
 
+def serves(name, namespace):
+    try:
+        served = get_action_server_names_and_types_by_node(node, name, namespace)
+        return (NAME, ["nav2_msgs/action/NavigateToPose"]) in served
+    except RuntimeError:
+        # There is no such node any more.
+        return False
+
+
 def waits():
-    return {"server": client.wait_for_server(PATIENCE_S)}
+    found = client.wait_for_server(PATIENCE_S)
+    servers = lambda: [name for name, namespace in node.get_node_names_and_namespaces() if serves(name, namespace)]
+    # Who a node is may be known a moment later.
+    spin(servers)
+    return {"server": found, "nodes": servers()}
 
 
 def until(seconds):
