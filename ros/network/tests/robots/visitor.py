@@ -52,7 +52,7 @@ def knows():
     while time.monotonic() < end and any("UNKNOWN" in of.node_name for of in node.get_publishers_info_by_topic("/map")):
         spin(0.1)
     offers = {}
-    for topic in ("/clock", "/tf", "/tf_static", "/odom", "/scan", "/battery_state", "/map"):
+    for topic in ("/clock", "/tf", "/tf_static", "/odom", "/scan", "/battery_state", "/map", "/contacts"):
         [of] = node.get_publishers_info_by_topic(topic)
         offers[topic] = [of.node_name, of.topic_type, of.qos_profile.reliability.name, of.qos_profile.durability.name]
     [grid], scans, odometry = heard["/map"], heard["/scan"], heard["/odom"]
