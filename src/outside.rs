@@ -44,7 +44,7 @@ pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario)
         }
     }
     let wanted = topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
-    let mut node = Domain::node(domain.options()?, NAME.to_owned(), true, wanted);
+    let mut node = Domain::nodes(domain.options()?, vec![NAME.to_owned()], true, wanted);
     node.ask(services, topics.clone());
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;

@@ -3,6 +3,8 @@
 pub(crate) mod select;
 mod table;
 
+#[cfg(feature = "dds")]
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -141,16 +143,54 @@ fn outside(_: &BesideArgs, _: &Scenario) -> Result<Others, Error> {
     Err(Error::refused(crate::domain::WITHOUT, crate::domain::HOW))
 }
 
-/// Runs the scenario with this name or path, whose robot somebody else drives.
+/// Who drives a robot, for the thread of its run.
+#[cfg(feature = "dds")]
+pub(crate) type Driver = Box<dyn Pilot + Send>;
+
+/// Runs the scenario with this name or path, whose robot somebody else drives; or several times at once, for robots in
+/// these namespaces, with one seed after the other.
 #[cfg(feature = "dds")]
 pub(crate) fn piloted(
     name: &str,
     options: &RunOptions,
-    pilot: impl FnOnce(&Scenario) -> Result<Box<dyn Pilot>, Error>,
+    namespaces: &[String],
+    drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, Error>,
 ) -> Result<ExitCode, Error> {
     let job = Job::load(&find::find(name)?, options, false)?;
-    let pilot = pilot(&job.scenario)?;
-    one(&job, options, Others::Pilot(pilot))
+    if namespaces.len() > 1 {
+        options.refuse_for_several(namespaces.len())?;
+    }
+    match <[Driver; 1]>::try_from(drivers(&job.scenario)?) {
+        Ok([only]) => one(&job, options, Others::Pilot(only)),
+        Err(drivers) => together(&job, options, namespaces, drivers),
+    }
+}
+
+/// Runs a scenario for each driver, all at once.
+#[cfg(feature = "dds")]
+fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec<Driver>) -> Result<ExitCode, Error> {
+    let jobs: Vec<Job> = (0..).zip(namespaces).map(|(place, namespace)| job.in_namespace(place, namespace)).collect();
+    let _ = interrupt::listen();
+    // They have the same properties.
+    let tell = |job: &Job, warnings: &[Warnings]| {
+        if job.seed == jobs[0].seed {
+            warnings.iter().for_each(|warning| warn(warning));
+        }
+    };
+    let reports = std::thread::scope(|scope| {
+        let tell = &tell;
+        let run = |(job, driver): (_, Driver)| {
+            let warned = move |warnings: &[Warnings]| tell(job, warnings);
+            scope.spawn(move || job.conduct(options, Others::Pilot(driver), warned, |_| {}))
+        };
+        let runs: Vec<_> = std::iter::zip(&jobs, drivers).map(run).collect();
+        let join = |run: std::thread::ScopedJoinHandle<'_, _>| run.join().unwrap_or_else(|panic| resume_unwind(panic));
+        runs.into_iter().map(join).collect::<Vec<_>>()
+    });
+    let mut table = RunsTable::new(options.is_silent());
+    let results: Vec<(&Job, Result<Report, Error>)> = jobs.iter().zip(reports).collect();
+    results.iter().try_for_each(|(job, report)| table.add(&job.scenario.name, report))?;
+    conclude(&results, options, table)
 }
 
 /// Runs the requested scenarios.
@@ -174,8 +214,8 @@ impl RunOptions {
         let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];
         match of_one.iter().find(|(_, given)| *given) {
             Some((option, _)) => {
-                let message = format!("`{option}` is for a single run, but {count} scenarios are to be run");
-                Err(Error::refused(message, format!("run a scenario alone for that: `steward run NAME {option} …`")))
+                let message = format!("`{option}` is for a single run, but there are to be {count}");
+                Err(Error::refused(message, "make one run alone for that"))
             }
             None => Ok(()),
         }
@@ -201,6 +241,16 @@ impl Job {
             Some(out) => out.clone(),
         };
         Ok(Self { scenario, seed, folder })
+    }
+
+    /// The same for the robot with this number in a namespace.
+    #[cfg(feature = "dds")]
+    fn in_namespace(&self, place: u64, namespace: &str) -> Self {
+        let name = namespace.trim_start_matches('/');
+        let mut scenario = Scenario::clone(&self.scenario);
+        scenario.name = format!("{}/{name}", scenario.name);
+        let seed = self.seed.wrapping_add(place);
+        Self { scenario: Arc::new(scenario), seed, folder: self.folder.join(name) }
     }
 
     /// Runs the scenario and writes its outputs except JUnit. `ready` receives the warnings.
@@ -296,6 +346,15 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
         Ok::<_, Error>(true)
     })?;
     drop(bar);
+    conclude(&results, options, table)
+}
+
+/// Writes what several runs have given, and returns the exit status.
+fn conclude(
+    results: &[(&Job, Result<Report, Error>)],
+    options: &RunOptions,
+    table: RunsTable,
+) -> Result<ExitCode, Error> {
     write_junit(options, results.iter().map(|(job, result)| (*job, result.as_ref().map_err(Error::reasons))))?;
     if options.json {
         let of = |(job, result): &(&Job, Result<Report, Error>)| match result {
@@ -306,7 +365,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     }
     let name = options.seed.map_or("NAME".to_owned(), |seed| format!("NAME-seed-{seed}"));
     let page = options.out.as_deref().unwrap_or(Path::new("out")).join(name).join(html::FILE);
-    table.end(jobs.len(), &page)
+    table.end(results.len(), &page)
 }
 
 /// Writes the results as JUnit XML, if requested.

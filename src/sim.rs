@@ -8,6 +8,8 @@ mod commands;
 #[cfg(feature = "dds")]
 mod frames;
 #[cfg(feature = "dds")]
+mod hub;
+#[cfg(feature = "dds")]
 mod navigation;
 #[cfg(feature = "dds")]
 mod pace;
@@ -24,7 +26,7 @@ pub(crate) use args::SimArgs;
 
 #[cfg(feature = "dds")]
 pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
-    crate::run::piloted(&args.scenario, &args.options, |scenario| robot::join(args, scenario))
+    crate::run::piloted(&args.scenario, &args.options, &args.namespaces, |scenario| robot::join(args, scenario))
 }
 
 #[cfg(not(feature = "dds"))]

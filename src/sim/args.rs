@@ -38,9 +38,10 @@ pub(crate) struct SimArgs {
     pub(super) options: RunOptions,
     #[command(flatten)]
     pub(super) domain: DomainArgs,
-    /// The namespace of its node and of its topics, such as `/r1`
-    #[arg(long, value_name = "NAMESPACE", value_parser = namespace)]
-    pub(super) namespace: Option<String>,
+    /// The namespace of its node and of its topics, such as `/r1`; given more than once, there is a robot in each, in a
+    /// world of its own
+    #[arg(long = "namespace", value_name = "NAMESPACE", value_parser = namespace)]
+    pub(super) namespaces: Vec<String>,
     /// Gives a topic another name, as in ROS 2; may be given more than once
     #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping)]
     pub(super) remapped: Vec<Remapping>,

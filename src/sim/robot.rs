@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use bags::{Received, Source as _};
 use campaigns::Error;
 use maps::Pose;
-use network::{Domain, Live as _, Publication, Voice};
+use network::{Domain, Live as _, Publication};
 use recording::ros;
 use robot::{LaserSpec, Reading, VelocityCommand};
 use ros_messages::{CdrWriter, RosMessage, RosType as _};
@@ -16,15 +15,17 @@ use scenarios::scenario::Scenario;
 use super::args::SimArgs;
 use super::commands::{self, Command};
 use super::frames::Frames;
+use super::hub::{Incoming, Station, Wanted, stations};
 use super::navigation::NavigationServer;
 use super::pace::{Commands, Oddity, Pace, STALE};
 use super::topics::Topics;
 use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
+use crate::run::Driver;
 
 /// How long one look for messages takes at most.
-const PATIENCE: Duration = Duration::from_millis(10);
+const PATIENCE: Duration = Duration::from_millis(50);
 
 /// How long to wait after whoever drives has been found: it may not have found this node.
 const SETTLING: Duration = Duration::from_secs(1);
@@ -39,12 +40,16 @@ const MOST: usize = 1000;
 const PARTICLES: &str = "nav2_msgs/msg/ParticleCloud";
 const CONTACTS: &str = "ros_gz_interfaces/msg/Contacts";
 
-/// Joins the domain as a scenario's robot.
-pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>, Error> {
-    let topics = Topics::of(args)?;
-    let pace = Pace::of(args);
+/// Joins the domain as a scenario's robot, or as several in namespaces. They are in the order of these.
+pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, Error> {
+    let spaces =
+        if args.namespaces.is_empty() { vec![""] } else { args.namespaces.iter().map(String::as_str).collect() };
+    if let Some((_, twice)) = spaces.iter().enumerate().find(|(place, space)| spaces[..*place].contains(space)) {
+        return Err(Error::refused(format!("two robots would be in the namespace {twice}"), "give each its own"));
+    }
+    let topics = spaces.iter().map(|space| Topics::of(args, space)).collect::<Result<Vec<_>, _>>()?;
     let step = scenario.file.execution.step();
-    if let Pace::LockStep { period, .. } = pace
+    if let Pace::LockStep { period, .. } = Pace::of(args)
         && (period.is_zero() || !period.as_nanos().is_multiple_of(step.as_nanos()))
     {
         let message = format!("a period of {} s is no multiple of the step", args.period);
@@ -57,61 +62,56 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Box<dyn Pilot>
     let (mut map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
     let frames = Frames::of(&lasers, &args.frames)?;
     map.header.frame_id = frames.map.clone().into();
-    let navigation = args.navigate.then(|| NavigationServer::new(topics.navigate.clone(), frames.map.clone()));
-    let wanted = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)].into_iter().flatten();
-    let name = format!("{}/steward", args.namespace.as_deref().unwrap_or_default());
-    let mut node = Domain::node(args.domain.options()?, name.clone(), false, wanted.cloned().collect());
-    navigation.iter().for_each(|navigation| node.serve(navigation.server.services().collect()));
-    let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
-    node.begin().map_err(refused)?;
-    let left = || Error::refused("the domain has been left", "start it again");
-    let voice = node.voice().ok_or_else(left)?;
-    note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
-    let robot = RosRobot {
-        node,
-        voice,
-        topics,
-        frames,
-        pace,
-        lasers,
-        navigation,
-        is_localized: args.localize,
-        has_begun: false,
-        commands: Commands::default(),
-        held: VelocityCommand::STOP,
-        told: BTreeSet::new(),
-        notes: 0,
-        lost: 0,
-        body: Vec::new(),
-    };
-    let topics = &robot.topics;
-    robot.offer::<ros::Clock>(&topics.clock);
-    robot.offer::<ros::Transforms>(&topics.tf);
-    robot.offer::<ros::Odometry>(&topics.odom);
-    robot.offer::<ros::BatteryState>(&topics.battery);
-    robot.offer_as(&topics.contacts, CONTACTS);
-    if !robot.lasers.is_empty() {
-        robot.offer::<ros::LaserScan>(&topics.scan);
-    }
-    if args.localize {
-        robot.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate);
-        robot.offer_as(&topics.particles, PARTICLES);
-    }
-    if args.navigate {
-        robot.offer::<ros::Path>(&topics.plan);
-    }
     if map.data.len() > MOST_CELLS {
         let message = format!("the map has {} cells, which is too much for a message", map.data.len());
         return Err(Error::refused(message, format!("{MOST_CELLS} are possible")));
     }
-    robot.publish(&topics.map, true, &map);
-    robot.publish(&topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
-    Ok(Box::new(robot))
+    let wanted = topics.iter().map(|topics| Wanted {
+        topics: [Some(&topics.command), args.localize.then_some(&topics.initial_pose)]
+            .into_iter()
+            .flatten()
+            .cloned()
+            .collect(),
+        services: format!("{}/", topics.navigate),
+    });
+    let wanted: Vec<Wanted> = wanted.collect();
+    let names: Vec<String> = spaces.iter().map(|space| format!("{space}/steward")).collect();
+    let all = wanted.iter().flat_map(|wanted| wanted.topics.iter().cloned()).collect();
+    let mut node = Domain::nodes(args.domain.options()?, names.clone(), false, all);
+    let navigation = |topics: &Topics| NavigationServer::new(topics.navigate.clone(), frames.map.clone());
+    let navigation: Vec<_> = topics.iter().map(|topics| args.navigate.then(|| navigation(topics))).collect();
+    node.serve(navigation.iter().flatten().flat_map(|navigation| navigation.server.services()).collect());
+    let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
+    node.begin().map_err(refused)?;
+    let stations =
+        stations(node, wanted).ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
+    let mut robots: Vec<Driver> = Vec::new();
+    for (((station, topics), navigation), name) in stations.into_iter().zip(topics).zip(navigation).zip(names) {
+        note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
+        let (frames, lasers) = (frames.clone(), lasers.clone());
+        let robot = RosRobot {
+            station,
+            topics,
+            frames,
+            pace: Pace::of(args),
+            lasers,
+            navigation,
+            is_localized: args.localize,
+            has_begun: false,
+            commands: Commands::default(),
+            held: VelocityCommand::STOP,
+            told: BTreeSet::new(),
+        };
+        robot.offer_all();
+        robot.publish(&robot.topics.map, true, &map);
+        robot.publish(&robot.topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
+        robots.push(Box::new(robot));
+    }
+    Ok(robots)
 }
 
 struct RosRobot {
-    node: Domain,
-    voice: Voice,
+    station: Station,
     topics: Topics,
     frames: Frames,
     pace: Pace,
@@ -123,12 +123,8 @@ struct RosRobot {
     commands: Commands,
     /// In lock step, the command of this period.
     held: VelocityCommand,
-    /// What has been told of commands, and how much of what the node tells.
+    /// What has been told of commands.
     told: BTreeSet<Oddity>,
-    notes: usize,
-    lost: usize,
-    /// The last message.
-    body: Vec<u8>,
 }
 
 impl Pilot for RosRobot {
@@ -150,15 +146,34 @@ impl Pilot for RosRobot {
         let navigates = self.navigation.is_some() && sensed.software.navigation_status().is_under_way();
         orders.velocity = (!navigates).then_some(commanded);
         if let Some(navigation) = &mut self.navigation {
-            orders.trip = navigation.act(sensed, || self.node.request());
-            navigation.server.speak(&self.voice);
+            orders.trip = navigation.act(sensed, || self.station.request());
+            navigation.server.speak(&self.station.voice);
         }
-        self.tell_of_others();
         orders
     }
 }
 
 impl RosRobot {
+    /// Offers all topics that have messages later.
+    fn offer_all(&self) {
+        let topics = &self.topics;
+        self.offer::<ros::Clock>(&topics.clock);
+        self.offer::<ros::Transforms>(&topics.tf);
+        self.offer::<ros::Odometry>(&topics.odom);
+        self.offer::<ros::BatteryState>(&topics.battery);
+        self.offer_as(&topics.contacts, CONTACTS);
+        if !self.lasers.is_empty() {
+            self.offer::<ros::LaserScan>(&topics.scan);
+        }
+        if self.is_localized {
+            self.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate);
+            self.offer_as(&topics.particles, PARTICLES);
+        }
+        if self.navigation.is_some() {
+            self.offer::<ros::Path>(&topics.plan);
+        }
+    }
+
     /// Offers a topic, before there are messages.
     fn offer<T: RosMessage>(&self, topic: &str) {
         self.offer_as(topic, &T::name().full());
@@ -166,7 +181,7 @@ impl RosRobot {
 
     fn offer_as(&self, topic: &str, kind: &str) {
         let (topic, kind) = (topic.to_owned(), kind.to_owned());
-        self.voice.publish(Publication { topic, kind, is_latched: false, body: Vec::new() });
+        self.station.voice.publish(Publication { topic, kind, is_latched: false, body: Vec::new() });
     }
 
     fn publish<T: RosMessage>(&self, topic: &str, is_latched: bool, message: &T) {
@@ -176,7 +191,7 @@ impl RosRobot {
     fn publish_as(&self, topic: &str, kind: String, is_latched: bool, write: impl FnOnce(&mut CdrWriter)) {
         let mut cdr = CdrWriter::reusing(Vec::new());
         write(&mut cdr);
-        self.voice.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
+        self.station.voice.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
     }
 
     /// Publishes what has been sensed, and the time last: whoever knows it can know the rest.
@@ -226,8 +241,9 @@ impl RosRobot {
         if software.readings().iter().any(|reading| matches!(reading, Reading::Scan(_))) {
             self.tell_where(sensed);
         }
-        let is_steady = matches!(self.pace, Pace::Steady { .. });
-        if is_steady || self.pace.awaits(sensed.now) {
+        let (is_steady, is_to_stop) = (matches!(self.pace, Pace::Steady { .. }), || interrupt::flow().is_break());
+        let tells_time = self.station.keep_step(sensed.now, is_to_stop);
+        if tells_time && (is_steady || self.pace.awaits(sensed.now)) {
             self.publish(&self.topics.clock, false, &ros::Clock { clock: sensed.now.into() });
         }
     }
@@ -240,7 +256,7 @@ impl RosRobot {
             let mut message = ros::PoseWithCovarianceStamped::new(time, &estimate.pose, covariance);
             message.header.frame_id = map.clone().into();
             self.publish(&self.topics.estimate, false, &message);
-            if self.node.is_read(&self.topics.particles) {
+            if self.station.is_read(&self.topics.particles) {
                 let header = ros::Header::new(estimate.time, map.clone());
                 self.publish_as(&self.topics.particles, PARTICLES.to_owned(), false, |cdr| {
                     header.write(cdr);
@@ -252,7 +268,7 @@ impl RosRobot {
                 });
             }
         }
-        if self.navigation.is_some() && self.node.is_read(&self.topics.plan) {
+        if self.navigation.is_some() && self.station.is_read(&self.topics.plan) {
             let header = ros::Header::new(*now, map.clone());
             let pose = |point: &maps::Point| ros::PoseStamped {
                 header: header.clone(),
@@ -283,7 +299,7 @@ impl RosRobot {
     }
 
     fn has_partner(&self) -> bool {
-        self.node.is_read(&self.topics.clock) && self.node.robot().publishers.contains_key(&self.topics.command)
+        self.station.is_read(&self.topics.clock) && self.station.is_published(&self.topics.command)
     }
 
     /// Waits until the simulated time `now` is due, and takes what comes meanwhile.
@@ -291,9 +307,9 @@ impl RosRobot {
         let mut taken = 0;
         while interrupt::flow().is_continue() {
             let left = self.pace.left(now);
-            let received = self.receive(left.min(PATIENCE), now, orders);
-            taken += usize::from(matches!(received, Received::Message(_)));
-            if left.is_zero() && (matches!(received, Received::Idle | Received::Over) || taken > MOST) {
+            let has_come = self.receive(left.min(PATIENCE), now, orders);
+            taken += usize::from(has_come);
+            if left.is_zero() && (!has_come || taken > MOST) {
                 break;
             }
         }
@@ -333,24 +349,17 @@ impl RosRobot {
         command.unwrap_or_default()
     }
 
-    /// Takes a message, if one comes soon enough.
-    fn receive(&mut self, patience: Duration, now: Duration, orders: &mut Orders) -> Received {
-        self.node.patience = patience;
-        let mut body = std::mem::take(&mut self.body);
-        let received = self.node.receive(&mut body);
-        if let Received::Message(head) = received {
-            let topic = &self.node.survey().topics[head.topic];
-            if topic.name == self.topics.command {
-                let kind = topic.kind.clone();
-                self.take_command(&kind, &body, now);
-            } else if let Some(pose) = commands::initial_pose(&body, &self.frames.map) {
-                orders.pose = Some(pose);
-            } else {
-                self.tell_once(Oddity::Unreadable);
-            }
+    /// Takes a message, if one comes soon enough. Returns whether one has.
+    fn receive(&mut self, patience: Duration, now: Duration, orders: &mut Orders) -> bool {
+        let Some(Incoming { topic, kind, body }) = self.station.receive(patience) else { return false };
+        if topic == self.topics.command {
+            self.take_command(&kind, &body, now);
+        } else if let Some(pose) = commands::initial_pose(&body, &self.frames.map) {
+            orders.pose = Some(pose);
+        } else {
+            self.tell_once(Oddity::Unreadable);
         }
-        self.body = body;
-        received
+        true
     }
 
     fn take_command(&mut self, kind: &str, body: &[u8], now: Duration) {
@@ -386,13 +395,6 @@ impl RosRobot {
                 format!("more commands come on {command} than there are periods: the oldest are left out")
             }
         });
-    }
-
-    /// Says what is new of who publishes, and of what is missing.
-    fn tell_of_others(&mut self) {
-        let (notes, lost) = (self.node.notes(), self.node.lost());
-        notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).for_each(|text| note(text));
-        (self.notes, self.lost) = (notes.len(), lost.len());
     }
 }
 

@@ -28,10 +28,12 @@ pub(super) struct Topics {
 }
 
 impl Topics {
+    /// The topics in a namespace. Several robots have their transforms there, too: their frames have the same names.
+    ///
     /// # Errors
     /// If a remapping is about none of them, or if two would have one name.
-    pub(super) fn of(args: &SimArgs) -> Result<Self, Error> {
-        let space = args.namespace.as_deref().unwrap_or_default();
+    pub(super) fn of(args: &SimArgs, space: &str) -> Result<Self, Error> {
+        let [tf, tf_static] = if args.namespaces.len() > 1 { ["tf", "tf_static"] } else { ["/tf", "/tf_static"] };
         let (mut is_used, mut names) = (vec![false; args.remapped.len()], Vec::new());
         let mut name = |name: &str| {
             let (name, rule) = resolve(space, name, &args.remapped);
@@ -41,8 +43,8 @@ impl Topics {
         };
         let topics = Self {
             clock: name("/clock"),
-            tf: name("/tf"),
-            tf_static: name("/tf_static"),
+            tf: name(tf),
+            tf_static: name(tf_static),
             map: name("map"),
             scan: name("scan"),
             odom: name("odom"),

@@ -25,7 +25,7 @@ use bags::{Received, Source, Survey};
 use crate::Error;
 use crate::clock::now;
 use crate::robot::{Live, Publish, Robot};
-use heard::{NodeName, Subscribed};
+use heard::{NodeNames, Subscribed};
 use hearing::Hearing;
 use participant::Participant;
 use standings::Standings;
@@ -77,14 +77,19 @@ impl Domain {
         Self::join_as(options, None, wanted)
     }
 
-    /// The same as a node with this name, such as `/robot`, which [publishes](Self::voice), too, and hands on messages
-    /// as soon as they come. What was latched before is for it only if it `hears_latched`.
+    /// The same as at least one node, with these names, such as `/r1/robot`, which [publishes](Self::voice), too, and
+    /// hands on messages as soon as they come. What is read and written in a node's namespace belongs to it. What was
+    /// latched before is for it only if it `hears_latched`.
+    ///
+    /// # Panics
+    /// Without a name.
     #[must_use]
-    pub fn node(options: Options, name: String, hears_latched: bool, wanted: BTreeSet<String>) -> Self {
-        Self::join_as(options, Some(NodeName { name, hears_latched }), Some(wanted))
+    pub fn nodes(options: Options, names: Vec<String>, hears_latched: bool, wanted: BTreeSet<String>) -> Self {
+        assert!(!names.is_empty(), "a node has a name");
+        Self::join_as(options, Some(NodeNames { names, hears_latched }), Some(wanted))
     }
 
-    fn join_as(options: Options, node: Option<NodeName>, wanted: Option<BTreeSet<String>>) -> Self {
+    fn join_as(options: Options, node: Option<NodeNames>, wanted: Option<BTreeSet<String>>) -> Self {
         let subscribed = if wanted.is_some() { Subscribed::Nothing } else { Subscribed::All };
         let participant = Participant::join(options, node, subscribed);
         let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted), patience: PATIENCE };
@@ -155,10 +160,10 @@ impl Domain {
         self.participant.as_ref().map(Participant::voice)
     }
 
-    /// Whether somebody reads what is published on a topic.
+    /// The topics of what is published here that somebody reads.
     #[must_use]
-    pub fn is_read(&self, topic: &str) -> bool {
-        self.hearing.read.contains(&names::topic(topic))
+    pub fn read(&self) -> &BTreeSet<String> {
+        &self.hearing.read
     }
 }
 

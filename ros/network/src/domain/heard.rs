@@ -187,10 +187,10 @@ impl Subscribed {
     }
 }
 
-/// How a participant is known to others.
+/// How a participant is known to others: as at least one node.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct NodeName {
-    pub(super) name: String,
+pub(super) struct NodeNames {
+    pub(super) names: Vec<String>,
     /// Whether what was latched before it came is for it, too.
     pub(super) hears_latched: bool,
 }
@@ -199,11 +199,11 @@ pub(super) struct NodeName {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Ask {
     /// This comes first. The clock that gives messages their times is so far ahead of the system's, in nanoseconds. It
-    /// may be a node, with this name: then it says so, and hands on what it hears at once.
+    /// may be nodes, with these names: then it says so, and hands on what it hears at once.
     Join {
         options: Options,
         ahead_ns: i64,
-        node: Option<NodeName>,
+        node: Option<NodeNames>,
     },
     Subscribe(Subscribed),
     Publish(Publication),
@@ -250,7 +250,7 @@ impl Ask {
             | Self::Respond(Reply { body, .. }) => body,
             Self::Join { .. } | Self::Subscribe(_) | Self::Serve(..) => &[],
         };
-        write(self, body, out).and_then(|()| out.flush())
+        write(self, body, out)
     }
 
     /// What is asked next; none at the end.
@@ -352,25 +352,22 @@ pub(super) fn nodes(message: &[u8]) -> Option<(Prefix, Vec<Node>)> {
     [16, 24].into_iter().find_map(|size| read(size).ok().flatten())
 }
 
-/// The message that says which node a participant has, and which readers and writers that has. GUIDs have `SIZE` bytes.
-pub(super) fn node<const SIZE: usize>(
-    participant: &[u8; 16],
-    name: &str,
-    readers: &[[u8; 16]],
-    writers: &[[u8; 16]],
-) -> Vec<u8> {
+/// The message that says which nodes a participant has, each with its readers and its writers. GUIDs have `SIZE` bytes.
+pub(super) fn introduction<const SIZE: usize>(participant: &[u8; 16], nodes: &[(&str, [Vec<[u8; 16]>; 2])]) -> Vec<u8> {
     let mut body = CdrWriter::reusing(Vec::new());
     let write = |guid: &[u8; 16], body: &mut CdrWriter| {
         body.numbers((0..SIZE).map(|index| [guid.get(index).copied().unwrap_or_default()]));
     };
-    let (space, name) = name.rsplit_once('/').unwrap_or(("", name));
     write(participant, &mut body);
-    body.length(1);
-    body.text(if space.is_empty() { "/" } else { space });
-    body.text(name);
-    for guids in [readers, writers] {
-        body.length(guids.len());
-        guids.iter().for_each(|guid| write(guid, &mut body));
+    body.length(nodes.len());
+    for (name, entities) in nodes {
+        let (space, name) = name.rsplit_once('/').unwrap_or(("", name));
+        body.text(if space.is_empty() { "/" } else { space });
+        body.text(name);
+        for guids in entities {
+            body.length(guids.len());
+            guids.iter().for_each(|guid| write(guid, &mut body));
+        }
     }
     body.bytes()
 }
@@ -385,9 +382,11 @@ mod tests {
     fn nodes_are_read_in_both_versions_of_the_message() {
         let (of, writers) = ([7; 16], vec![[8; 16], [9; 16]]);
         for name in ["/robot/base", "/base"] {
-            for message in [node::<16>(&of, name, &[of], &writers), node::<24>(&of, name, &[of], &writers)] {
+            let both = [(name, [vec![of], writers.clone()]), ("/other", [vec![], vec![]])];
+            for message in [introduction::<16>(&of, &both), introduction::<24>(&of, &both)] {
                 let node = Node { name: name.to_owned(), writers: writers.clone() };
-                assert_eq!(nodes(&message), Some(([7; 12], vec![node])));
+                let other = Node { name: "/other".to_owned(), writers: vec![] };
+                assert_eq!(nodes(&message), Some(([7; 12], vec![node, other])));
             }
         }
     }
@@ -423,7 +422,7 @@ mod tests {
             assert_eq!(Heard::read(&mut from).expect("what was written").0, heard);
         }
         assert!(Heard::read(&mut from).is_err());
-        let node = NodeName { name: "/a".to_owned(), hears_latched: true };
+        let node = NodeNames { names: vec!["/a".to_owned()], hears_latched: true };
         let asks = [
             Ask::Join { options: Options { domain: 3, is_local: true }, ahead_ns: 7, node: Some(node) },
             Ask::Subscribe(Subscribed::To([("rt/a".to_owned(), Some("k".to_owned()))].into())),
@@ -442,7 +441,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_bytes_are_nodes_or_none(size in 0..90_usize, at in 0..90_usize, byte: u8) {
-            let mut bytes = node::<16>(&[7; 16], "/a", &[], &[[7; 16]; 2]);
+            let mut bytes = introduction::<16>(&[7; 16], &[("/a", [vec![], vec![[7; 16]; 2]])]);
             bytes.truncate(size);
             if let Some(changed) = bytes.get_mut(at) {
                 *changed = byte;

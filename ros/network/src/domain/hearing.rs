@@ -58,7 +58,7 @@ pub(super) struct Hearing {
     pub(super) lost: Vec<String>,
     pub(super) notes: Vec<String>,
     pub(super) robot: Robot,
-    /// The DDS topics of what is published here, of which somebody reads.
+    /// The topics of what is published here that somebody reads.
     pub(super) read: BTreeSet<String>,
     /// Who takes requests, by the DDS topics; the types of the services that are asked, and what they have responded;
     /// and how often DDS has failed.
@@ -203,7 +203,11 @@ impl Hearing {
             Heard::Dropped(sample) => self.take(sample, false),
             Heard::Unreadable(topic, why) => self.take_note_of(&topic, &why),
             Heard::Others { offers: Offers { writers, requests, read }, goodbyes } => {
-                self.read = read;
+                let topic = |topic: &String| match RosName::of(topic) {
+                    Some(RosName::Topic(name)) => Some(name),
+                    _ => None,
+                };
+                self.read = read.iter().filter_map(topic).collect();
                 self.compare(writers, &requests, goodbyes);
                 self.requests = requests;
             }

@@ -28,7 +28,7 @@ use super::as_is::{KEPT, qos};
 use super::correlation::Correlation;
 use super::goodbye;
 use super::heard::{
-    self, Ask, Heard, LEAVING, NODES, NodeName, Offers, Prefix, Publication, Request, Response, Sample, Server,
+    self, Ask, Heard, LEAVING, NODES, NodeNames, Offers, Prefix, Publication, Request, Response, Sample, Server,
     Subscribed, Writer, participant, prefix,
 };
 use super::names::{self, RosName};
@@ -152,8 +152,8 @@ struct Listener {
     services: Services,
     vendors: BTreeMap<Prefix, [u8; 2]>,
     options: Options,
-    /// Its name, if this is a node.
-    node: Option<NodeName>,
+    /// Its names, if this is a node.
+    node: Option<NodeNames>,
     /// When it last said which readers and writers it has, and how often it is still to say it: whoever has just come
     /// may have missed it.
     said: Option<Instant>,
@@ -170,7 +170,7 @@ struct Listener {
 }
 
 impl Listener {
-    fn join(options: Options, clock: Clock, node: Option<NodeName>) -> Result<Self, String> {
+    fn join(options: Options, clock: Clock, node: Option<NodeNames>) -> Result<Self, String> {
         let mut builder = DomainParticipantBuilder::new(options.domain);
         if options.is_local {
             builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
@@ -455,7 +455,22 @@ impl Listener {
         self.again = if has_changed { SAID_AGAIN } else { self.again - 1 };
         self.said = Some(now());
         let participant = self.participant.guid().to_bytes();
-        let body = heard::node::<16>(&participant, &node.name, &self.readers.guids(), &self.writers.guids());
+        let (readers, writers) = (self.readers.guids(), self.writers.guids());
+        // What is in nobody's namespace belongs to the first.
+        let space = |name: &str| name.rsplit_once('/').map_or(0, |(space, _)| space.len());
+        let owner = |topic: &str| {
+            let name = topic.split_once('/').map_or(topic, |(_, name)| name);
+            let has = |node: &&String| {
+                let space = node[..space(node)].trim_start_matches('/');
+                space.is_empty() || name.strip_prefix(space).is_some_and(|rest| rest.starts_with('/'))
+            };
+            node.names.iter().filter(has).max_by_key(|name| space(name)).unwrap_or(&node.names[0])
+        };
+        let of = |node: &String, all: &[(String, [u8; 16])]| {
+            all.iter().filter(|(topic, _)| owner(topic) == node).map(|(_, guid)| *guid).collect()
+        };
+        let nodes = node.names.iter().map(|node| (node.as_str(), [of(node, &readers), of(node, &writers)]));
+        let body = heard::introduction::<16>(&participant, &nodes.collect::<Vec<_>>());
         (self.readers.has_new, self.writers.has_new) = (false, false);
         let kind = names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo");
         self.writers.write(NODES.to_owned(), kind, true, body)

@@ -1,7 +1,7 @@
 //! The process that listens in a DDS domain, seen from the one that judges. When it ends, another takes its place.
 
 use std::collections::BTreeMap;
-use std::io::{BufReader, Read as _};
+use std::io::{BufReader, BufWriter, Read as _, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::heard::{Ask, Heard, LEAVING, NodeName, Publication, Reply, Request, Subscribed};
+use super::heard::{Ask, Heard, LEAVING, NodeNames, Publication, Reply, Request, Subscribed};
 use super::options::Options;
 use crate::clock::{Clock, now, sleep};
 
@@ -73,8 +73,8 @@ struct Process {
 }
 
 impl Participant {
-    /// Joins a domain, as a node with this name, or none.
-    pub(super) fn join(options: Options, node: Option<NodeName>, subscribed: Subscribed) -> Self {
+    /// Joins a domain, as nodes with these names, or none.
+    pub(super) fn join(options: Options, node: Option<NodeNames>, subscribed: Subscribed) -> Self {
         let (sender, heard) = sync_channel(MOST_HEARD);
         let shared = Arc::new(Shared::default());
         shared.process().subscribed = Some(subscribed);
@@ -197,7 +197,7 @@ impl Shared {
 struct Join {
     options: Options,
     clock: Clock,
-    node: Option<NodeName>,
+    node: Option<NodeNames>,
 }
 
 /// Keeps a process listening until it is to end.
@@ -239,9 +239,9 @@ fn start(Join { options, clock, node }: &Join, shared: &Shared) -> std::io::Resu
     let offers = publish.chain(request).chain(serve);
     let asks: Vec<Ask> = std::iter::once(join).chain(subscribe).chain(offers).chain(unasked).collect();
     let (sender, asked) = sync_channel::<Ask>(MOST_ASKED);
-    let mut input = child.stdin.take().ok_or_else(none)?;
+    let input = child.stdin.take().ok_or_else(none)?;
     // The end of its input is the end of its work.
-    std::thread::spawn(move || asked.into_iter().try_for_each(|ask| ask.write(&mut input)));
+    std::thread::spawn(move || tell(&asked, BufWriter::new(input)));
     process.input = Some(sender);
     for ask in asks {
         process.ask(ask);
@@ -252,6 +252,16 @@ fn start(Join { options, clock, node }: &Join, shared: &Shared) -> std::io::Resu
     let output = child.stdout.take();
     (process.child, process.heard) = (Some(child), Some(now()));
     Ok(output)
+}
+
+/// Tells a process what it is asked, and all that waits at once.
+fn tell(asked: &Receiver<Ask>, mut input: impl Write) -> std::io::Result<()> {
+    for first in asked {
+        first.write(&mut input)?;
+        asked.try_iter().try_for_each(|ask| ask.write(&mut input))?;
+        input.flush()?;
+    }
+    Ok(())
 }
 
 /// Hands on what a process says until it says no more.

@@ -76,8 +76,9 @@ impl Readers {
         self.readers.get(topic).map(|reader| reader.data.guid())
     }
 
-    pub(super) fn guids(&self) -> Vec<[u8; 16]> {
-        self.readers.values().map(|reader| reader.data.guid().to_bytes()).collect()
+    /// The topics and the GUIDs of all of them.
+    pub(super) fn guids(&self) -> Vec<(String, [u8; 16])> {
+        self.readers.iter().map(|(topic, reader)| (topic.clone(), reader.data.guid().to_bytes())).collect()
     }
 
     pub(super) fn clear(&mut self) {

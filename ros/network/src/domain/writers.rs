@@ -36,10 +36,10 @@ impl Writers {
         self.writers.contains_key(topic)
     }
 
-    /// The GUIDs of all but the one that says which nodes there are.
-    pub(super) fn guids(&self) -> Vec<[u8; 16]> {
+    /// The topics and the GUIDs of all but the one that says which nodes there are.
+    pub(super) fn guids(&self) -> Vec<(String, [u8; 16])> {
         let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
-        writers.map(|(_, writer)| writer.guid().to_bytes()).collect()
+        writers.map(|(topic, writer)| (topic.clone(), writer.guid().to_bytes())).collect()
     }
 
     /// Publishes a message, reliably; without one, only offers to.

@@ -1,0 +1,282 @@
+//! The robots of one process in a DDS domain: what comes is handed to the robot that it is for, and their steps are held
+//! together.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use bags::{Received, Source as _};
+use network::{Domain, Live as _, Served, Voice};
+
+use crate::output::note;
+
+/// How long one look for messages takes at most.
+const PATIENCE: Duration = Duration::from_millis(10);
+
+/// The most that waits for a robot, of each kind: beyond that, the oldest is left out.
+const MOST: usize = 2000;
+
+/// A robot's place in a domain. The domain is left when all are gone.
+pub(super) struct Station {
+    shared: Arc<Shared>,
+    place: usize,
+    pub(super) voice: Voice,
+}
+
+/// A message for a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Incoming {
+    pub(super) topic: String,
+    pub(super) kind: String,
+    pub(super) body: Vec<u8>,
+}
+
+struct Shared {
+    /// How many robots are left, and who hands on what comes until there is none.
+    left: AtomicUsize,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    state: Mutex<State>,
+    /// Something has come for a robot.
+    rings: Vec<Condvar>,
+    /// All robots have come as far as the last.
+    steps: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    robots: Vec<Robot>,
+    /// The topics of theirs that somebody reads, and those on which others publish.
+    read: BTreeSet<String>,
+    published: BTreeSet<String>,
+}
+
+struct Robot {
+    /// What it listens to, and the namespace of its services.
+    topics: BTreeSet<String>,
+    services: String,
+    messages: VecDeque<Incoming>,
+    requests: VecDeque<Served>,
+    /// How far it is; none once it has left.
+    time: Option<Duration>,
+}
+
+/// What a robot listens to: its topics, and what the names of its services begin with.
+pub(super) struct Wanted {
+    pub(super) topics: BTreeSet<String>,
+    pub(super) services: String,
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A station for each robot, in this order, in a domain that has begun. None if it has been left.
+pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Station>> {
+    let voices = wanted.iter().map(|_| node.voice()).collect::<Option<Vec<Voice>>>()?;
+    let robot = |Wanted { topics, services }| {
+        let (messages, requests) = (VecDeque::new(), VecDeque::new());
+        Robot { topics, services, messages, requests, time: Some(Duration::ZERO) }
+    };
+    let robots: Vec<Robot> = wanted.into_iter().map(robot).collect();
+    let count = robots.len();
+    let state = Mutex::new(State { robots, ..State::default() });
+    let rings = (0..count).map(|_| Condvar::new()).collect();
+    let (left, thread) = (AtomicUsize::new(count), Mutex::new(None));
+    let shared = Arc::new(Shared { left, thread, state, rings, steps: Condvar::new() });
+    let thread = std::thread::spawn({
+        let shared = Arc::clone(&shared);
+        move || {
+            node.patience = PATIENCE;
+            let (mut body, mut notes, mut lost) = (Vec::new(), 0, 0);
+            while shared.left.load(Ordering::Relaxed) > 0 {
+                let received = node.receive(&mut body);
+                shared.take(&mut node, received, &mut body);
+                node.notes().iter().skip(notes).chain(node.lost().iter().skip(lost)).for_each(|text| note(text));
+                (notes, lost) = (node.notes().len(), node.lost().len());
+            }
+            node.end();
+        }
+    });
+    *shared.thread.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread);
+    let station = |(place, voice)| Station { shared: Arc::clone(&shared), place, voice };
+    Some(voices.into_iter().enumerate().map(station).collect())
+}
+
+impl Shared {
+    /// Hands on what has come.
+    fn take(&self, node: &mut Domain, received: Received, body: &mut Vec<u8>) {
+        let mut state = self.state();
+        if let Received::Message(head) = received {
+            let topic = &node.survey().topics[head.topic];
+            if let Some(place) = state.robots.iter().position(|robot| robot.topics.contains(&topic.name)) {
+                let (topic, kind) = (topic.name.clone(), topic.kind.clone());
+                keep(&mut state.robots[place].messages, Incoming { topic, kind, body: std::mem::take(body) });
+                self.rings[place].notify_one();
+            }
+        }
+        while let Some(request) = node.request() {
+            if let Some(robot) = state.robots.iter_mut().find(|robot| request.service.starts_with(&robot.services)) {
+                keep(&mut robot.requests, request);
+            }
+        }
+        if state.read != *node.read() {
+            state.read.clone_from(node.read());
+        }
+        let publishers = &node.robot().publishers;
+        if !publishers.keys().eq(state.published.iter()) {
+            state.published = publishers.keys().cloned().collect();
+        }
+    }
+
+    /// See [`Station::keep_step`].
+    fn keep_step(&self, place: usize, now: Duration, is_to_stop: impl Fn() -> bool) -> bool {
+        let mut state = self.state();
+        if state.robots.len() == 1 {
+            return true;
+        }
+        state.robots[place].time = Some(now);
+        let is_first = state.robots[..place].iter().all(|robot| robot.time.is_none());
+        let is_behind = |robot: &Robot| robot.time.is_some_and(|time| time < now);
+        if !state.robots.iter().any(is_behind) {
+            self.steps.notify_all();
+            return is_first;
+        }
+        while state.robots.iter().any(is_behind) && !is_to_stop() {
+            let waited = self.steps.wait_timeout(state, PATIENCE * 5);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        is_first
+    }
+
+    /// A robot goes on without the others.
+    fn leave(&self, place: usize) {
+        self.state().robots[place].time = None;
+        self.steps.notify_all();
+    }
+}
+
+fn keep<T>(waiting: &mut VecDeque<T>, new: T) {
+    if waiting.len() == MOST {
+        waiting.pop_front();
+    }
+    waiting.push_back(new);
+}
+
+impl Station {
+    /// The next message, if one comes soon enough.
+    pub(super) fn receive(&self, patience: Duration) -> Option<Incoming> {
+        let mut state = self.shared.state();
+        if state.robots[self.place].messages.is_empty() && !patience.is_zero() {
+            let is_empty = |state: &mut State| state.robots[self.place].messages.is_empty();
+            let waited = self.shared.rings[self.place].wait_timeout_while(state, patience, is_empty);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        state.robots[self.place].messages.pop_front()
+    }
+
+    /// The next request to a service of the robot, if one has come.
+    pub(super) fn request(&self) -> Option<Served> {
+        self.shared.state().robots[self.place].requests.pop_front()
+    }
+
+    /// Whether somebody reads a topic of the robot.
+    pub(super) fn is_read(&self, topic: &str) -> bool {
+        self.shared.state().read.contains(topic)
+    }
+
+    /// Whether somebody publishes a topic that the robot listens to.
+    pub(super) fn is_published(&self, topic: &str) -> bool {
+        self.shared.state().published.contains(topic)
+    }
+
+    /// The robot has come so far: waits until all have. Returns whether it is the first of those that are left. Gives up
+    /// when `is_to_stop`, which is asked now and then.
+    pub(super) fn keep_step(&self, now: Duration, is_to_stop: impl Fn() -> bool) -> bool {
+        self.shared.keep_step(self.place, now, is_to_stop)
+    }
+}
+
+impl Drop for Station {
+    fn drop(&mut self) {
+        self.shared.leave(self.place);
+        if self.shared.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+            // The domain is left before the program ends.
+            let thread = self.shared.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+            let _ = thread.map(JoinHandle::join);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    const STEP: Duration = Duration::from_millis(20);
+
+    fn shared(count: usize) -> Arc<Shared> {
+        let robot = || Robot {
+            topics: BTreeSet::new(),
+            services: String::new(),
+            messages: VecDeque::new(),
+            requests: VecDeque::new(),
+            time: Some(Duration::ZERO),
+        };
+        let state = State { robots: (0..count).map(|_| robot()).collect(), ..State::default() };
+        Arc::new(Shared {
+            left: AtomicUsize::new(count),
+            thread: Mutex::new(None),
+            state: Mutex::new(state),
+            rings: (0..count).map(|_| Condvar::new()).collect(),
+            steps: Condvar::new(),
+        })
+    }
+
+    #[test]
+    fn no_robot_goes_on_before_all_have_come_as_far_and_the_first_one_left_tells_the_time() {
+        let shared = shared(3);
+        let (sender, passed) = channel();
+        std::thread::scope(|scope| {
+            for place in 0..3 {
+                let (shared, sender) = (Arc::clone(&shared), sender.clone());
+                scope.spawn(move || {
+                    // The first one ends earlier than the others.
+                    for step in 1..=if place == 0 { 50 } else { 100_u32 } {
+                        let first = shared.keep_step(place, STEP * step, || false);
+                        sender.send((step, place, first)).expect("somebody counts");
+                    }
+                    shared.leave(place);
+                });
+            }
+        });
+        drop(sender);
+        let passed: Vec<(u32, usize, bool)> = passed.iter().collect();
+        assert_eq!(passed.len(), 250);
+        let mut last = [0; 3];
+        for (step, place, is_first) in passed {
+            last[place] = step;
+            let slowest =
+                last.iter().enumerate().filter(|(place, _)| *place > 0 || step <= 50).map(|(_, step)| *step).min();
+            assert!(slowest.is_some_and(|slowest| slowest + 1 >= step), "{last:?}");
+            // Whether the first one has left is known only to those who come after it.
+            assert!(is_first == (place == 0) || step > 50 && is_first == (place == 1), "{step} {place}");
+        }
+    }
+
+    #[test]
+    fn who_waits_for_the_others_can_be_stopped() {
+        assert!(shared(2).keep_step(0, STEP, || true));
+    }
+
+    #[test]
+    fn what_nobody_takes_makes_room_for_what_is_newer() {
+        let mut waiting = VecDeque::new();
+        (0..MOST + 5).for_each(|number| keep(&mut waiting, number));
+        assert_eq!((waiting.len(), waiting[0]), (MOST, 5));
+    }
+}
