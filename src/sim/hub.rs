@@ -1,5 +1,5 @@
-//! The robots of one process in a DDS domain: what comes is handed to the robot that it is for, and their steps are held
-//! together.
+//! The robots of one process in a DDS domain: what comes is handed to the robot that it is for, and their steps are
+//! held together.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -193,8 +193,8 @@ impl Station {
         self.shared.state().published.contains(topic)
     }
 
-    /// The robot has come so far: waits until all have. Returns whether it is the first of those that are left. Gives up
-    /// when `is_to_stop`, which is asked now and then.
+    /// The robot has come so far: waits until all have. Returns whether it is the first of those that are left. Gives
+    /// up when `is_to_stop`, which is asked now and then.
     pub(super) fn keep_step(&self, now: Duration, is_to_stop: impl Fn() -> bool) -> bool {
         self.shared.keep_step(self.place, now, is_to_stop)
     }

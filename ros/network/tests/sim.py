@@ -233,3 +233,37 @@ goals.kill()
 cyclone.kill()
 print(f"rclpy and Cyclone DDS had its own navigation drive, in {time.monotonic() - began:.0f} s: goals succeeded, were "
       "canceled, replaced and rejected, also one of the other's")
+
+
+def processes(of):
+    """A process, and those that it has started."""
+    inner = Path(f"/proc/{of}/task/{of}/children").read_text().split()
+    return [of, *(process for other in inner for process in processes(int(other)))]
+
+
+def worked_s(of):
+    """For how long processes have kept a processor busy."""
+    stats = [Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split() for process in of]
+    return sum(int(stat[11]) + int(stat[12]) for stat in stats) / os.sysconf("SC_CLK_TCK")
+
+
+SPACES = [f"/r{place}" for place in range(20)]
+fleet = start(FAST, "fleet.py", *SPACES)
+robots = sim(*(word for space in SPACES for word in ("--namespace", space)), "--set", "execution.max_time_s=20")
+for line in robots.stderr:
+    if SPACES[-1] in line:
+        break
+time.sleep(2)
+of, before_s, since = processes(robots.pid), worked_s(processes(robots.pid)), time.monotonic()
+seen = ask(fleet, "go")
+share = (worked_s(of) - before_s) / (time.monotonic() - since)
+reports, _ = report(robots)
+fleet.kill()
+assert seen["nodes"] == sorted(f"{space}/steward" for space in SPACES), seen
+assert seen["publishers"] == {space: [space] for space in SPACES} and seen["steps_s"] == [0.02], seen
+assert seen["speeds"] == [round(0.1 + 0.02 * (place % 10), 2) for place in range(len(SPACES))], seen
+assert [of["scenario"] for of in reports] == [f"nominal{space}" for space in SPACES], reports
+assert len({of["seed"] for of in reports}) == len(SPACES) and all(of["robot"]["distance_m"] > 0.3 for of in reports)
+factor = min(of["timing"]["real_time_factor"] for of in reports)
+print(f"{len(SPACES)} robots in one process obey one client, each in its namespace, on one clock, at {factor:.2f} times real "
+      f"time; that takes {100 * share:.0f} % of a core")
