@@ -1,8 +1,8 @@
 //! Which DDS domain is joined.
 
-#[cfg(feature = "dds")]
-use campaigns::Error;
 use clap::{Args, Parser, ValueEnum};
+#[cfg(feature = "dds")]
+use scenarios::Error;
 
 /// What is wrong with a program that cannot join one.
 #[cfg(not(feature = "dds"))]

@@ -1,38 +1,33 @@
 //! The components of a run that are nodes of ROS 2, in a DDS domain.
 
+mod time;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher as _, Hasher as _, RandomState};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bags::{Received, Source as _};
-use campaigns::Error;
 use network::{Domain, Live as _, Request, Voice};
 use remote::{Call, FromNode};
 use ros_messages::CdrReader;
 use runs::Outside;
+use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
 use crate::domain::DomainArgs;
 use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
+use time::{CLOCK, Time};
 
-/// The node's name, and the topic of simulated time.
+/// The node's name.
 const NAME: &str = "/steward_run";
-const CLOCK: &str = "/clock";
 
 /// How long one look for messages takes at most.
 const PATIENCE: Duration = Duration::from_millis(10);
 
 /// How long publishers have to notice the node before the run begins.
 const SETTLING: Duration = Duration::from_millis(700);
-
-/// How long a clock may say nothing before time goes on without it.
-const SILENT: Duration = Duration::from_secs(10);
-
-/// How far a run may fall behind before it gives that up: in real time, and in that of a clock, in nanoseconds.
-const BEHIND: Duration = Duration::from_millis(200);
-const LATE_NS: i64 = 2_000_000_000;
 
 /// Joins the domain of a scenario's components. The time is that of `/clock` if somebody publishes it, or is to.
 pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario) -> Result<Box<dyn Outside>, Error> {
@@ -51,6 +46,7 @@ pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario)
     let voice = node.voice().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
     let mut nodes = Nodes {
         time: Time::Steady(None),
+        now: Duration::ZERO,
         node,
         voice,
         topics,
@@ -70,21 +66,11 @@ pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario)
     }
     let has_clock = use_sim_time || nodes.node.robot().publishers.contains_key(CLOCK);
     if has_clock {
-        nodes.time = Time::Clock { begun_ns: None, now_ns: 0, heard: moment(), may_pause: use_sim_time };
+        nodes.time = Time::of_clock(use_sim_time);
     }
     let time = if has_clock { "that of /clock" } else { "real time" };
     note(&format!("the run is the node {NAME}, and its time is {time}: another run need not be the same"));
     Ok(Box::new(nodes))
-}
-
-/// What says how late it is.
-#[derive(Debug)]
-enum Time {
-    /// Since the start of the run, real time; later than at first if it has fallen behind.
-    Steady(Option<Instant>),
-    /// The clock of a simulation: when the run began, what it said last, and when; and whether it may stand still while
-    /// somebody publishes it, and come later.
-    Clock { begun_ns: Option<i64>, now_ns: i64, heard: Instant, may_pause: bool },
 }
 
 struct Nodes {
@@ -94,6 +80,8 @@ struct Nodes {
     topics: BTreeMap<String, String>,
     run: u64,
     time: Time,
+    /// How far the run is.
+    now: Duration,
     /// What has not been answered, by number, and how often DDS had failed then.
     open: BTreeMap<u64, Call>,
     failures: usize,
@@ -113,22 +101,36 @@ impl Outside for Nodes {
         self.run
     }
 
-    fn hear(&mut self, now: Duration) -> (Vec<FromNode>, Vec<String>) {
-        while interrupt::flow().is_continue() {
+    fn hear(&mut self, now: Duration) -> Option<(Vec<FromNode>, Vec<String>)> {
+        let asked = moment();
+        loop {
             let left = self.left(now);
-            if self.receive(left.min(PATIENCE)) {
-                if left.is_zero() {
-                    break;
-                }
-                self.mind_silence();
+            let is_idle = self.receive(left.min(PATIENCE));
+            if is_idle && left.is_zero() {
+                break;
+            }
+            if is_idle {
+                let is_there = self.node.robot().publishers.contains_key(CLOCK);
+                self.time.mind_silence(is_there).into_iter().for_each(|what| self.tell_once(what));
+            }
+            if asked.elapsed() >= PATIENCE {
+                return None;
             }
         }
+        self.now = now;
         self.mind_failures();
         let (notes, lost) = (self.node.notes(), self.node.lost());
         self.happened.extend(notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).cloned());
         (self.notes, self.lost) = (notes.len(), lost.len());
         self.happened.iter().for_each(|what| note(what));
-        (std::mem::take(&mut self.answers), std::mem::take(&mut self.happened))
+        Some((std::mem::take(&mut self.answers), std::mem::take(&mut self.happened)))
+    }
+
+    fn resume(&mut self) {
+        let asked = moment();
+        // What the clock has said meanwhile is of the pause. So long as it comes faster than it can be read, it counts.
+        while !self.receive(Duration::ZERO) && asked.elapsed() < SETTLING {}
+        self.time.resume(self.now);
     }
 
     fn ask(&mut self, calls: Vec<Call>) {
@@ -154,48 +156,17 @@ impl Outside for Nodes {
 }
 
 impl Nodes {
+    /// How much time is left until `now` is due.
+    fn left(&mut self, now: Duration) -> Duration {
+        self.time.left(now).unwrap_or_else(|late| {
+            self.tell_once(late);
+            Duration::ZERO
+        })
+    }
+
     fn tell_once(&mut self, what: String) {
         if self.told.insert(what.clone()) {
             self.happened.push(what);
-        }
-    }
-
-    /// How much time is left until `now` is due.
-    fn left(&mut self, now: Duration) -> Duration {
-        let late = match &mut self.time {
-            Time::Steady(begun) => {
-                let begun = begun.get_or_insert_with(|| moment().checked_sub(now).unwrap_or_else(moment));
-                let elapsed = begun.elapsed();
-                if elapsed <= now.saturating_add(BEHIND) {
-                    return now.saturating_sub(elapsed);
-                }
-                // What was missed is not made up for: nobody could react.
-                *begun += elapsed.saturating_sub(now);
-                "the run is slower than real time: time passes as it can".to_owned()
-            }
-            Time::Clock { begun_ns: None, .. } => return PATIENCE,
-            Time::Clock { begun_ns: Some(begun_ns), now_ns, .. } => {
-                let passed_ns = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);
-                let late_ns = now_ns.saturating_sub(*begun_ns).saturating_sub(passed_ns);
-                if late_ns <= LATE_NS {
-                    return if late_ns < 0 { PATIENCE } else { Duration::ZERO };
-                }
-                *begun_ns = begun_ns.saturating_add(late_ns);
-                format!("the run is slower than {CLOCK}, or that has jumped: time passes as it can")
-            }
-        };
-        self.tell_once(late);
-        Duration::ZERO
-    }
-
-    /// Goes on without a clock that has fallen silent.
-    fn mind_silence(&mut self) {
-        let Time::Clock { begun_ns, heard, may_pause, .. } = self.time else { return };
-        let is_there = self.node.robot().publishers.contains_key(CLOCK);
-        if heard.elapsed() > SILENT && !(may_pause && (is_there || begun_ns.is_none())) {
-            self.time = Time::Steady(None);
-            let seconds = SILENT.as_secs();
-            self.tell_once(format!("{CLOCK} has said nothing for {seconds} s: from here on, time is real time"));
         }
     }
 
@@ -228,7 +199,7 @@ impl Nodes {
             }
         }
         self.body = body;
-        let mut is_idle = matches!(received, Received::Idle | Received::Over | Received::Quiet(_));
+        let mut is_idle = matches!(received, Received::Idle | Received::Over);
         while let Some(response) = self.node.response() {
             is_idle = false;
             if self.open.remove(&response.number).is_none() {
@@ -244,14 +215,7 @@ impl Nodes {
         let read = CdrReader::new(body).and_then(|mut reader| Ok((reader.number()?, reader.number()?)));
         let Ok((seconds, nanoseconds)) = read else { return };
         let (seconds, nanoseconds) = (i32::from_le_bytes(seconds), u32::from_le_bytes(nanoseconds));
-        let said_ns = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
-        let Time::Clock { begun_ns, now_ns, heard, .. } = &mut self.time else { return };
-        *heard = moment();
-        let before_ns = std::mem::replace(now_ns, said_ns);
-        let begun_ns = begun_ns.get_or_insert(said_ns);
-        if said_ns < before_ns {
-            *begun_ns = said_ns.saturating_sub(before_ns.saturating_sub(*begun_ns));
-            self.tell_once(format!("{CLOCK} went back, or is published twice: the time of the run goes on"));
-        }
+        let odd = self.time.hear(i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds));
+        odd.into_iter().for_each(|what| self.tell_once(what));
     }
 }

@@ -15,7 +15,7 @@ use recording::{Detail, RunView};
 use reports::junit::{self, Suite};
 use reports::report::{OutcomeReport, Report};
 use reports::{Outputs, file_name, html};
-use runs::{Outside, Pilot, Run};
+use runs::{Others, Run};
 use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario, find};
 use serde_json::json;
@@ -64,14 +64,14 @@ pub(crate) struct BesideArgs {
 pub(crate) struct RunOptions {
     /// The root seed; by default the scenario's own
     #[arg(long, value_name = "N")]
-    seed: Option<u64>,
+    pub(crate) seed: Option<u64>,
     /// Where report and pictures go; with several scenarios, each gets a folder there [default: out/NAME, with --seed
     /// out/NAME-seed-N]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Changes a value of the scenario: `battery.initial_pct=50`, `faults.0.at_s=30`
     #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub(crate) set: Vec<String>,
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
@@ -107,17 +107,6 @@ struct Job {
     folder: PathBuf,
 }
 
-/// Who else takes part in a run, in other programs.
-enum Others {
-    Nobody,
-    /// Who drives the robot.
-    #[cfg_attr(not(feature = "dds"), expect(dead_code, reason = "they are found in a DDS domain"))]
-    Pilot(Box<dyn Pilot>),
-    /// Components that are nodes of ROS 2.
-    #[cfg_attr(not(feature = "dds"), expect(dead_code, reason = "they are found in a DDS domain"))]
-    Components(Box<dyn Outside>),
-}
-
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
     alone(&find::find(name)?, options, &BesideArgs::default())
@@ -125,38 +114,47 @@ pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Err
 
 /// Runs a scenario alone, beside the nodes of ROS 2 that are components of it.
 fn alone(found: &Found, options: &RunOptions, beside: &BesideArgs) -> Result<ExitCode, Error> {
+    among(found, options, |scenario| beside.join(scenario))
+}
+
+/// Runs a scenario alone, with the others whom `join` finds for it.
+pub(crate) fn among(
+    found: &Found,
+    options: &RunOptions,
+    join: impl FnOnce(&Scenario) -> Result<Others, scenarios::Error>,
+) -> Result<ExitCode, Error> {
     let job = Job::load(found, options, false)?;
-    let others = match job.scenario.remote_components().next() {
-        None => Others::Nobody,
-        Some(_) => outside(beside, &job.scenario)?,
-    };
+    let others = join(&job.scenario)?;
     one(&job, options, others)
 }
 
-#[cfg(feature = "dds")]
-fn outside(beside: &BesideArgs, scenario: &Scenario) -> Result<Others, Error> {
-    crate::outside::join(&beside.domain, beside.use_sim_time, scenario).map(Others::Components)
-}
-
-#[cfg(not(feature = "dds"))]
-fn outside(_: &BesideArgs, _: &Scenario) -> Result<Others, Error> {
-    Err(Error::refused(crate::domain::WITHOUT, crate::domain::HOW))
+impl BesideArgs {
+    /// The nodes of ROS 2 that are components of a scenario, if there are any.
+    pub(crate) fn join(&self, scenario: &Scenario) -> Result<Others, scenarios::Error> {
+        match scenario.remote_components().next() {
+            None => Ok(Others::Nobody),
+            #[cfg(feature = "dds")]
+            Some(_) => crate::outside::join(&self.domain, self.use_sim_time, scenario).map(Others::Components),
+            #[cfg(not(feature = "dds"))]
+            Some(_) => Err(scenarios::Error::refused(crate::domain::WITHOUT, crate::domain::HOW)),
+        }
+    }
 }
 
 /// Who drives a robot, for the thread of its run.
 #[cfg(feature = "dds")]
-pub(crate) type Driver = Box<dyn Pilot + Send>;
+pub(crate) type Driver = Box<dyn runs::Pilot + Send>;
 
-/// Runs the scenario with this name or path, whose robot somebody else drives; or several times at once, for robots in
+/// Runs a scenario whose robot somebody else drives; or several times at once, for robots in
 /// these namespaces, with one seed after the other.
 #[cfg(feature = "dds")]
 pub(crate) fn piloted(
-    name: &str,
+    found: &Found,
     options: &RunOptions,
     namespaces: &[String],
-    drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, Error>,
+    drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, scenarios::Error>,
 ) -> Result<ExitCode, Error> {
-    let job = Job::load(&find::find(name)?, options, false)?;
+    let job = Job::load(found, options, false)?;
     if namespaces.len() > 1 {
         options.refuse_for_several(namespaces.len())?;
     }
@@ -267,16 +265,7 @@ impl Job {
             gif: options.gif.clone(),
             ..Outputs::default()
         };
-        let (scenario, watch) = (Arc::clone(&self.scenario), !options.no_monitors);
-        let run = match others {
-            Others::Nobody => Run::new(scenario, self.seed, watch)?,
-            Others::Components(outside) => Run::beside(scenario, self.seed, watch, outside)?,
-            Others::Pilot(pilot) => {
-                let mut run = Run::new(scenario, self.seed, watch)?;
-                run.hand_over(pilot)?;
-                run
-            }
-        };
+        let run = Run::among(Arc::clone(&self.scenario), self.seed, !options.no_monitors, others)?;
         ready(run.warnings());
         run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), |view| {
             follow(view);

@@ -26,7 +26,8 @@ pub(crate) use args::SimArgs;
 
 #[cfg(feature = "dds")]
 pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
-    crate::run::piloted(&args.scenario, &args.options, &args.namespaces, |scenario| robot::join(args, scenario))
+    let found = scenarios::scenario::find::find(&args.scenario)?;
+    crate::run::piloted(&found, &args.options, &args.namespaces, |scenario| robot::join(args, scenario))
 }
 
 #[cfg(not(feature = "dds"))]

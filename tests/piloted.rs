@@ -8,21 +8,21 @@ use std::time::Duration;
 use channels::{EventKind, Verdict};
 use recording::{Detail, Ended, Happening};
 use robot::{Reading, VelocityCommand};
-use runs::{Orders, Pilot, Run, Sensed};
+use runs::{Orders, Others, Pilot, Run, Sensed};
 use scenarios::scenario::{Scenario, find};
 
 /// Turns on the spot, and says so once a second.
 struct Turning(Rc<RefCell<Vec<Reading>>>);
 
 impl Pilot for Turning {
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Orders {
+    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
         self.0.borrow_mut().extend_from_slice(sensed.software.readings());
         let is_full = sensed.now.subsec_nanos() == 0;
-        Orders {
+        Some(Orders {
             velocity: Some(VelocityCommand { linear_mps: 0.0, angular_radps: 0.5 }),
             happened: is_full.then(|| "it turns".to_owned()).into_iter().collect(),
             ..Orders::default()
-        }
+        })
     }
 }
 
@@ -33,8 +33,8 @@ fn scenario(name: &str) -> Arc<Scenario> {
 #[test]
 fn a_robot_obeys_who_drives_it_while_its_tree_stands_still() {
     let readings = Rc::default();
-    let mut run = Run::new(scenario("nominal"), 1, true).unwrap();
-    run.hand_over(Box::new(Turning(Rc::clone(&readings)))).unwrap();
+    let others = Others::Pilot(Box::new(Turning(Rc::clone(&readings))));
+    let mut run = Run::among(scenario("nominal"), 1, true, others).unwrap();
     let (mut ticks, mut said) = (0, 0);
     for _ in 0..150 {
         run.step().unwrap();
@@ -60,7 +60,7 @@ fn a_robot_obeys_who_drives_it_while_its_tree_stands_still() {
 
 #[test]
 fn without_a_robot_nobody_can_drive() {
-    let mut run = Run::new(scenario("pick"), 1, true).unwrap();
-    let refused = run.hand_over(Box::new(Turning(Rc::default()))).unwrap_err();
+    let others = Others::Pilot(Box::new(Turning(Rc::default())));
+    let refused = Run::among(scenario("pick"), 1, true, others).err().unwrap();
     assert!(refused.to_string().contains("has no robot"), "{refused}");
 }

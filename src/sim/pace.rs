@@ -54,9 +54,21 @@ impl Pace {
         passed.saturating_sub(elapsed)
     }
 
+    /// Goes on after a pause: what has passed meanwhile does not count.
+    pub(super) fn resume(&mut self) {
+        if let Self::Steady { since, .. } = self {
+            *since = None;
+        }
+    }
+
     /// Whether it has fallen behind.
     pub(super) fn is_late(&self) -> bool {
         matches!(self, Self::Steady { is_late: true, .. })
+    }
+
+    /// Whether others are told that it is `now`.
+    pub(super) fn tells(&self, now: Duration) -> bool {
+        matches!(self, Self::Steady { .. }) || self.awaits(now)
     }
 
     /// Whether a command is to come at the simulated time `now`.
@@ -88,6 +100,8 @@ pub(super) enum Oddity {
     TooMany,
     /// The simulation is too slow.
     Behind,
+    /// Nobody is there who sends one.
+    Missing,
 }
 
 impl Commands {
@@ -185,5 +199,13 @@ mod tests {
         assert!(pace.left(ms(20)) <= ms(20) && pace.left(ms(5000)) > ms(1000) && !pace.is_late());
         let mut pace = Pace::Steady { speed: 1.0, since: moment().checked_sub(ms(900)), is_late: false };
         assert!(pace.left(ms(20)).is_zero() && pace.is_late() && pace.left(ms(1020)) > ms(500));
+    }
+
+    #[test]
+    fn what_has_passed_during_a_pause_does_not_count() {
+        let mut pace = Pace::Steady { speed: 1.0, since: moment().checked_sub(ms(5000)), is_late: false };
+        pace.resume();
+        assert!(pace.left(ms(1020)).is_zero() && !pace.is_late(), "the first step is due at once");
+        assert!(pace.left(ms(2020)) > ms(900) && !pace.is_late());
     }
 }

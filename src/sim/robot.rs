@@ -1,15 +1,15 @@
 //! A simulated robot as a node of ROS 2.
 
 use std::collections::BTreeSet;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use campaigns::Error;
 use maps::Pose;
 use network::{Domain, Live as _, Publication};
 use recording::ros;
 use robot::{LaserSpec, Reading, VelocityCommand};
 use ros_messages::{CdrWriter, RosMessage, RosType as _};
 use runs::{Orders, Pilot, Sensed};
+use scenarios::Error;
 use scenarios::scenario::Scenario;
 
 use super::args::SimArgs;
@@ -19,7 +19,6 @@ use super::hub::{Incoming, Station, Wanted, stations};
 use super::navigation::NavigationServer;
 use super::pace::{Commands, Oddity, Pace, STALE};
 use super::topics::Topics;
-use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
 use crate::run::Driver;
@@ -97,7 +96,12 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, E
             lasers,
             navigation,
             is_localized: args.localize,
+            met: None,
             has_begun: false,
+            shown: None,
+            is_together: false,
+            asked: None,
+            orders: Orders::default(),
             commands: Commands::default(),
             held: VelocityCommand::STOP,
             told: BTreeSet::new(),
@@ -119,7 +123,17 @@ struct RosRobot {
     /// What gives the robot's own navigation goals, if that drives.
     navigation: Option<NavigationServer>,
     is_localized: bool,
+    /// Since when somebody has been there, and whether they may know of this node.
+    met: Option<Instant>,
     has_begun: bool,
+    /// The time of what was published last.
+    shown: Option<Duration>,
+    /// Whether all robots have come as far.
+    is_together: bool,
+    /// Since when a command has been awaited.
+    asked: Option<Instant>,
+    /// What is known of the orders until the next step.
+    orders: Orders,
     commands: Commands,
     /// In lock step, the command of this period.
     held: VelocityCommand,
@@ -128,28 +142,49 @@ struct RosRobot {
 }
 
 impl Pilot for RosRobot {
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Orders {
-        let (now, mut orders) = (sensed.now, Orders::default());
-        if !std::mem::replace(&mut self.has_begun, true) {
-            self.await_others(&mut orders);
+    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
+        let now = sensed.now;
+        if !self.await_others() {
+            return None;
         }
-        self.tell(sensed);
+        if self.shown.replace(now) != Some(now) {
+            self.tell(sensed);
+            self.is_together = false;
+        }
+        if !self.is_together {
+            let tells_time = self.station.keep_step(now)?;
+            if tells_time && self.pace.tells(now) {
+                self.publish(&self.topics.clock, false, &ros::Clock { clock: now.into() });
+            }
+            self.is_together = true;
+        }
         let commanded = if let Pace::LockStep { deadline, .. } = self.pace {
             if self.pace.awaits(now) {
-                self.held = self.await_command(now, deadline, &mut orders);
+                self.held = self.await_command(now, deadline)?;
             }
             self.held
         } else {
-            self.listen(now, &mut orders);
-            self.last_command(now, &mut orders)
+            if !self.listen(now) {
+                return None;
+            }
+            self.last_command(now)
         };
         let navigates = self.navigation.is_some() && sensed.software.navigation_status().is_under_way();
-        orders.velocity = (!navigates).then_some(commanded);
+        self.orders.velocity = (!navigates).then_some(commanded);
         if let Some(navigation) = &mut self.navigation {
-            orders.trip = navigation.act(sensed, || self.station.request());
+            self.orders.trip = navigation.act(sensed, || self.station.request());
             navigation.server.speak(&self.station.voice);
         }
-        orders
+        Some(std::mem::take(&mut self.orders))
+    }
+
+    fn resume(&mut self) {
+        self.pace.resume();
+        self.asked = None;
+    }
+
+    fn leave(&mut self) {
+        self.station.leave();
     }
 }
 
@@ -194,7 +229,7 @@ impl RosRobot {
         self.station.voice.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
     }
 
-    /// Publishes what has been sensed, and the time last: whoever knows it can know the rest.
+    /// Publishes what has been sensed. The time follows: whoever knows it can know the rest.
     fn tell(&self, sensed: &Sensed<'_>) {
         let (software, Frames { map, odom, footprint, .. }) = (sensed.software, &self.frames);
         let mut transforms = Vec::new();
@@ -241,11 +276,6 @@ impl RosRobot {
         if software.readings().iter().any(|reading| matches!(reading, Reading::Scan(_))) {
             self.tell_where(sensed);
         }
-        let (is_steady, is_to_stop) = (matches!(self.pace, Pace::Steady { .. }), || interrupt::flow().is_break());
-        let tells_time = self.station.keep_step(sensed.now, is_to_stop);
-        if tells_time && (is_steady || self.pace.awaits(sensed.now)) {
-            self.publish(&self.topics.clock, false, &ros::Clock { clock: sensed.now.into() });
-        }
     }
 
     /// Publishes where the robot believes that it is, and where it is going.
@@ -279,83 +309,92 @@ impl RosRobot {
         }
     }
 
-    /// Waits until commands can come; in lock step, until somebody is there who sends them.
-    fn await_others(&mut self, orders: &mut Orders) {
+    /// Waits until commands can come; in lock step, until somebody is there who sends them. Returns whether that is so
+    /// after a moment.
+    fn await_others(&mut self) -> bool {
+        if self.has_begun {
+            return true;
+        }
         let is_in_step = matches!(self.pace, Pace::LockStep { .. });
-        let mut is_told = false;
-        while is_in_step && !self.has_partner() && interrupt::flow().is_continue() {
-            if !std::mem::replace(&mut is_told, true) {
-                let Topics { command, clock, .. } = &self.topics;
-                note(&format!("waiting for who publishes on {command} and reads {clock}"));
-            }
-            self.receive(PATIENCE, Duration::ZERO, orders);
+        if self.met.is_none() && is_in_step && !self.has_partner() {
+            self.tell_once(Oddity::Missing);
+        } else if self.met.get_or_insert_with(moment).elapsed() >= SETTLING {
+            // What came before the run is not for it.
+            (self.commands, self.orders, self.has_begun) = (Commands::default(), Orders::default(), true);
+            return true;
         }
-        let since = moment();
-        while since.elapsed() < SETTLING && interrupt::flow().is_continue() {
-            self.receive(PATIENCE, Duration::ZERO, orders);
-        }
-        // What came before the run is not for it.
-        (self.commands, orders.pose) = (Commands::default(), None);
+        self.receive(PATIENCE, Duration::ZERO);
+        false
     }
 
     fn has_partner(&self) -> bool {
         self.station.is_read(&self.topics.clock) && self.station.is_published(&self.topics.command)
     }
 
-    /// Waits until the simulated time `now` is due, and takes what comes meanwhile.
-    fn listen(&mut self, now: Duration, orders: &mut Orders) {
-        let mut taken = 0;
-        while interrupt::flow().is_continue() {
+    /// Waits for a moment until the simulated time `now` is due, and takes what comes meanwhile. Returns whether it is.
+    fn listen(&mut self, now: Duration) -> bool {
+        let (asked, mut taken) = (moment(), 0);
+        loop {
             let left = self.pace.left(now);
-            let has_come = self.receive(left.min(PATIENCE), now, orders);
+            let has_come = self.receive(left.min(PATIENCE), now);
             taken += usize::from(has_come);
             if left.is_zero() && (!has_come || taken > MOST) {
                 break;
+            }
+            if !left.is_zero() && asked.elapsed() >= PATIENCE {
+                return false;
             }
         }
         if self.pace.is_late() {
             self.tell_once(Oddity::Behind);
         }
+        true
     }
 
-    /// Waits for the command of the period that begins now.
-    fn await_command(&mut self, now: Duration, deadline: Duration, orders: &mut Orders) -> VelocityCommand {
-        let since = moment();
-        while interrupt::flow().is_continue() {
+    /// Waits for the command of the period that begins now. None if it has not come after a moment.
+    fn await_command(&mut self, now: Duration, deadline: Duration) -> Option<VelocityCommand> {
+        let (asked, since) = (moment(), *self.asked.get_or_insert_with(moment));
+        loop {
             let is_over = since.elapsed() >= deadline;
             while let Some(command) = self.commands.of_period(now) {
                 match command {
-                    Ok(velocity) => return velocity,
+                    Ok(velocity) => {
+                        self.asked = None;
+                        return Some(velocity);
+                    }
                     Err(oddity) => self.tell_once(oddity),
                 }
             }
             if is_over {
                 let seconds = deadline.as_secs_f64();
                 let words = format!("no command came for the period at {} s in {seconds} s", now.as_secs_f64());
-                orders.happened.push(format!("{words}: the robot stops"));
-                break;
+                self.orders.happened.push(format!("{words}: the robot stops"));
+                self.asked = None;
+                return Some(VelocityCommand::STOP);
             }
-            self.receive(PATIENCE.min(deadline), now, orders);
+            if asked.elapsed() >= PATIENCE {
+                return None;
+            }
+            self.receive(PATIENCE.min(deadline), now);
         }
-        VelocityCommand::STOP
     }
 
     /// The last command, unless it is too old.
-    fn last_command(&mut self, now: Duration, orders: &mut Orders) -> VelocityCommand {
+    fn last_command(&mut self, now: Duration) -> VelocityCommand {
         let command = self.commands.last(now);
         if command.is_none() && self.commands.forget() {
-            orders.happened.push(format!("no command came for {} s: the robot stops", STALE.as_secs_f64()));
+            self.orders.happened.push(format!("no command came for {} s: the robot stops", STALE.as_secs_f64()));
         }
         command.unwrap_or_default()
     }
 
     /// Takes a message, if one comes soon enough. Returns whether one has.
-    fn receive(&mut self, patience: Duration, now: Duration, orders: &mut Orders) -> bool {
+    fn receive(&mut self, patience: Duration, now: Duration) -> bool {
         let Some(Incoming { topic, kind, body }) = self.station.receive(patience) else { return false };
         if topic == self.topics.command {
             self.take_command(&kind, &body, now);
         } else if let Some(pose) = commands::initial_pose(&body, &self.frames.map) {
-            orders.pose = Some(pose);
+            self.orders.pose = Some(pose);
         } else {
             self.tell_once(Oddity::Unreadable);
         }
@@ -391,6 +430,7 @@ impl RosRobot {
                 "commands on {command} are left out: their stamps are ahead of {clock}; does their node use `use_sim_time`?"
             ),
             Oddity::Behind => "the simulation is slower than real time: time passes as it can".to_owned(),
+            Oddity::Missing => format!("waiting for who publishes on {command} and reads {clock}"),
             Oddity::TooMany => {
                 format!("more commands come on {command} than there are periods: the oldest are left out")
             }

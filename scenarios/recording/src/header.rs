@@ -68,6 +68,12 @@ pub struct Header {
 }
 
 impl Header {
+    /// Whether anything took part from outside the program: another run need not be the same.
+    #[must_use]
+    pub fn has_others(&self) -> bool {
+        self.is_piloted || !self.remote.is_empty()
+    }
+
     /// The places on the map, by name; none without a map.
     #[must_use]
     pub fn places(&self) -> &[Place] {

@@ -11,8 +11,9 @@ use crate::error::StepError;
 use crate::run::Run;
 
 /// Runs a scenario to its end for whoever `begin` makes from its start, who sees at least as much as `detail` requires.
-/// `goes_on` is asked at the start and after every step, and may stop the run: one more step then ends it as
-/// [interrupted](Ended::Interrupted). If there is a `record`, the run is written to it as an [`Archive`].
+/// `goes_on` is asked at the start, after every step and while one waits for [others](crate::Others), and may stop the
+/// run: one more step then ends it as [interrupted](Ended::Interrupted), without waiting. If there is a `record`, the
+/// run is written to it as an [`Archive`].
 ///
 /// # Errors
 /// A file that could not be written; the reason why the run cannot continue; an error of who follows.
@@ -34,6 +35,9 @@ pub fn conduct<F: Follower, E: From<Error> + From<F::Error>>(
             break;
         }
         let stepped = conducted.step(detail, is_stopped);
+        if let Ok(false) = stepped {
+            continue;
+        }
         // A failed step is also recorded: it may show the reason.
         archive.follow(&conducted.view).map_err(Error::from)?;
         if let Err(failure) = stepped {
@@ -64,9 +68,13 @@ impl Conducted {
     }
 
     /// Performs a step, and ends the run if its scenario or its schedule ends it there, or if it `is_stopped`. The view
-    /// has the step even if it fails.
-    pub(crate) fn step(&mut self, detail: Detail, is_stopped: bool) -> Result<(), StepError> {
-        let stepped = self.run.step();
+    /// has the step even if it fails. Returns whether it is done: otherwise it still waits for others; one that
+    /// `is_stopped` does not.
+    pub(crate) fn step(&mut self, detail: Detail, is_stopped: bool) -> Result<bool, StepError> {
+        let stepped = self.run.advance(!is_stopped);
+        if let Ok(false) = stepped {
+            return Ok(false);
+        }
         self.view.apply(self.run.record(detail)).expect(FITS);
         stepped?;
         let over = self.run.is_over().then_some(Ended::Scheduled);
@@ -74,7 +82,7 @@ impl Conducted {
         if let Some(why) = self.ending.reached(&self.run.scenario().file, &self.view).or(over).or(stopped) {
             self.end(why, detail);
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Ends the run here.

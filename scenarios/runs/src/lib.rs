@@ -9,14 +9,15 @@
 //! (`components::Outages`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those that a
 //! proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense and
 //! move; a scenario without a map has a `World` that is only the time. `schedule_replay` performs the steps of a
-//! schedule instead of drivers and physics. `pilot` is somebody outside who drives the robot, `outside` is where
-//! components are that are nodes of ROS 2. `ending` decides when a run ends.
+//! schedule instead of drivers and physics. `others` take part from outside: `pilot` is somebody who drives the robot,
+//! `outside` is where components are that are nodes of ROS 2. `ending` decides when a run ends.
 
 mod conduct;
 mod ending;
 mod error;
 mod injector;
 mod machines;
+mod others;
 mod outside;
 mod pilot;
 mod run;
@@ -35,6 +36,7 @@ pub use conduct::{FITS, conduct};
 pub use error::StepError;
 pub use injector::opposite;
 pub use machines::record as machine_record;
+pub use others::Others;
 pub use outside::Outside;
 pub use pilot::{Orders, Pilot, Sensed, TripOrder};
 pub use run::Run;

@@ -9,9 +9,12 @@ pub trait Outside {
     /// What tells this run from all others.
     fn run(&self) -> u64;
 
-    /// Waits until it is `now` there, in time since the start of the run. Returns what has come since the last call,
-    /// and what else has happened, in words.
-    fn hear(&mut self, now: Duration) -> (Vec<FromNode>, Vec<String>);
+    /// Waits for a moment until it is `now` there, in time since the start of the run. Returns what has come since it
+    /// last did, and what else has happened, in words; none if it is not yet so late, and it is then asked again.
+    fn hear(&mut self, now: Duration) -> Option<(Vec<FromNode>, Vec<String>)>;
+
+    /// The run goes on: its time has stood still since the last call.
+    fn resume(&mut self);
 
     /// Sends what is asked, at once.
     fn ask(&mut self, calls: Vec<Call>);

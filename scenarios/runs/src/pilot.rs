@@ -9,8 +9,15 @@ use sim::Simulation;
 
 /// Whoever drives the robot of a run in place of its tree and its navigation.
 pub trait Pilot {
-    /// Sees what the robot has sensed, and says what it does until the next step.
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Orders;
+    /// Sees what the robot has sensed, and says what it does until the next step. Waits for a moment until that is
+    /// known; none if it is not, and it is then asked again, with the same.
+    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders>;
+
+    /// The run goes on: its time has stood still since the last call.
+    fn resume(&mut self) {}
+
+    /// The run is over.
+    fn leave(&mut self) {}
 }
 
 /// A robot after a step of its run.

@@ -2,6 +2,7 @@
 
 mod record;
 mod recorded;
+mod with_others;
 
 use std::any::Any;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use bt::{Outcome, Status};
 use channels::{ChannelSystem, Event, ProcessId, Scheduler};
 use monitors::Warnings;
 use recording::{Happening, SceneClock, TraceHash, event_line};
-use remote::{Call, RemoteProcess};
+use remote::RemoteProcess;
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
@@ -21,8 +22,7 @@ use scenarios::{Complaints, Error};
 use self::recorded::Recorded;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
-use crate::outside::Outside;
-use crate::pilot::Pilot;
+use crate::others::Others;
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
@@ -47,11 +47,11 @@ pub struct Run {
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
     kind: RunKind,
-    /// Who drives the robot in place of the tree.
-    pilot: Option<Box<dyn Pilot>>,
-    /// Where the components are that are nodes of ROS 2, and their processes.
-    outside: Option<Box<dyn Outside>>,
+    /// Who takes part from outside, and the processes of components that are nodes of ROS 2.
+    others: Others,
     remote: Vec<ProcessId>,
+    /// Whether a step has begun that waits for them.
+    is_waiting: bool,
     /// The events of the last step.
     events: Vec<Event>,
     /// Whether a timer or a fault moved a process in the last step.
@@ -128,29 +128,11 @@ impl Run {
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
         if let Some((name, namespace)) = scenario.remote_components().next() {
             let problem = namespace.span.problem(format!("the component {name} consists of nodes of ROS 2"));
-            let help = "`steward run` runs a scenario with such a component, alone";
+            let help = "`steward run` and `steward live` run a scenario with such a component, alone";
             return Err(Error::bad_input(problem.with_label("which are not part of this run").with_help(help)));
         }
         let mut run = Self::prepare(scenario, seed, watch)?;
         start_programs(&run.scenario, &mut run.system)?;
-        Ok(run)
-    }
-
-    /// The same, beside the nodes of ROS 2 that are components of it: in their time, and never again the same.
-    ///
-    /// # Errors
-    /// [`Error::BadInput`] if the scenario's parts do not fit together.
-    pub fn beside(scenario: Arc<Scenario>, seed: u64, watch: bool, outside: Box<dyn Outside>) -> Result<Self, Error> {
-        let mut run = Self::prepare(scenario, seed, watch)?;
-        if !matches!(run.kind, RunKind::Application) {
-            let help = "run its application instead";
-            return Err(Error::refused("a schedule has no time in which nodes could answer", help));
-        }
-        start_programs(&run.scenario, &mut run.system)?;
-        for id in &run.remote {
-            run.system.process_mut::<RemoteProcess>(*id).expect("it is one").begin(outside.run());
-        }
-        run.outside = Some(outside);
         Ok(run)
     }
 
@@ -189,9 +171,9 @@ impl Run {
             scheduler: wired.scheduler,
             ids: wired.ids,
             kind,
-            pilot: None,
-            outside: None,
+            others: Others::Nobody,
             remote,
+            is_waiting: false,
             events: Vec::new(),
             stirred: false,
             monitoring,
@@ -204,27 +186,22 @@ impl Run {
         })
     }
 
-    /// Lets somebody else drive the robot. The tree then gets no ticks; they still come, for the monitors.
-    ///
-    /// # Errors
-    /// [`Error`] if there is no robot to be driven.
-    pub fn hand_over(&mut self, pilot: Box<dyn Pilot>) -> Result<(), Error> {
-        if self.world.robot().is_none() {
-            let message = format!("the scenario {} has no robot that somebody could drive", self.scenario.name);
-            return Err(Error::refused(message, "name one with a map, and without a schedule"));
-        }
-        self.pilot = Some(pilot);
-        self.ids.tree.iter().for_each(|ids| self.system.suspend(ids.tick_generator, true));
-        Ok(())
-    }
-
-    /// Performs one step. The events of a failed step can still be recorded.
+    /// Performs one step, and waits for others as long as it takes. The events of a failed step can still be recorded.
     ///
     /// # Errors
     /// [`StepError`] if the processes cannot continue.
     pub fn step(&mut self) -> Result<(), StepError> {
-        self.happenings.clear();
-        self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
+        while !self.advance(true)? {}
+        Ok(())
+    }
+
+    /// Performs one step, or what is left of it. Returns whether it is done: if it `waits` for others, it may not be
+    /// after a moment, and goes on with the next call.
+    pub(crate) fn advance(&mut self, waits: bool) -> Result<bool, StepError> {
+        if !self.is_waiting {
+            self.happenings.clear();
+            self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
+        }
         match &mut self.kind {
             RunKind::Schedule(replay) => {
                 let mut replayed = ReplayedSteps::default();
@@ -233,7 +210,11 @@ impl Run {
                 self.enter(replayed, now);
                 performed?;
             }
-            RunKind::Application | RunKind::Model { .. } => self.act()?,
+            RunKind::Application | RunKind::Model { .. } => {
+                if !self.act(waits)? {
+                    return Ok(false);
+                }
+            }
         }
         let now = self.time();
         self.note_tree_errors();
@@ -244,13 +225,13 @@ impl Run {
         self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
         self.note_verdicts();
         self.note_arrivals();
-        Ok(())
+        Ok(true)
     }
 
     /// Adds the steps of a schedule, including those before an error, to the run.
     fn enter(&mut self, replayed: ReplayedSteps, now: Duration) {
         let Self { system, world, events, hash, .. } = self;
-        world.step(now, system, None);
+        world.step(now, system, false);
         replayed.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
         *events = replayed.events;
         self.overruns += replayed.overruns;
@@ -258,16 +239,22 @@ impl Run {
         self.stirred = true;
     }
 
-    /// Performs a step with faults, physics and drivers.
-    fn act(&mut self) -> Result<(), StepError> {
-        self.apply_faults();
-        let now = self.next_time();
-        if let RunKind::Model { begun, .. } = &mut self.kind {
-            *begun = true;
+    /// Performs a step with faults, physics and drivers. Returns whether it is done, or waits for others.
+    fn act(&mut self, waits: bool) -> Result<bool, StepError> {
+        if !std::mem::replace(&mut self.is_waiting, true) {
+            self.apply_faults();
+            let now = self.next_time();
+            if let RunKind::Model { begun, .. } = &mut self.kind {
+                *begun = true;
+            }
+            let is_piloted = self.is_piloted();
+            self.world.step(now, &mut self.system, is_piloted);
         }
-        let mut happened = self.world.step(now, &mut self.system, self.pilot.as_mut());
-        happened.extend(self.hear_outside(now));
+        let now = self.time();
+        let Some(happened) = self.follow_others(now).or((!waits).then(Vec::new)) else { return Ok(false) };
+        self.is_waiting = false;
         self.happenings.extend(happened.into_iter().map(|words| Happening::Moved { words }));
+        self.world.move_devices(&mut self.system);
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
         }
@@ -279,42 +266,7 @@ impl Run {
             self.happen(now)?;
         }
         self.ask_outside();
-        Ok(())
-    }
-
-    /// Lets the components that are nodes of ROS 2 say what has come. One that hangs hears it later. Returns what else
-    /// has happened there, in words.
-    fn hear_outside(&mut self, now: Duration) -> Vec<String> {
-        let Self { outside: Some(outside), remote, system, .. } = self else { return Vec::new() };
-        let (answers, happened) = outside.hear(now);
-        for id in remote {
-            let is_suspended = system.is_suspended(*id);
-            let Some(component) = system.process_mut::<RemoteProcess>(*id) else { continue };
-            answers.iter().for_each(|answer| component.hear(answer));
-            self.stirred |= !is_suspended && component.act();
-        }
-        happened
-    }
-
-    /// Sends out what the components that are nodes of ROS 2 were asked in this step.
-    fn ask_outside(&mut self) {
-        let Self { outside: Some(outside), remote, system, .. } = self else { return };
-        let calls = remote.iter().filter_map(|id| Some(system.process_mut::<RemoteProcess>(*id)?.take_calls()));
-        let calls: Vec<Call> = calls.flatten().collect();
-        if !calls.is_empty() {
-            outside.ask(calls);
-        }
-    }
-
-    /// Cancels what nodes of ROS 2 are still doing for this run, and leaves them.
-    fn leave_outside(&mut self) {
-        for id in &self.remote {
-            self.system.process_mut::<RemoteProcess>(*id).into_iter().for_each(RemoteProcess::conclude);
-        }
-        self.ask_outside();
-        if let Some(mut outside) = self.outside.take() {
-            outside.leave();
-        }
+        Ok(true)
     }
 
     /// Shows the monitors what is true. It is no communication, and does not enter the trace hash: properties that
@@ -387,7 +339,7 @@ impl Run {
                 robot.write_to_blackboard(of, system, tree);
             }
             let (event, delivered) = system.generate_tick(tick_generator);
-            self.overruns += u64::from(!delivered && self.pilot.is_none());
+            self.overruns += u64::from(!delivered && !matches!(self.others, Others::Pilot(_)));
             enter(event);
         }
         let budget = self.scenario.file.execution.step_budget;

@@ -12,17 +12,24 @@ use scenarios::scenario::{Found, FoundKind, Scenario, ScenarioFile};
 use toml::{Table, Value};
 
 use crate::conduct::Conducted;
+use crate::others::Others;
 use crate::run::Run;
 
 /// How much more than the largest error of localization a saved scenario allows, in meters. Chosen, not measured: the
 /// run is the same, so that any margin is enough.
 const MARGIN_M: f64 = 0.01;
 
+/// What a saved scenario says of a session with others.
+const APART: &str = "\
+# The faults of a session in which others took part from outside the program. What they did is not in this file: a run
+# of it need not be the same, and is expected to be only what the scenario on which it is based expects.
+";
+
 /// A run in which a person intervenes.
 ///
 /// Each act is a fault at the present moment; a lasting one lasts until it is [released](Self::release). The session is
 /// always a scenario, as it could be in a file, with all acts so far. So an act is checked like a fault in a file, and
-/// the [saved](Self::saved) scenario gives the same run.
+/// the [saved](Self::saved) scenario gives the same run, unless [others](Self::has_others) took part.
 pub struct Session {
     found: Found,
     conducted: Conducted,
@@ -43,12 +50,26 @@ impl Session {
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario.
     pub fn new(found: &Found, overrides: &[String], seed: Option<u64>) -> Result<Self, Error> {
+        Self::among(found, overrides, seed, |_| Ok(Others::Nobody))
+    }
+
+    /// The same, with the others whom `join` finds for the scenario.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new), if the scenario is none for them, and those of `join`.
+    pub fn among(
+        found: &Found,
+        overrides: &[String],
+        seed: Option<u64>,
+        join: impl FnOnce(&Scenario) -> Result<Others, Error>,
+    ) -> Result<Self, Error> {
         let base = Scenario::load(found, overrides)?;
         let seed = seed.unwrap_or(base.file.seed);
         let (written, faults) = without_faults(found, overrides, seed).map_err(Error::bad_input)?;
         let given = faults.len();
         let scenario = load(&base, found, &written, &faults)?;
-        let conducted = Conducted::begin(Run::new(Arc::new(scenario), seed, true)?, Detail::Scenes);
+        let others = join(&scenario)?;
+        let conducted = Conducted::begin(Run::among(Arc::new(scenario), seed, true, others)?, Detail::Scenes);
         Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new() })
     }
 
@@ -70,26 +91,49 @@ impl Session {
         &self.conducted.view
     }
 
+    /// Whether others take part, who set its pace.
+    #[must_use]
+    pub fn has_others(&self) -> bool {
+        self.view().header().has_others()
+    }
+
     /// Performs one step; does nothing if the run has ended. The scenario ends the run as it would without acts.
+    /// Returns whether the step is done: if others take part, it may still wait for them after a moment, and goes on
+    /// with the next call.
     ///
     /// # Errors
     /// The reason why the run cannot continue.
-    pub fn step(&mut self, detail: Detail) -> Result<(), Error> {
+    pub fn step(&mut self, detail: Detail) -> Result<bool, Error> {
         if self.view().end().is_some() {
-            return Ok(());
+            return Ok(true);
         }
-        let stepped = self.conducted.step(detail, false);
-        self.records.push(Record::Step(self.view().step().clone()));
-        self.record_end();
-        Ok(stepped?)
+        self.go_on(detail, false)
     }
 
-    /// Ends the run here, if it has not ended.
+    /// Tells others that the run goes on after a pause, in which its time has stood still.
+    pub fn resume(&mut self) {
+        self.conducted.run.resume();
+    }
+
+    /// Ends the run here, if it has not ended; a step that has begun no longer waits for others. They leave.
     pub fn end(&mut self) {
+        if self.view().end().is_none() && self.conducted.run.is_waiting() {
+            // If it fails, that is the end, too.
+            let _ = self.go_on(Detail::Full, true);
+        }
         if self.view().end().is_none() {
             self.conducted.end(Ended::Interrupted, Detail::Full);
             self.record_end();
         }
+    }
+
+    fn go_on(&mut self, detail: Detail, is_stopped: bool) -> Result<bool, Error> {
+        let stepped = self.conducted.step(detail, is_stopped);
+        if !matches!(stepped, Ok(false)) {
+            self.records.push(Record::Step(self.view().step().clone()));
+            self.record_end();
+        }
+        Ok(stepped?)
     }
 
     fn record_end(&mut self) {
@@ -176,10 +220,24 @@ impl Session {
 
     /// The text of a scenario that repeats the session up to now, and expects its results. It names the scenario on
     /// which it is based: one that is shipped by its name, so that it can be stored anywhere, and a user's own by the
-    /// name of its file, so that it belongs into the same folder.
+    /// name of its file, so that it belongs into the same folder. What others did cannot be repeated: a session with
+    /// them is saved without its end and its results, and the text says so.
     #[must_use]
     pub fn saved(&self) -> String {
-        let (mut written, view) = (self.written.clone(), self.view());
+        let mut written = self.written.clone();
+        if !self.has_others() {
+            self.expect_results(&mut written);
+        }
+        if let Some(Value::String(model)) = written.get_mut("model") {
+            *model = file_name(model);
+        }
+        let about = if self.has_others() { APART } else { "" };
+        about.to_owned() + &text(&written, &self.faults)
+    }
+
+    /// Lets a scenario end where the session is now, and expect its results.
+    fn expect_results(&self, written: &mut Table) {
+        let view = self.view();
         let mut set = |table: &str, key: &str, value: Value| {
             let table = written.entry(table).or_insert_with(|| Value::Table(Table::new()));
             table.as_table_mut().map(|table| table.insert(key.to_owned(), value));
@@ -212,10 +270,6 @@ impl Session {
                 set("expect", key, value);
             }
         }
-        if let Some(Value::String(model)) = written.get_mut("model") {
-            *model = file_name(model);
-        }
-        text(&written, &self.faults)
     }
 }
 

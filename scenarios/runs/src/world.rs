@@ -52,39 +52,41 @@ impl World {
         Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
     }
 
-    /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software, or who
-    /// drives it instead, and the devices. Returns what happened around the processes, in words.
-    pub(crate) fn step(
-        &mut self,
-        to: Duration,
-        system: &mut ChannelSystem,
-        pilot: Option<&mut Box<dyn Pilot>>,
-    ) -> Vec<String> {
+    /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software, which
+    /// drives it unless somebody else does.
+    pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem, is_piloted: bool) {
         self.now = to;
-        let mut happened = Vec::new();
-        if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
-            sim.step();
-            if let Some(pilot) = pilot {
-                let mut passenger = Passenger { sim, advice: VelocityCommand::STOP };
-                software.step(&mut passenger, system, self.now);
-                let advice = passenger.advice;
-                let contacts = sim.truth().contacts().iter().rev().take_while(|contact| contact.time >= to);
-                let touched: Vec<&str> = contacts.map(|of| of.obstacle.as_deref().unwrap_or("walls")).collect();
-                let orders = pilot.drive(&Sensed { now: to, software, touched: &touched });
-                sim.drive(orders.velocity.unwrap_or(advice));
-                orders.pose.iter().for_each(|pose| software.believe(pose));
-                match orders.trip {
-                    // One that has been frozen meanwhile does nothing, and its trip does not begin.
-                    Some(TripOrder::Start(goal)) => drop(software.drive_to(goal, system)),
-                    Some(TripOrder::End) => software.end_trip(),
-                    None => {}
-                }
-                happened = orders.happened;
-            } else {
-                software.step(sim, system, self.now);
-            }
+        let Some(SimulatedRobot { sim, software, advice, .. }) = &mut self.robot else { return };
+        sim.step();
+        if !is_piloted {
+            return software.step(sim, system, self.now);
         }
-        let Some(robot) = &mut self.robot else { return happened };
+        let mut passenger = Passenger { sim, advice: VelocityCommand::STOP };
+        software.step(&mut passenger, system, self.now);
+        *advice = passenger.advice;
+    }
+
+    /// Lets somebody else drive the robot after a step. Returns what else has happened, in words; none while it is not
+    /// known what the robot does.
+    pub(crate) fn obey(&mut self, pilot: &mut dyn Pilot, system: &mut ChannelSystem) -> Option<Vec<String>> {
+        let SimulatedRobot { sim, software, advice, .. } = self.robot.as_mut()?;
+        let contacts = sim.truth().contacts().iter().rev().take_while(|contact| contact.time >= self.now);
+        let touched: Vec<&str> = contacts.map(|of| of.obstacle.as_deref().unwrap_or("walls")).collect();
+        let orders = pilot.drive(&Sensed { now: self.now, software, touched: &touched })?;
+        sim.drive(orders.velocity.unwrap_or(*advice));
+        orders.pose.iter().for_each(|pose| software.believe(pose));
+        match orders.trip {
+            // One that has been frozen meanwhile does nothing, and its trip does not begin.
+            Some(TripOrder::Start(goal)) => drop(software.drive_to(goal, system)),
+            Some(TripOrder::End) => software.end_trip(),
+            None => {}
+        }
+        Some(orders.happened)
+    }
+
+    /// Lets devices sense and act after a step.
+    pub(crate) fn move_devices(&mut self, system: &mut ChannelSystem) {
+        let Some(robot) = &mut self.robot else { return };
         for Device { process, .. } in &self.devices {
             if !system.is_suspended(*process)
                 && let Some(device) = system.process_mut::<DeviceProcess>(*process)
@@ -92,7 +94,6 @@ impl World {
                 device.act(&mut robot.around());
             }
         }
-        happened
     }
 
     /// The texts that speakers have begun to speak since the last call, with their processes.
@@ -139,6 +140,8 @@ impl World {
 pub(crate) struct SimulatedRobot {
     pub(crate) sim: Simulation,
     pub(crate) software: Software,
+    /// How its software would drive, if somebody else does.
+    advice: VelocityCommand,
     /// How many trips navigation had given up in the last step.
     trips_given_up: u64,
     /// The bodies of the world, as they were described.
@@ -163,6 +166,7 @@ impl SimulatedRobot {
         Ok(Self {
             sim: simulate(premises, streams)?,
             software: software(premises, processes, streams)?,
+            advice: VelocityCommand::STOP,
             trips_given_up: 0,
             bodies: premises.entry.sim.obstacles.clone(),
             visits: vec![Visit::Awaited; premises.places.iter().count()],

@@ -40,7 +40,7 @@ impl Run {
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
             remote: self.scenario.remote_components().map(|(name, _)| name.to_owned()).collect(),
-            is_piloted: self.pilot.is_some(),
+            is_piloted: self.is_piloted(),
             machines: self
                 .scenario
                 .machine_processes()
@@ -171,7 +171,7 @@ impl Run {
                 program.conclude();
             }
         }
-        self.leave_outside();
+        self.leave_others();
         self.skill_errors.note(&self.system, self.time());
         // Faults that were added since the last step are not part of the run.
         let faults = 0..self.scenario.file.faults.len() - self.added.len();

@@ -1,3 +1,5 @@
+mod others;
+
 use std::time::Duration;
 
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
@@ -89,7 +91,7 @@ fn faults_of_the_base_that_are_removed_do_not_happen() {
 #[test]
 fn acts_after_the_last_step_change_nothing() {
     let mut session = Session::new(&find::find("nominal").unwrap(), &[], None).unwrap();
-    (0..50).for_each(|_| session.step(Detail::Full).unwrap());
+    (0..50).for_each(|_| assert!(session.step(Detail::Full).unwrap()));
     session.act(toml::from_str("kind = \"battery_level\"\nlevel_pct = 10").unwrap()).unwrap();
     session.end();
     assert_eq!(replayed(&session.saved()), session.view().end().unwrap().trace_hash);
