@@ -86,7 +86,7 @@ function greet(greeting) {
   $('scenario').textContent = name;
   $('scenario').title = `${greeting.about} Seed ${greeting.seed}.`;
   floor.greet(greeting);
-  for (const part of [hand, machines, tree]) part.greet(greeting);
+  for (const part of [transport, hand, machines, tree]) part.greet(greeting);
   arrange();
 }
 
@@ -138,6 +138,7 @@ $('report').onclick = () => download('report', 'page', 'text/html', 'report.html
 async function download(what, key, type, name) {
   const answer = await link.ask(what);
   if (!answer) return;
+  if (answer.note) notice(answer.note);
   const href = URL.createObjectURL(new Blob([answer[key]], { type }));
   element('a', { href, download: `${$('scenario').textContent.replaceAll('/', '-')}-${name}` }).click();
   URL.revokeObjectURL(href);

@@ -15,11 +15,21 @@ export class Transport {
     addEventListener('keydown', event => this.key(event));
   }
 
-  // `at` is the moment shown, `past` whether it is before the newest, `grows` whether there will be more.
-  show({ at, to, paused, past, grows, speed, end }) {
+  // `paced` says whether others set the pace of the run.
+  greet({ paced }) {
+    this.paced = paced;
+  }
+
+  // `at` is the moment shown, `past` whether it is before the newest, `grows` whether there will be more, `waits` whether
+  // the run waits for others.
+  show({ at, to, paused, past, grows, speed, waits, end }) {
     this.paused = paused;
     $('go').textContent = paused ? 'Go' : 'Pause';
     $('speed').value = speed ?? '';
+    const isPaced = Boolean(this.paced) && !past;
+    $('speed').parentElement.style.display = isPaced ? 'none' : '';
+    $('pace').hidden = !isPaced;
+    $('pace').textContent = waits ? 'waiting for others' : 'at the pace of others';
     for (const button of ['go', 'step', 'tick']) $(button).disabled = Boolean(end) && grows && !past;
     const slider = $('when');
     slider.max = Math.ceil(to * 50) / 50;

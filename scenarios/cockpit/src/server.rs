@@ -3,7 +3,7 @@
 use std::io;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
@@ -40,6 +40,8 @@ use crate::token::AccessToken;
 
 /// The maximum number of connections; others wait.
 const MOST_CONNECTIONS: usize = 100;
+/// How often to look whether the page is to end.
+const LOOK: Duration = Duration::from_millis(50);
 /// A connection without a request for this long is closed.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// The maximum number of browsers that see a run.
@@ -251,32 +253,61 @@ impl Cockpit {
     /// # Errors
     /// What keeps the server from working.
     pub fn serve(self) -> Result<(), Error> {
-        let failed = |source| Error::Io { port: 0, source };
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-        runtime.block_on(async {
-            let listener = self.listener.try_clone().and_then(TcpListener::from_std).map_err(failed)?;
-            let free = Arc::new(Semaphore::new(MOST_CONNECTIONS));
-            let service = TowerToHyperService::new(router(self.shared));
-            let mut server = http1::Builder::new();
-            server.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
-            loop {
-                let permit = Arc::clone(&free).acquire_owned().await.expect("nobody closes the semaphore");
-                let Ok((stream, _)) = listener.accept().await else {
-                    // There are no file handles left, or the other side has already gone.
-                    tokio::time::sleep(Duration::from_millis(100)).await;
-                    continue;
-                };
-                // Otherwise a message would wait for 40 ms until the browser has acknowledged the one before.
-                let _ = stream.set_nodelay(true);
-                let connection = server.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
-                tokio::spawn(async move {
-                    // A broken connection needs no answer.
-                    let _ = connection.await;
-                    drop(permit);
-                });
+        runtime()?.block_on(self.accept())
+    }
+
+    /// The same until `interrupted` is set. A session then ends: its programs are ended, and others who take part are
+    /// left.
+    ///
+    /// # Errors
+    /// As for [`serve`](Self::serve).
+    pub fn serve_until(self, interrupted: &AtomicBool) -> Result<(), Error> {
+        let shared = Arc::clone(&self.shared);
+        runtime()?.block_on(async {
+            let is_over = async {
+                while !interrupted.load(Ordering::Relaxed) {
+                    tokio::time::sleep(LOOK).await;
+                }
+            };
+            tokio::select! {
+                served = self.accept() => served,
+                () = is_over => {
+                    shared.ask(Command::End).await;
+                    Ok(())
+                }
             }
         })
     }
+
+    async fn accept(self) -> Result<(), Error> {
+        let failed = |source| Error::Io { port: 0, source };
+        let listener = self.listener.try_clone().and_then(TcpListener::from_std).map_err(failed)?;
+        let free = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+        let service = TowerToHyperService::new(router(self.shared));
+        let mut server = http1::Builder::new();
+        server.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
+        loop {
+            let permit = Arc::clone(&free).acquire_owned().await.expect("nobody closes the semaphore");
+            let Ok((stream, _)) = listener.accept().await else {
+                // There are no file handles left, or the other side has already gone.
+                tokio::time::sleep(Duration::from_millis(100)).await;
+                continue;
+            };
+            // Otherwise a message would wait for 40 ms until the browser has acknowledged the one before.
+            let _ = stream.set_nodelay(true);
+            let connection = server.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
+            tokio::spawn(async move {
+                // A broken connection needs no answer.
+                let _ = connection.await;
+                drop(permit);
+            });
+        }
+    }
+}
+
+fn runtime() -> Result<tokio::runtime::Runtime, Error> {
+    let made = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    made.map_err(|source| Error::Io { port: 0, source })
 }
 
 fn router(shared: Arc<Shared>) -> Router {
@@ -368,6 +399,14 @@ impl Shared {
     fn knows(&self, access: &Access) -> bool {
         self.pilot.is(&access.token) || self.viewer.is(&access.token)
     }
+
+    /// The answer to a request; none if the run has stopped.
+    async fn ask(&self, command: Command) -> Option<Value> {
+        let (answer, answered) = oneshot::channel();
+        let answer = Box::new(move |value| drop(answer.send(value)));
+        self.requests.send(runner::Request { command, answer }).ok()?;
+        Some(answered.await.unwrap_or_default())
+    }
 }
 
 /// Sends everything to a browser, and takes the pilot's requests. A browser that may steer becomes the pilot once there
@@ -446,11 +485,8 @@ async fn ask(shared: &Shared, text: &str) -> Value {
         Ok(command) => command,
         Err(reason) => return json!({ "refused": reason }),
     };
-    let (answer, answered) = oneshot::channel();
-    let answer = Box::new(move |value| drop(answer.send(value)));
-    let asked = shared.requests.send(runner::Request { command, answer });
-    match asked.is_ok() {
-        true => json!({ "answer": answered.await.unwrap_or_default() }),
-        false => json!({ "refused": "the run has stopped" }),
+    match shared.ask(command).await {
+        Some(answer) => json!({ "answer": answer }),
+        None => json!({ "refused": "the run has stopped" }),
     }
 }

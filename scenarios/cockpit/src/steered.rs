@@ -16,7 +16,14 @@ use crate::things;
 /// Makes a session at its start.
 pub(crate) type SessionStart = Box<dyn Fn() -> Result<Session, scenarios::Error> + Send>;
 
-/// A session that goes on at the pilot's pace.
+/// A step that waits for others for so long is one on which the page says so.
+const LONG: Duration = Duration::from_secs(1);
+
+/// What the page says of a saved session with others.
+const APART: &str = "The scenario causes the same faults at the same times. What others did in this run is not in it: \
+                     it ends and expects what the original does, and need not go as this run did.";
+
+/// A session that goes on at the pilot's pace, or at that of the others who take part.
 pub(crate) struct Steered {
     start: SessionStart,
     session: Session,
@@ -24,6 +31,8 @@ pub(crate) struct Steered {
     /// The lasting acts, by the page's names for them.
     acts: BTreeMap<String, usize>,
     last_scene: Instant,
+    /// Since when a step has waited for others.
+    waiting: Option<Instant>,
 }
 
 impl Steered {
@@ -34,17 +43,22 @@ impl Steered {
     pub(crate) fn new(start: SessionStart) -> Result<Self, scenarios::Error> {
         let session = start()?;
         let clock = Clock::running(session.view().time());
-        Ok(Self { start, session, clock, acts: BTreeMap::new(), last_scene: now() })
+        Ok(Self { start, session, clock, acts: BTreeMap::new(), last_scene: now(), waiting: None })
     }
 
     /// Starts the session anew, at the same speed.
     ///
     /// # Errors
-    /// If its files have become wrong meanwhile: the session then goes on.
+    /// If its files have become wrong meanwhile: the session then goes on. One with others is over: they leave before
+    /// those of the next one join.
     pub(crate) fn restart(&mut self) -> Result<(), scenarios::Error> {
+        if self.session.has_others() {
+            self.session.end();
+        }
         self.session = (self.start)()?;
         self.clock = self.clock.restarted();
         self.acts.clear();
+        self.waiting = None;
         Ok(())
     }
 
@@ -63,7 +77,12 @@ impl Steered {
 
     /// The time until there is something to do, at most `most`.
     pub(crate) fn wait(&self, most: Duration) -> Duration {
-        if self.rests() { most } else { self.clock.wait(self.next(), most.min(FRAME)) }
+        match self.rests() {
+            true => most,
+            // Its steps take as long as they should.
+            false if self.session.has_others() => Duration::ZERO,
+            false => self.clock.wait(self.next(), most.min(FRAME)),
+        }
     }
 
     fn next(&self) -> Duration {
@@ -76,27 +95,46 @@ impl Steered {
     /// If a record cannot be stored.
     pub(crate) fn go_on(&mut self, shown: &mut ShownRun, deadline: Instant) -> io::Result<Option<String>> {
         let mut failure = None;
+        let waited = self.is_waiting();
         while self.is_due() && now() < deadline {
             // One scene per frame is enough.
-            let is_slow = self.clock.speed().is_some_and(|speed| speed <= 1.0);
+            let is_slow = !self.session.has_others() && self.clock.speed().is_some_and(|speed| speed <= 1.0);
             let detail = if is_slow || self.last_scene.elapsed() >= FRAME / 2 { Detail::Scenes } else { Detail::Full };
+            match self.session.step(detail) {
+                Ok(true) => self.waiting = None,
+                Ok(false) => {
+                    self.waiting.get_or_insert_with(now);
+                    continue;
+                }
+                Err(error) => {
+                    failure = Some(error.reasons());
+                    self.session.end();
+                }
+            }
             if detail == Detail::Scenes {
                 self.last_scene = now();
-            }
-            if let Err(error) = self.session.step(detail) {
-                failure = Some(error.reasons());
-                self.session.end();
             }
             self.clock.stepped(self.session.view().ticks());
             self.send(shown)?;
         }
+        // What others were still awaited for, when they had to leave.
+        self.send(shown)?;
         self.clock.arrive(self.session.view().time());
+        if self.is_waiting() != waited {
+            shown.stir();
+        }
         Ok(failure)
+    }
+
+    /// Whether a step has waited for others for long.
+    fn is_waiting(&self) -> bool {
+        !self.rests() && self.waiting.is_some_and(|since| since.elapsed() >= LONG)
     }
 
     fn is_due(&self) -> bool {
         let view = self.session.view();
-        view.end().is_none() && self.clock.allows(self.next(), view.ticks())
+        let is_paced = self.session.has_others() && self.clock.is_running();
+        view.end().is_none() && (is_paced || self.clock.allows(self.next(), view.ticks()))
     }
 
     fn send(&mut self, shown: &mut ShownRun) -> io::Result<()> {
@@ -109,6 +147,13 @@ impl Steered {
     /// If a record cannot be stored.
     pub(crate) fn obey(&mut self, command: Command, shown: &mut ShownRun) -> io::Result<Value> {
         let (time, ticks) = (self.session.view().time(), self.session.view().ticks());
+        if matches!(command, Command::Speed { .. }) && self.session.has_others() {
+            return Ok(json!({ "refused": "the others who take part in this run set its pace" }));
+        }
+        if self.clock.is_paused() && command.is_of_pace() {
+            self.session.resume();
+            self.waiting = None;
+        }
         if self.clock.obey(&command, time, ticks) {
             return Ok(Value::Null);
         }
@@ -118,7 +163,10 @@ impl Steered {
                 Some(act) => self.session.release(act).map(|()| Value::Null),
                 None => Ok(Value::Null),
             },
-            Command::Save => Ok(json!({ "scenario": self.session.saved() })),
+            Command::Save => Ok(json!({
+                "scenario": self.session.saved(),
+                "note": self.session.has_others().then_some(APART),
+            })),
             Command::End => {
                 self.session.end();
                 self.send(shown)?;
@@ -140,8 +188,9 @@ impl Steered {
         Ok(json!({ "act": act }))
     }
 
-    /// The lasting acts.
+    /// The lasting acts, and whether others are awaited.
     pub(crate) fn describe(&self, frame: &mut Map<String, Value>) {
+        frame.insert("waits".to_owned(), self.is_waiting().into());
         frame.insert("lasting".to_owned(), things::lasting(&self.session, &self.acts));
     }
 }

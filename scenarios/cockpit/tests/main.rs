@@ -4,6 +4,7 @@
 
 mod access;
 mod browser;
+mod others;
 mod recordings;
 mod sessions;
 
