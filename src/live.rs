@@ -8,12 +8,13 @@ use clap::Args;
 use cockpit::{Board, Cockpit};
 use diagnostics::Unfinished;
 use recording::{Recording, RecordingError};
-use runs::Session;
-use scenarios::scenario::find;
+use runs::{Others, Session};
+use scenarios::scenario::{Found, Scenario, find};
 
-use crate::browser;
 use crate::names::ScenarioName;
 use crate::output::{note, print_wrapped};
+use crate::run::BesideArgs;
+use crate::{browser, interrupt};
 
 /// The run or runs to show, and where their page is served.
 #[derive(Debug, Args)]
@@ -29,6 +30,8 @@ pub(crate) struct LiveArgs {
     /// Changes a value of the scenario: `battery.initial_pct=50`
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    beside: BesideArgs,
     #[command(flatten)]
     page: PageArgs,
 }
@@ -77,6 +80,12 @@ impl BoardArgs {
         }
     }
 
+    /// Where the page is served, if one was requested.
+    #[cfg(feature = "dds")]
+    pub(crate) fn page(&self) -> Option<PageArgs> {
+        self.live.then_some(PageArgs { port: self.port, no_open: self.no_open })
+    }
+
     /// Whether a page was requested.
     pub(crate) fn is_live(&self) -> bool {
         self.live
@@ -97,31 +106,51 @@ impl BoardArgs {
 
 /// Serves the page until the program is interrupted.
 pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
-    let port = args.page.port;
-    let cockpit = match args.runs.as_slice() {
+    match args.runs.as_slice() {
         recordings if recordings.iter().all(|name| is_recording(Path::new(name))) => {
-            if args.seed.is_some() || !args.set.is_empty() {
-                let help = "leave `--seed` and `--set` out, or name a scenario";
+            if args.seed.is_some() || !args.set.is_empty() || args.beside.use_sim_time {
+                let help = "leave `--seed`, `--set` and `--use-sim-time` out, or name a scenario";
                 return Err(Error::refused("a recording cannot be changed", help));
             }
-            Cockpit::replay(&recordings.iter().map(PathBuf::from).collect::<Vec<_>>(), port)
+            let recordings: Vec<PathBuf> = recordings.iter().map(PathBuf::from).collect();
+            serve(Cockpit::replay(&recordings, args.page.port), &args.page)
         }
         [scenario] => {
-            let (found, set, seed) = (find::find(scenario)?, args.set.clone(), args.seed);
-            Cockpit::open(move || Session::new(&found, &set, seed), port)
+            let beside = args.beside.clone();
+            session(find::find(scenario)?, &args.set, args.seed, &args.page, move |scenario| beside.join(scenario))
         }
         _ => {
             let help = "record each run: `steward run NAME --record NAME.rec`";
-            return Err(Error::refused("only recordings can be shown side by side", help));
+            Err(Error::refused("only recordings can be shown side by side", help))
         }
-    };
+    }
+}
+
+/// Serves the page of a session of a scenario, with the others whom `join` finds for it, until the program is
+/// interrupted.
+pub(crate) fn session<J>(
+    found: Found,
+    set: &[String],
+    seed: Option<u64>,
+    page: &PageArgs,
+    join: J,
+) -> Result<ExitCode, Error>
+where
+    J: Fn(&Scenario) -> Result<Others, scenarios::Error> + Send + 'static,
+{
+    let set = set.to_vec();
+    serve(Cockpit::open(move || Session::among(&found, &set, seed, &join), page.port), page)
+}
+
+fn serve(cockpit: Result<Cockpit, cockpit::Error>, page: &PageArgs) -> Result<ExitCode, Error> {
     let cockpit = cockpit.map_err(refused)?;
+    let interrupted = interrupt::listen();
     let address = cockpit.address();
     print_wrapped(format!("{address}\nfor viewers: {}\nCtrl-C ends it.\n", cockpit.address_for_viewers()))?;
-    if !args.page.no_open {
+    if !page.no_open {
         browser::open(&address);
     }
-    cockpit.serve().map_err(refused)?;
+    cockpit.serve_until(interrupted).map_err(refused)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -21,13 +21,28 @@ mod topics;
 use std::process::ExitCode;
 
 use campaigns::Error;
+#[cfg(feature = "dds")]
+use runs::Others;
+
+#[cfg(feature = "dds")]
+use crate::{live, run};
 
 pub(crate) use args::SimArgs;
 
 #[cfg(feature = "dds")]
 pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
-    let found = scenarios::scenario::find::find(&args.scenario)?;
-    crate::run::piloted(&found, &args.options, &args.namespaces, |scenario| robot::join(args, scenario))
+    let (found, options) = (scenarios::scenario::find::find(&args.scenario)?, &args.options);
+    let Some(page) = args.board.page() else {
+        return run::piloted(&found, options, &args.namespaces, |scenario| robot::join(args, scenario));
+    };
+    if args.namespaces.len() > 1 {
+        return Err(Error::refused("a page shows one robot", "name one namespace"));
+    }
+    let joined = args.clone();
+    live::session(found, &options.set, options.seed, &page, move |scenario| {
+        let driver = robot::join(&joined, scenario)?.pop().expect("there is a robot in each namespace");
+        Ok(Others::Pilot(driver))
+    })
 }
 
 #[cfg(not(feature = "dds"))]

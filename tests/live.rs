@@ -169,6 +169,22 @@ fn a_port_that_is_taken_and_a_wrong_scenario_are_refused() {
 }
 
 #[test]
+fn a_driven_robot_on_a_page_has_no_options_of_what_becomes_of_its_run() {
+    let file = "never-written";
+    for option in ["--out", "--gif", "--record", "--junit"] {
+        let message = refusal(&["sim", "nominal", "--live", option, file]);
+        assert!(message.contains("cannot be used with") && message.contains(option), "{message}");
+    }
+    for option in ["--open", "--no-snapshots", "--no-monitors", "--json", "--quiet"] {
+        let message = refusal(&["sim", "nominal", "--live", option]);
+        assert!(message.contains("cannot be used with") && message.contains(option), "{message}");
+    }
+    let message = refusal(&["sim", "nominal", "--no-open"]);
+    assert!(message.contains("--live"), "{message}");
+    assert!(!Path::new(file).exists());
+}
+
+#[test]
 fn recordings_are_shown_alone_and_as_they_are() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rec");

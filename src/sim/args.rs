@@ -4,6 +4,7 @@ use bags::Remapping;
 use clap::Args;
 
 use crate::domain::DomainArgs;
+use crate::live::BoardArgs;
 use crate::names::ScenarioName;
 use crate::run::RunOptions;
 use crate::verify::args::{namespace, remapping};
@@ -26,9 +27,17 @@ Action that it serves:
 
 Frames: map, odom, base_footprint, base_link, and laser_NAME for each laser";
 
+/// The options of a run that say what becomes of it: on a page, a person decides that.
+const WITHOUT_A_PAGE: [&str; 9] =
+    ["out", "gif", "record", "junit", "open", "no_snapshots", "no_monitors", "json", "quiet"];
+
+/// What `--live` does here.
+const PAGE: &str = "Shows the run on a page in the browser, on which a person can intervene";
+
 /// The robot, and who may drive it.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(after_help = TOPICS)]
+#[command(mut_arg("live", |live| live.help(PAGE).conflicts_with_all(WITHOUT_A_PAGE)))]
 pub(crate) struct SimArgs {
     /// A scenario with a map: a name (see `steward list`) or a file. Its tree stands still; its world, its faults and
     /// its properties are as in a run
@@ -36,6 +45,8 @@ pub(crate) struct SimArgs {
     pub(super) scenario: String,
     #[command(flatten)]
     pub(super) options: RunOptions,
+    #[command(flatten)]
+    pub(super) board: BoardArgs,
     #[command(flatten)]
     pub(super) domain: DomainArgs,
     /// The namespace of its node and of its topics, such as `/r1`; given more than once, there is a robot in each, in a

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use campaigns::Error;
 use recording::ros;
 use robot::LaserSpec;
+use scenarios::Error;
 
 /// The names of the frames: those of a TurtleBot under Nav2, unless they are renamed.
 #[derive(Clone, Debug, PartialEq, Eq)]

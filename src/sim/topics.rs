@@ -1,7 +1,7 @@
 //! The names of the simulated robot's topics and of its action.
 
 use bags::resolve;
-use campaigns::Error;
+use scenarios::Error;
 
 use super::args::SimArgs;
 use super::navigation;
