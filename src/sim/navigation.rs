@@ -200,7 +200,7 @@ mod tests {
 
     use network::Client;
     use remote::action::{CANCEL_GOAL, SEND_GOAL, STATUS_ABORTED, STATUS_CANCELED, STATUS_EXECUTING, STATUS_SUCCEEDED};
-    use runs::{Orders, Pilot, Run};
+    use runs::{Orders, Others, Pilot, Run};
     use scenarios::scenario::{Scenario, find};
 
     use super::*;
@@ -215,13 +215,13 @@ mod tests {
     }
 
     impl Pilot for Giver {
-        fn drive(&mut self, sensed: &Sensed<'_>) -> Orders {
+        fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
             let Self { server, requests, said } = self;
             let is_due = |(at_s, _): &mut (u64, Served)| sensed.now >= Duration::from_secs(*at_s);
             let mut due = requests.extract_if(.., is_due);
             let trip = server.act(sensed, || due.next().map(|(_, request)| request));
             said.borrow_mut().extend(server.server.take_said());
-            Orders { trip, ..Orders::default() }
+            Some(Orders { trip, ..Orders::default() })
         }
     }
 
@@ -243,10 +243,10 @@ mod tests {
     fn statuses(requests: Vec<(u64, Served)>, faults: &str, seconds: u64) -> (Vec<i8>, Said) {
         let set = [format!("faults=[{faults}]"), "execution.max_time_s=600".to_owned()];
         let scenario = Arc::new(Scenario::load(&find::find("nominal").expect("shipped"), &set).expect("sound"));
-        let mut run = Run::new(scenario, 1, true).expect("a run");
         let said = Rc::default();
         let server = NavigationServer::new("/go".to_owned(), "map".to_owned());
-        run.hand_over(Box::new(Giver { server, requests, said: Rc::clone(&said) })).expect("a robot");
+        let giver = Giver { server, requests, said: Rc::clone(&said) };
+        let mut run = Run::among(scenario, 1, true, Others::Pilot(Box::new(giver))).expect("a robot");
         while run.time() < Duration::from_secs(seconds) {
             run.step().expect("a step");
         }
