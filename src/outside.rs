@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher as _, Hasher as _, RandomState};
 use std::time::Duration;
 
-use bags::{Received, Source as _};
+use bags::{Received, Remapping, Source as _, resolve};
 use network::{Domain, Live as _, Request, Voice};
 use remote::{Call, FromNode};
 use ros_messages::CdrReader;
@@ -14,10 +14,10 @@ use runs::Outside;
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
-use crate::domain::DomainArgs;
 use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
+use crate::run::BesideArgs;
 use time::{CLOCK, Time};
 
 /// The node's name.
@@ -30,17 +30,22 @@ const PATIENCE: Duration = Duration::from_millis(10);
 const SETTLING: Duration = Duration::from_millis(700);
 
 /// Joins the domain of a scenario's components. The time is that of `/clock` if somebody publishes it, or is to.
-pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario) -> Result<Box<dyn Outside>, Error> {
-    let (mut topics, mut services) = (BTreeMap::new(), BTreeMap::new());
+pub(crate) fn join(args: &BesideArgs, scenario: &Scenario) -> Result<Box<dyn Outside>, Error> {
+    let (use_sim_time, remapped) = (args.use_sim_time, &args.remapped);
+    let (mut topics, mut services, mut names) = (BTreeMap::new(), BTreeMap::new(), Names::default());
     for component in scenario.components.values() {
         if let Runs::Remote(component) = &component.runs {
-            topics.extend(component.topics());
-            services.extend(component.services());
+            topics.extend(component.topics().map(|(name, kind)| (names.resolve(name, remapped), kind)));
+            services.extend(component.services().map(|(name, kind)| (names.resolve(name, remapped), kind)));
         }
     }
+    if let Some((_, rule)) = remapped.iter().enumerate().find(|(rule, _)| !names.used.contains(rule)) {
+        let message = format!("`--remap`: no component has `{}`, or an earlier one is about it", rule.from);
+        return Err(Error::refused(message, "names are those of the interface, in the component's namespace"));
+    }
     let wanted = topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
-    let mut node = Domain::nodes(domain.options()?, vec![NAME.to_owned()], true, wanted);
-    node.ask(services, topics.clone());
+    let mut node = Domain::nodes(args.domain.options()?, vec![NAME.to_owned()], true, wanted);
+    node.ask(services, topics);
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;
     let voice = node.voice().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
@@ -49,7 +54,7 @@ pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario)
         now: Duration::ZERO,
         node,
         voice,
-        topics,
+        names,
         run: RandomState::new().build_hasher().finish(),
         open: BTreeMap::new(),
         failures: 0,
@@ -73,11 +78,30 @@ pub(crate) fn join(domain: &DomainArgs, use_sim_time: bool, scenario: &Scenario)
     Ok(Box::new(nodes))
 }
 
+/// What topics and services are called outside.
+#[derive(Default)]
+struct Names {
+    /// By what components call them, and the other way round: one topic may be that of several.
+    outside: BTreeMap<String, String>,
+    inside: BTreeMap<String, BTreeSet<String>>,
+    /// The remappings that are about any of them.
+    used: BTreeSet<usize>,
+}
+
+impl Names {
+    fn resolve(&mut self, name: String, remapped: &[Remapping]) -> String {
+        let (outside, rule) = resolve("", &name, remapped);
+        self.used.extend(rule);
+        self.inside.entry(outside.clone()).or_default().insert(name.clone());
+        self.outside.insert(name, outside.clone());
+        outside
+    }
+}
+
 struct Nodes {
     node: Domain,
     voice: Voice,
-    /// The topics that components publish, with their types.
-    topics: BTreeMap<String, String>,
+    names: Names,
     run: u64,
     time: Time,
     /// How far the run is.
@@ -137,6 +161,7 @@ impl Outside for Nodes {
         for call in calls {
             self.open.insert(call.number, call.clone());
             let Call { service, kind, number, body } = call;
+            let service = self.names.outside[&service].clone();
             let servers = self.node.servers(&service);
             if servers.is_empty() {
                 self.tell_once(format!("nobody offers the service {service} yet: requests wait for 10 s"));
@@ -194,8 +219,8 @@ impl Nodes {
             if name == CLOCK {
                 self.take_time(&body);
             }
-            if self.topics.contains_key(&name) {
-                FromNode::Message { topic: name, body: body.clone() }.wait_in(&mut self.answers);
+            for topic in self.names.inside.get(&name).into_iter().flatten().cloned() {
+                FromNode::Message { topic, body: body.clone() }.wait_in(&mut self.answers);
             }
         }
         self.body = body;
@@ -217,5 +242,24 @@ impl Nodes {
         let (seconds, nanoseconds) = (i32::from_le_bytes(seconds), u32::from_le_bytes(nanoseconds));
         let odd = self.time.hear(i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds));
         odd.into_iter().for_each(|what| self.tell_once(what));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_components_ask_and_hear_has_other_names_outside() {
+        let rule = |from: &str, to: &str| Remapping { from: from.to_owned(), to: to.to_owned() };
+        let rules = [rule("/r1/go", "/base/drive"), rule("/pose", "/amcl_pose"), rule("/nothing", "/b")];
+        let mut names = Names::default();
+        let told = ["/r1/go/_action/send_goal", "/pose", "/amcl_pose", "/scan"];
+        let outside = told.map(|name| names.resolve(name.to_owned(), &rules));
+        assert_eq!(outside, ["/base/drive/_action/send_goal", "/amcl_pose", "/amcl_pose", "/scan"]);
+        assert_eq!(names.outside["/r1/go/_action/send_goal"], outside[0]);
+        // Both hear what is published there.
+        assert_eq!(names.inside["/amcl_pose"], ["/amcl_pose", "/pose"].map(str::to_owned).into());
+        assert_eq!(names.used, [0, 1].into());
     }
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use bags::Remapping;
 use campaigns::{Error, run_and_report};
 use clap::Args;
 use recording::{Detail, RunView};
@@ -27,6 +28,7 @@ use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
 use crate::run::table::RunsTable;
+use crate::verify::args::remapping;
 use crate::{browser, interrupt, summary};
 
 /// The scenarios to run.
@@ -57,6 +59,9 @@ pub(crate) struct BesideArgs {
     /// Waits for `/clock`, and takes its time; otherwise that is so if somebody publishes it when the run begins
     #[arg(long)]
     pub(crate) use_sim_time: bool,
+    /// Gives a topic, a service or an action of a component another name, as in ROS 2; may be given more than once
+    #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping)]
+    pub(crate) remapped: Vec<Remapping>,
 }
 
 /// How to run them, and what to write.
@@ -132,9 +137,13 @@ impl BesideArgs {
     /// The nodes of ROS 2 that are components of a scenario, if there are any.
     pub(crate) fn join(&self, scenario: &Scenario) -> Result<Others, scenarios::Error> {
         match scenario.remote_components().next() {
-            None => Ok(Others::Nobody),
+            None if self.remapped.is_empty() => Ok(Others::Nobody),
+            None => {
+                let help = "leave it out, or name a scenario with a component in a namespace of ROS 2";
+                Err(scenarios::Error::refused("`--remap` is for components that are nodes of ROS 2", help))
+            }
             #[cfg(feature = "dds")]
-            Some(_) => crate::outside::join(&self.domain, self.use_sim_time, scenario).map(Others::Components),
+            Some(_) => crate::outside::join(self, scenario).map(Others::Components),
             #[cfg(not(feature = "dds"))]
             Some(_) => Err(scenarios::Error::refused(crate::domain::WITHOUT, crate::domain::HOW)),
         }
@@ -145,8 +154,8 @@ impl BesideArgs {
 #[cfg(feature = "dds")]
 pub(crate) type Driver = Box<dyn runs::Pilot + Send>;
 
-/// Runs a scenario whose robot somebody else drives; or several times at once, for robots in
-/// these namespaces, with one seed after the other.
+/// Runs a scenario whose robot somebody else drives; or several times at once, for robots in these namespaces, with one
+/// seed after the other.
 #[cfg(feature = "dds")]
 pub(crate) fn piloted(
     found: &Found,

@@ -54,13 +54,13 @@ impl Pilot for Slow {
             return None;
         }
         self.asked = 0;
-        for reading in sensed.readings {
+        for reading in sensed.software.readings() {
             if let Reading::Battery(battery) = reading {
                 self.log.add(&format!("{:.0} %", battery.charge_pct));
             }
         }
         let velocity = VelocityCommand { linear_mps: 0.0, angular_radps: 0.5 };
-        Some(Orders { velocity, happened: vec!["it turns".to_owned()], ..Orders::default() })
+        Some(Orders { velocity: Some(velocity), happened: vec!["it turns".to_owned()], ..Orders::default() })
     }
 
     fn resume(&mut self) {
