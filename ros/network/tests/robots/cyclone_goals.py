@@ -39,11 +39,13 @@ class Trip:
         return answer and [answer.return_code, [key(of.goal_id) == key(self.id) for of in answer.goals_canceling]]
 
     def end(self):
+        if not self.accepted:
+            return {"accepted": self.accepted, "statuses": self.statuses}
         end, until = None, time.monotonic() + PATIENCE_S
         while time.monotonic() < until and (end is None or self.statuses[-1:] != [end.status]):
             end = navigate.get_result.response(self.ending, 0.01)
             self.hear()
-        return {"accepted": self.accepted, "statuses": self.statuses, "feedback": len(self.left_m),
+        return {"accepted": True, "statuses": self.statuses, "feedback": len(self.left_m),
                 "left_m": [round(left, 2) for left in self.left_m[:: len(self.left_m) - 1 or 1]],
                 "status": end and end.status, "error_code": end and end.result.error_code,
                 "error_msg": end and end.result.error_msg}
