@@ -178,6 +178,7 @@ pub(crate) fn piloted(
 fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec<Driver>) -> Result<ExitCode, Error> {
     let jobs: Vec<Job> = (0..).zip(namespaces).map(|(place, namespace)| job.in_namespace(place, namespace)).collect();
     let _ = interrupt::listen();
+    let mut table = RunsTable::new(options.is_silent());
     // They have the same properties.
     let tell = |job: &Job, warnings: &[Warnings]| {
         if job.seed == jobs[0].seed {
@@ -194,10 +195,9 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
         let join = |run: std::thread::ScopedJoinHandle<'_, _>| run.join().unwrap_or_else(|panic| resume_unwind(panic));
         runs.into_iter().map(join).collect::<Vec<_>>()
     });
-    let mut table = RunsTable::new(options.is_silent());
     let results: Vec<(&Job, Result<Report, Error>)> = jobs.iter().zip(reports).collect();
     results.iter().try_for_each(|(job, report)| table.add(&job.scenario.name, report))?;
-    conclude(&results, options, table)
+    conclude(&results, options, table, &job.folder.join("NAMESPACE"))
 }
 
 /// Runs the requested scenarios.
@@ -344,14 +344,16 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
         Ok::<_, Error>(true)
     })?;
     drop(bar);
-    conclude(&results, options, table)
+    let name = options.seed.map_or("NAME".to_owned(), |seed| format!("NAME-seed-{seed}"));
+    conclude(&results, options, table, &options.out.as_deref().unwrap_or(Path::new("out")).join(name))
 }
 
-/// Writes what several runs have given, and returns the exit status.
+/// Writes what several runs have given, each in a folder such as this, and returns the exit status.
 fn conclude(
     results: &[(&Job, Result<Report, Error>)],
     options: &RunOptions,
     table: RunsTable,
+    folder: &Path,
 ) -> Result<ExitCode, Error> {
     write_junit(options, results.iter().map(|(job, result)| (*job, result.as_ref().map_err(Error::reasons))))?;
     if options.json {
@@ -361,9 +363,7 @@ fn conclude(
         };
         print_json(&results.iter().map(of).collect::<Vec<_>>())?;
     }
-    let name = options.seed.map_or("NAME".to_owned(), |seed| format!("NAME-seed-{seed}"));
-    let page = options.out.as_deref().unwrap_or(Path::new("out")).join(name).join(html::FILE);
-    table.end(results.len(), &page)
+    table.end(results.len(), &folder.join(html::FILE))
 }
 
 /// Writes the results as JUnit XML, if requested.

@@ -62,6 +62,7 @@ pub struct Navigator {
     smoother: VelocitySmoother,
     status: NavigationStatus,
     reason: Option<GiveUpReason>,
+    restarts: u64,
     trips_started: u64,
     trips_given_up: u64,
     trip: Option<Trip>,
@@ -105,6 +106,7 @@ impl Navigator {
             smoother: VelocitySmoother::new(model),
             status: NavigationStatus::Idle,
             reason: None,
+            restarts: 0,
             trips_started: 0,
             trips_given_up: 0,
             trip: None,
@@ -141,6 +143,7 @@ impl Navigator {
 
     /// Returns to the initial state: forgets the goal and everything that the lasers have seen.
     pub fn restart(&mut self) {
+        self.restarts += 1;
         self.stop();
         self.costmap.forget_marks();
         let horizon_m = farthest_look_m(&self.model, &self.parameters.following);
@@ -174,6 +177,12 @@ impl Navigator {
     #[must_use]
     pub fn reason(&self) -> Option<GiveUpReason> {
         self.reason
+    }
+
+    /// How often it has returned to the initial state.
+    #[must_use]
+    pub fn restarts(&self) -> u64 {
+        self.restarts
     }
 
     /// How many trips it has started.

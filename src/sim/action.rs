@@ -16,7 +16,7 @@ use ros_messages::{CdrReader, CdrWriter, Mismatch, RosType as _};
 const MOST_GOALS: usize = 100;
 const MOST_WAITING: usize = 1000;
 
-/// Who gives goals a server of actions, and what becomes of them.
+/// An action server: the goals that it was sent, and what becomes of them.
 #[derive(Debug)]
 pub(super) struct ActionServer {
     /// Its name, such as `/navigate_to_pose`, and its type.
@@ -83,22 +83,23 @@ impl ActionServer {
         }
     }
 
-    /// Hears a request. `read` reads what a goal says, and returns none if it is not accepted; `result` is the result
-    /// of a goal that is given up, or not known.
+    /// Hears a request. `read` reads what a goal says, and returns none if it is not accepted; `replaced` is the result of
+    /// a goal in whose place another comes, and `unknown` that of one that nobody has sent.
     pub(super) fn hear<G>(
         &mut self,
         request: &Served,
         now: Duration,
         read: impl FnOnce(&mut CdrReader<'_>) -> Option<G>,
-        result: impl Fn(&mut CdrWriter),
+        replaced: impl FnOnce(&mut CdrWriter),
+        unknown: impl FnOnce(&mut CdrWriter),
     ) -> Option<Demand<G>> {
         let part = request.service.strip_prefix(&action::service(&self.name, ""))?;
         let (body, client) = (&request.body, request.client);
         match part {
-            SEND_GOAL => self.take_goal(body, client, now, read, result).map(Demand::Pursue),
+            SEND_GOAL => self.take_goal(body, client, now, read, replaced).map(Demand::Pursue),
             CANCEL_GOAL => self.cancel(body, client).then_some(Demand::Cancel),
             GET_RESULT => {
-                self.ask_for_result(body, client, result);
+                self.ask_for_result(body, client, unknown);
                 None
             }
             _ => None,
@@ -111,7 +112,7 @@ impl ActionServer {
         client: Client,
         now: Duration,
         read: impl FnOnce(&mut CdrReader<'_>) -> Option<G>,
-        result: impl Fn(&mut CdrWriter),
+        replaced: impl FnOnce(&mut CdrWriter),
     ) -> Option<G> {
         let mut reader = CdrReader::new(body).ok();
         let id = reader.as_mut().and_then(|reader| reader.take(16).ok()?.try_into().ok());
@@ -122,7 +123,7 @@ impl ActionServer {
             Time::from(now).write(cdr);
         });
         let (id, goal) = goal?;
-        self.end(Ending::Aborted, result);
+        self.end(Ending::Aborted, replaced);
         if self.goals.len() == MOST_GOALS {
             self.goals.pop_front();
         }
@@ -148,7 +149,7 @@ impl ActionServer {
         let is_alone = id != [0; 16] && until.is_zero();
         let is_meant = |goal: &Goal| goal.id == id || !is_alone && (until.is_zero() || goal.since <= until);
         let known = self.goals.iter().any(|goal| goal.id == id);
-        let canceled = self.goals.back_mut().filter(|goal| goal.status < STATUS_SUCCEEDED && is_meant(goal));
+        let canceled = self.goals.back_mut().filter(|goal| goal.status == STATUS_EXECUTING && is_meant(goal));
         let canceled = canceled.map(|goal| {
             goal.status = STATUS_CANCELING;
             (goal.id, goal.since)
@@ -173,7 +174,7 @@ impl ActionServer {
         });
     }
 
-    fn ask_for_result(&mut self, body: &[u8], client: Client, result: impl Fn(&mut CdrWriter)) {
+    fn ask_for_result(&mut self, body: &[u8], client: Client, unknown: impl FnOnce(&mut CdrWriter)) {
         let id = CdrReader::new(body).and_then(|mut reader| reader.take(16));
         let goal = self.goals.iter_mut().find(|goal| id.as_ref().is_ok_and(|id| *id == goal.id));
         let body = match goal {
@@ -186,7 +187,7 @@ impl ActionServer {
             Some(goal) => goal.result.clone(),
             None => written(|cdr| {
                 STATUS_UNKNOWN.write(cdr);
-                result(cdr);
+                unknown(cdr);
             }),
         };
         self.tell_result(client, body);
@@ -302,7 +303,7 @@ mod tests {
     /// Goals say a number, which must not be 0.
     fn hear(server: &mut ActionServer, request: &Served, now: Duration) -> Option<Demand<u8>> {
         let read = |reader: &mut CdrReader<'_>| reader.number().ok().map(u8::from_le_bytes).filter(|goal| *goal > 0);
-        server.hear(request, now, read, |cdr| 9_u8.write(cdr))
+        server.hear(request, now, read, |cdr| 8_u8.write(cdr), |cdr| 9_u8.write(cdr))
     }
 
     /// The status of each goal that the server knows.

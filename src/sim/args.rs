@@ -53,7 +53,7 @@ pub(crate) struct SimArgs {
     /// world of its own
     #[arg(long = "namespace", value_name = "NAMESPACE", value_parser = namespace)]
     pub(super) namespaces: Vec<String>,
-    /// Gives a topic another name, as in ROS 2; may be given more than once
+    /// Gives a topic or the action another name, as in ROS 2; may be given more than once
     #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping)]
     pub(super) remapped: Vec<Remapping>,
     /// Localizes the robot: publishes `amcl_pose`, `particle_cloud` and the transform from `map` to `odom`, and listens

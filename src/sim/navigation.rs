@@ -40,6 +40,8 @@ pub(super) struct NavigationServer {
     /// The frame in which goals are given.
     map: String,
     trip: Option<Pursued>,
+    /// How often the navigator has been started again.
+    restarts: u64,
 }
 
 /// A trip to a goal that came from outside.
@@ -56,11 +58,11 @@ struct Pursued {
 
 impl NavigationServer {
     pub(super) fn new(name: String, map: String) -> Self {
-        Self { server: ActionServer::new(name, KIND), map, trip: None }
+        Self { server: ActionServer::new(name, KIND), map, trip: None, restarts: 0 }
     }
 
-    /// Tells how a trip is going, and hears what is requested, unless the robot's navigation is frozen. Returns what
-    /// that is told.
+    /// Tells how a trip is going, and hears what is requested, unless the robot's navigation is frozen. Returns what that
+    /// is told. One that has been started again has forgotten all goals, and what was requested before.
     pub(super) fn act(
         &mut self,
         sensed: &Sensed<'_>,
@@ -69,18 +71,30 @@ impl NavigationServer {
         if sensed.software.outages().navigation {
             return None;
         }
+        let navigator = sensed.software.navigator();
+        if std::mem::replace(&mut self.restarts, navigator.restarts()) != self.restarts {
+            while requested().is_some() {}
+            self.trip = None;
+            self.server.restart();
+        }
         self.follow(sensed);
         let mut told = None;
         while let Some(request) = requested() {
-            told = self.hear(&request, sensed.now, sensed.software.navigator()).or(told);
+            told = self.hear(&request, sensed.now, navigator).or(told);
         }
         told
     }
 
+    /// The run is over: nobody pursues a goal any more.
+    pub(super) fn leave(&mut self) {
+        self.server.end(Ending::Aborted, |cdr| write_result(UNKNOWN, "the run is over", cdr));
+    }
+
     fn hear(&mut self, request: &Served, now: Duration, navigator: &Navigator) -> Option<TripOrder> {
-        let Self { server, map, trip } = self;
-        let nothing = |cdr: &mut CdrWriter| write_result(UNKNOWN, "another goal has come", cdr);
-        match server.hear(request, now, |reader| read_goal(reader, map), nothing)? {
+        let Self { server, map, trip, .. } = self;
+        let replaced = |cdr: &mut CdrWriter| write_result(UNKNOWN, "another goal has come", cdr);
+        let unknown = |cdr: &mut CdrWriter| write_result(NONE, "", cdr);
+        match server.hear(request, now, |reader| read_goal(reader, map), replaced, unknown)? {
             Demand::Pursue(goal) => {
                 // It begins with the navigator's next trip.
                 let number = navigator.trips_started() + 1;
@@ -100,23 +114,22 @@ impl NavigationServer {
         let navigator = sensed.software.navigator();
         let status = navigator.status();
         let aborted = |code, why: &str| (Ending::Aborted, code, why.to_owned());
-        let (how, code, why) = match navigator.trips_started().cmp(&trip.number) {
-            std::cmp::Ordering::Less => aborted(UNKNOWN, "navigation did not accept the goal"),
-            std::cmp::Ordering::Greater => aborted(UNKNOWN, "the robot was sent elsewhere"),
-            std::cmp::Ordering::Equal if status == NavigationStatus::GoalReached => {
-                (Ending::Succeeded, NONE, String::new())
-            }
-            std::cmp::Ordering::Equal if status.is_under_way() => return self.feed_back(sensed),
-            std::cmp::Ordering::Equal if trip.is_canceled => (Ending::Canceled, NONE, String::new()),
-            std::cmp::Ordering::Equal if status == NavigationStatus::Idle => {
-                // It was started again, and has forgotten everything.
-                self.trip = None;
-                return self.server.restart();
-            }
-            std::cmp::Ordering::Equal => match navigator.reason() {
+        let is_its_own = navigator.trips_started() == trip.number;
+        let (how, code, why) = if navigator.trips_started() > trip.number {
+            aborted(UNKNOWN, "the robot was sent elsewhere")
+        } else if is_its_own && status.is_under_way() {
+            return self.feed_back(sensed);
+        } else if is_its_own && status == NavigationStatus::GoalReached {
+            (Ending::Succeeded, NONE, String::new())
+        } else if trip.is_canceled {
+            (Ending::Canceled, NONE, String::new())
+        } else if !is_its_own {
+            aborted(UNKNOWN, "navigation did not accept the goal")
+        } else {
+            match navigator.reason() {
                 Some(reason) => aborted(code(reason), &reason.to_string()),
                 None => aborted(UNKNOWN, "navigation has given up"),
-            },
+            }
         };
         self.server.end(how, |cdr| write_result(code, &why, cdr));
         self.trip = None;
@@ -276,6 +289,8 @@ mod tests {
     fn a_trip_is_canceled_replaced_and_taken_over() {
         let cancel = || request(CANCEL_GOAL, 1, |cdr| cdr.numbers([[0_u8]; 8].into_iter()));
         assert_eq!(statuses(vec![(1, goal(1, "map", FAR, "")), (5, cancel())], "", 7).0, [STATUS_CANCELED]);
+        let (ended, said) = statuses(vec![(1, goal(1, "map", FAR, "")), (1, cancel())], "", 3);
+        assert_eq!((ended, said.len()), (vec![STATUS_CANCELED], 7), "{said:?}");
         let two = vec![(1, goal(1, "map", FAR, "")), (5, goal(2, "map", NEAR, ""))];
         assert_eq!(statuses(two, "", 7).0, [STATUS_ABORTED, STATUS_EXECUTING]);
         let elsewhere = r#"{ kind = "operator_goal", at_s = 3, to = [-10, 1, 0] }"#;
@@ -300,6 +315,10 @@ mod tests {
     #[test]
     fn a_navigation_that_was_started_again_has_forgotten_its_goals() {
         let crash = r#"{ kind = "component_crash", at_s = 3, component = "Navigation", lasts_s = 1 }"#;
-        assert!(statuses(vec![(1, goal(1, "map", FAR, ""))], crash, 5).0.is_empty());
+        let cancel = request(CANCEL_GOAL, 1, |cdr| cdr.numbers([[0_u8]; 8].into_iter()));
+        for requests in [vec![], vec![(3, cancel)], vec![(3, goal(2, "map", NEAR, ""))]] {
+            let first = (1, goal(1, "map", FAR, ""));
+            assert!(statuses([vec![first], requests].concat(), crash, 5).0.is_empty());
+        }
     }
 }

@@ -47,6 +47,7 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, E
         return Err(Error::refused(format!("two robots would be in the namespace {twice}"), "give each its own"));
     }
     let topics = spaces.iter().map(|space| Topics::of(args, space)).collect::<Result<Vec<_>, _>>()?;
+    Topics::check(&topics)?;
     let step = scenario.file.execution.step();
     if let Pace::LockStep { period, .. } = Pace::of(args)
         && (period.is_zero() || !period.as_nanos().is_multiple_of(step.as_nanos()))
@@ -158,6 +159,7 @@ impl Pilot for RosRobot {
             }
             self.is_together = true;
         }
+        let navigates = self.navigation.is_some() && sensed.software.navigation_status().is_under_way();
         let commanded = if let Pace::LockStep { deadline, .. } = self.pace {
             if self.pace.awaits(now) {
                 self.held = self.await_command(now, deadline)?;
@@ -167,9 +169,8 @@ impl Pilot for RosRobot {
             if !self.listen(now) {
                 return None;
             }
-            self.last_command(now)
+            self.last_command(now, navigates)
         };
-        let navigates = self.navigation.is_some() && sensed.software.navigation_status().is_under_way();
         self.orders.velocity = (!navigates).then_some(commanded);
         if let Some(navigation) = &mut self.navigation {
             self.orders.trip = navigation.act(sensed, || self.station.request());
@@ -184,6 +185,10 @@ impl Pilot for RosRobot {
     }
 
     fn leave(&mut self) {
+        if let Some(navigation) = &mut self.navigation {
+            navigation.leave();
+            navigation.server.speak(&self.station.voice);
+        }
         self.station.leave();
     }
 }
@@ -379,10 +384,10 @@ impl RosRobot {
         }
     }
 
-    /// The last command, unless it is too old.
-    fn last_command(&mut self, now: Duration) -> VelocityCommand {
+    /// The last command, unless it is too old: the robot stops then, unless it `navigates`.
+    fn last_command(&mut self, now: Duration, navigates: bool) -> VelocityCommand {
         let command = self.commands.last(now);
-        if command.is_none() && self.commands.forget() {
+        if command.is_none() && self.commands.forget() && !navigates {
             self.orders.happened.push(format!("no command came for {} s: the robot stops", STALE.as_secs_f64()));
         }
         command.unwrap_or_default()

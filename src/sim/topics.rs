@@ -25,6 +25,8 @@ pub(super) struct Topics {
     pub(super) initial_pose: String,
     /// The action.
     pub(super) navigate: String,
+    /// All of them but the clock, which robots share.
+    names: Vec<String>,
 }
 
 impl Topics {
@@ -41,7 +43,7 @@ impl Topics {
             names.push(name.clone());
             name
         };
-        let topics = Self {
+        let mut topics = Self {
             clock: name("/clock"),
             tf: name(tf),
             tf_static: name(tf_static),
@@ -56,17 +58,37 @@ impl Topics {
             command: name("cmd_vel"),
             initial_pose: name("initialpose"),
             navigate: name(navigation::NAME),
+            names: Vec::new(),
         };
         if let Some((_, twice)) = names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)) {
-            let message = format!("`--remap`: two topics would have the name {twice}");
+            let message = format!("`--remap`: two of them would have the name {twice}");
             return Err(Error::refused(message, "give each its own"));
         }
         match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
             Some((rule, _)) => {
-                let message = format!("`--remap`: there is no topic `{}`, or an earlier one is about it", rule.from);
-                Err(Error::refused(message, "`steward sim --help` lists the topics"))
+                let message = format!("`--remap`: there is no `{}`, or an earlier one is about it", rule.from);
+                Err(Error::refused(message, "`steward sim --help` lists what there is"))
             }
-            None => Ok(topics),
+            None => {
+                topics.names = names.split_off(1);
+                Ok(topics)
+            }
         }
+    }
+
+    /// Refuses robots of which two would speak or listen in one place, or that have several clocks.
+    pub(super) fn check(robots: &[Self]) -> Result<(), Error> {
+        for (place, robot) in robots.iter().enumerate() {
+            let others = &robots[..place];
+            let shared = robot.names.iter().find(|name| others.iter().any(|other| other.names.contains(name)));
+            if let Some(name) = shared {
+                let message = format!("two robots would have the name {name}");
+                return Err(Error::refused(message, "remap to names without `/`: each robot has its own"));
+            }
+            if others.iter().any(|other| other.clock != robot.clock) {
+                return Err(Error::refused("robots of one process have one clock", "do not remap it, or to `/NAME`"));
+            }
+        }
+        Ok(())
     }
 }

@@ -211,7 +211,7 @@ def assert_serves(client, way_m):
     assert (seen["status"], seen["error_code"], canceled, again) == (CANCELED, 0, [0, [True]], [TERMINATED, []]), seen
     assert_ends(ask(client, f"goes {OUTSIDE}"), [EXECUTING, ABORTED], GOAL_OUTSIDE)
     seen = ask(client, "asks")
-    assert seen["status"] == 0 and seen["canceled"] == [UNKNOWN_GOAL, 0], seen
+    assert seen["status"] == 0 and seen["error_code"] == 0 and seen["canceled"] == [UNKNOWN_GOAL, 0], seen
 
 
 assert_serves(goals, 10)

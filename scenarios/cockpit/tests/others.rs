@@ -55,7 +55,7 @@ impl Pilot for Driver {
         if !self.answers.load(Ordering::Relaxed) {
             return None;
         }
-        for reading in sensed.readings {
+        for reading in sensed.software.readings() {
             if let Reading::Battery(battery) = reading {
                 self.add(&format!("{:.0} %", battery.charge_pct));
             }

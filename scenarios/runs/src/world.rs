@@ -70,8 +70,9 @@ impl World {
     /// known what the robot does.
     pub(crate) fn obey(&mut self, pilot: &mut dyn Pilot, system: &mut ChannelSystem) -> Option<Vec<String>> {
         let SimulatedRobot { sim, software, advice, .. } = self.robot.as_mut()?;
-        let contacts = sim.truth().contacts().iter().rev().take_while(|contact| contact.time >= self.now);
-        let touched: Vec<&str> = contacts.map(|of| of.obstacle.as_deref().unwrap_or("walls")).collect();
+        let contacts = sim.truth().contacts();
+        let new = contacts.iter().skip_while(|contact| contact.time < self.now);
+        let touched: Vec<&str> = new.map(|of| of.obstacle.as_deref().unwrap_or("walls")).collect();
         let orders = pilot.drive(&Sensed { now: self.now, software, touched: &touched })?;
         sim.drive(orders.velocity.unwrap_or(*advice));
         orders.pose.iter().for_each(|pose| software.believe(pose));

@@ -19,7 +19,7 @@ pub(super) const NODES: &str = "ros_discovery_info";
 pub(super) const LEAVING: Duration = Duration::from_secs(2);
 
 /// The largest message that is handed over, and the largest description of writers, in bytes.
-const LARGEST: u32 = 1 << 26;
+pub(super) const LARGEST: u32 = 1 << 26;
 
 /// What is heard.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -151,6 +151,8 @@ struct Listener {
     requests: Requests,
     services: Services,
     vendors: BTreeMap<Prefix, [u8; 2]>,
+    /// Whether something has been noted that has not been looked at.
+    has_news: bool,
     options: Options,
     /// Its names, if this is a node.
     node: Option<NodeNames>,
@@ -184,6 +186,7 @@ impl Listener {
             requests: Requests::of(&participant.guid().to_bytes()),
             services: Services::default(),
             vendors: BTreeMap::new(),
+            has_news: false,
             participant,
             events,
             untold: Vec::new(),
@@ -209,7 +212,7 @@ impl Listener {
                 self.leave();
                 return Err(why);
             }
-            if self.take_note() {
+            if self.take_note() | std::mem::take(&mut self.has_news) {
                 (is_due, self.again) = (true, SAID_AGAIN);
             }
             let is_given_up = |of: &_| self.readers.given_up.iter().any(|guid| prefix(guid) == *of);
@@ -489,6 +492,10 @@ impl Listener {
 
     /// What a request or a response is, if it belongs to a service that is offered or asked here.
     fn heed(&mut self, sample: Sample, related: Option<([u8; 16], i64)>) -> Option<Heard> {
+        if !self.vendors.contains_key(&prefix(&sample.writer)) {
+            // It has just come.
+            self.has_news |= self.take_note();
+        }
         let form = Correlation::of(self.vendors.get(&prefix(&sample.writer)).copied());
         match RosName::of(&sample.topic)? {
             RosName::Request(service) => {

@@ -1,11 +1,11 @@
 //! The process that listens in a DDS domain, seen from the one that judges. When it ends, another takes its place.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufReader, BufWriter, Read as _, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -64,8 +64,8 @@ struct Process {
     published: BTreeMap<String, Publication>,
     services: BTreeMap<String, Request>,
     offered: BTreeMap<String, String>,
-    /// What was asked, and answered, while there was no process.
-    unasked: Vec<Ask>,
+    /// What could not be asked, or answered, yet.
+    unasked: VecDeque<Ask>,
     input: Option<SyncSender<Ask>>,
     child: Option<Child>,
     /// When it last said anything.
@@ -165,15 +165,23 @@ impl Drop for Participant {
 }
 
 impl Process {
-    /// Asks without waiting. One that has ended is told of by whoever reads what it says. Returns whether it is asked.
-    fn ask(&self, ask: Ask) -> bool {
-        self.input.as_ref().is_some_and(|input| input.try_send(ask).is_ok())
+    /// Asks without waiting, and what was kept before. One that has ended is told of by whoever reads what it says. Returns
+    /// whether it is asked.
+    fn ask(&mut self, ask: Ask) -> bool {
+        let Some(input) = &self.input else { return false };
+        while let Some(kept) = self.unasked.pop_front() {
+            if let Err(TrySendError::Full(kept) | TrySendError::Disconnected(kept)) = input.try_send(kept) {
+                self.unasked.push_front(kept);
+                return false;
+            }
+        }
+        input.try_send(ask).is_ok()
     }
 
-    /// Asks what must not be lost: without a process, the next one is asked.
+    /// Asks what must not be lost: if it cannot be asked now, it is later.
     fn ask_or_keep(&mut self, ask: Ask) {
         if !self.ask(ask.clone()) && self.unasked.len() < MOST_ASKED {
-            self.unasked.push(ask);
+            self.unasked.push_back(ask);
         }
     }
 

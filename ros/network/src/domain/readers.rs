@@ -10,7 +10,7 @@ use rustdds::no_key::SimpleDataReader;
 use rustdds::{DomainParticipant, GUID, QosPolicies, RTPSEntity as _, Subscriber, Timestamp, TopicKind};
 
 use super::as_is::{AsIs, KEPT, KEPT_SMALL, qos};
-use super::heard::{Heard, NODES, Sample, Subscribed, Writer};
+use super::heard::{Heard, LARGEST, NODES, Sample, Subscribed, Writer};
 use super::names::RosName;
 
 /// The most readers that are made at a time: rustdds has room for a hundred at once.
@@ -174,12 +174,14 @@ impl Readers {
             reader.data.set_waker(Some(Waker::from(Arc::clone(&reader.alarm))));
             reader.data.drain_read_notifications();
             let is_said = matches!(RosName::of(&reader.topic), Some(RosName::Request(_) | RosName::Reply(_)));
-            let begun = samples.len();
+            let (mut has_new, mut are_small) = (false, true);
             loop {
                 match reader.data.try_take_one() {
                     // What is published here is not heard.
                     Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
                     Ok(Some(change)) => {
+                        has_new = true;
+                        are_small &= change.sample.len() <= SMALL;
                         let age_ns = system_ns.saturating_sub(nanoseconds(change.receive_instant)).max(0);
                         let sent = change.source_timestamp().filter(|stamp| *stamp != Timestamp::INVALID);
                         let related = change.related_sample_identity();
@@ -191,7 +193,9 @@ impl Readers {
                             sent_ns: sent.map(nanoseconds),
                             body: change.sample,
                         };
-                        if is_said {
+                        if is_said && sample.body.len() > LARGEST as usize {
+                            // Nobody asks or answers so much.
+                        } else if is_said {
                             let related = related.map(|of| (of.writer_guid.to_bytes(), i64::from(of.sequence_number)));
                             taken.push(FromReader::Said { sample, related });
                         } else {
@@ -204,8 +208,7 @@ impl Readers {
                     }
                 }
             }
-            let new = &samples[begun..];
-            if !reader.is_small && !new.is_empty() && new.iter().all(|sample| sample.body.len() <= SMALL) {
+            if !reader.is_small && has_new && are_small {
                 reader.is_small = true;
                 let more = qos(reader.is_reliable, reader.is_latched, KEPT_SMALL);
                 let topic = reader.topic.as_ref().to_owned();

@@ -10,7 +10,7 @@ use crate::clock::now;
 
 /// How long after its request a client's reader of responses may not be known, and how long that may not have an effect
 /// yet.
-const PATIENCE: Duration = Duration::from_secs(1);
+const PATIENCE: Duration = Duration::from_secs(10);
 const SETTLING: Duration = Duration::from_millis(50);
 
 /// The most responses that wait for their clients: beyond that, the oldest are lost.

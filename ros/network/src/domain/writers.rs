@@ -1,6 +1,7 @@
 //! What publishes in a DDS domain.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::{Duration, Instant};
 
 use rustdds::no_key::DataWriter;
 use rustdds::policy::History;
@@ -8,6 +9,10 @@ use rustdds::{DomainParticipant, QosPolicyBuilder, RTPSEntity as _, SampleIdenti
 
 use super::as_is::{AsIs, KEPT_SMALL, qos};
 use super::heard::{Heard, NODES};
+use crate::clock::now;
+
+/// How long rustdds may take to know a new writer: what is written before then may never be sent.
+const REGISTERING: Duration = Duration::from_millis(50);
 
 /// How many samples of a topic are kept for readers that have not received them.
 const OFFERED: i32 = 32;
@@ -15,7 +20,8 @@ const OFFERED: i32 = 32;
 /// The writers of a participant, by topic.
 pub(super) struct Writers {
     participant: DomainParticipant,
-    writers: BTreeMap<String, DataWriter<Vec<u8>, AsIs>>,
+    /// Each with when it was made.
+    writers: BTreeMap<String, (DataWriter<Vec<u8>, AsIs>, Instant)>,
     /// What had no room there: one reader that does not answer must not keep messages from the others for longer than
     /// it takes to forget it.
     unsent: BTreeMap<String, VecDeque<Vec<u8>>>,
@@ -39,7 +45,7 @@ impl Writers {
     /// The topics and the GUIDs of all but the one that says which nodes there are.
     pub(super) fn guids(&self) -> Vec<(String, [u8; 16])> {
         let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
-        writers.map(|(topic, writer)| (topic.clone(), writer.guid().to_bytes())).collect()
+        writers.map(|(topic, (writer, _))| (topic.clone(), writer.guid().to_bytes())).collect()
     }
 
     /// Publishes a message, reliably; without one, only offers to.
@@ -61,7 +67,7 @@ impl Writers {
             };
             let made = make().map_err(|error| format!("{topic} cannot be published: {error}"))?;
             self.has_new |= topic != NODES;
-            self.writers.insert(topic.clone(), made);
+            self.writers.insert(topic.clone(), (made, now()));
         }
         if !body.is_empty() {
             let unsent = self.unsent.entry(topic.clone()).or_default();
@@ -80,7 +86,10 @@ impl Writers {
     /// Sends what has not been sent, where there is room now.
     pub(super) fn send(&mut self) {
         for (topic, bodies) in &mut self.unsent {
-            let Some(writer) = self.writers.get(topic) else { continue };
+            let Some((writer, since)) = self.writers.get(topic) else { continue };
+            if since.elapsed() < REGISTERING {
+                continue;
+            }
             while bodies.front().is_some_and(|body| writer.write(body.clone(), None).is_ok()) {
                 bodies.pop_front();
             }
@@ -91,7 +100,11 @@ impl Writers {
     /// if there is no such writer, or no room now.
     pub(super) fn converse(&self, topic: &str, body: Vec<u8>, related: Option<SampleIdentity>) -> Option<i64> {
         let options = WriteOptionsBuilder::new().related_sample_identity_opt(related);
-        let identity = self.writers.get(topic)?.write_with_options(body, options.build()).ok()?;
+        let (writer, since) = self.writers.get(topic)?;
+        if since.elapsed() < REGISTERING {
+            return None;
+        }
+        let identity = writer.write_with_options(body, options.build()).ok()?;
         Some(i64::from(identity.sequence_number))
     }
 }
