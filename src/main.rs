@@ -34,6 +34,7 @@ mod prove;
 mod render;
 mod report;
 mod reproduce;
+mod ros_names;
 mod run;
 mod sim;
 mod skill;

@@ -14,10 +14,10 @@ use runs::Outside;
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
+use crate::domain::DomainArgs;
 use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
-use crate::run::BesideArgs;
 use time::{CLOCK, Time};
 
 /// The node's name.
@@ -30,8 +30,12 @@ const PATIENCE: Duration = Duration::from_millis(10);
 const SETTLING: Duration = Duration::from_millis(700);
 
 /// Joins the domain of a scenario's components. The time is that of `/clock` if somebody publishes it, or is to.
-pub(crate) fn join(args: &BesideArgs, scenario: &Scenario) -> Result<Box<dyn Outside>, Error> {
-    let (use_sim_time, remapped) = (args.use_sim_time, &args.remapped);
+pub(crate) fn join(
+    domain: &DomainArgs,
+    use_sim_time: bool,
+    remapped: &[Remapping],
+    scenario: &Scenario,
+) -> Result<Box<dyn Outside>, Error> {
     let (mut topics, mut services, mut names) = (BTreeMap::new(), BTreeMap::new(), Names::default());
     for component in scenario.components.values() {
         if let Runs::Remote(component) = &component.runs {
@@ -44,7 +48,7 @@ pub(crate) fn join(args: &BesideArgs, scenario: &Scenario) -> Result<Box<dyn Out
         return Err(Error::refused(message, "names are those of the interface, in the component's namespace"));
     }
     let wanted = topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
-    let mut node = Domain::nodes(args.domain.options()?, vec![NAME.to_owned()], true, wanted);
+    let mut node = Domain::nodes(domain.options()?, vec![NAME.to_owned()], true, wanted);
     node.ask(services, topics);
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;

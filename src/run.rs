@@ -27,8 +27,8 @@ use crate::domain::DomainArgs;
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
+use crate::ros_names::remapping;
 use crate::run::table::RunsTable;
-use crate::verify::args::remapping;
 use crate::{browser, interrupt, summary};
 
 /// The scenarios to run.
@@ -143,7 +143,10 @@ impl BesideArgs {
                 Err(scenarios::Error::refused("`--remap` is for components that are nodes of ROS 2", help))
             }
             #[cfg(feature = "dds")]
-            Some(_) => crate::outside::join(self, scenario).map(Others::Components),
+            Some(_) => {
+                let outside = crate::outside::join(&self.domain, self.use_sim_time, &self.remapped, scenario);
+                outside.map(Others::Components)
+            }
             #[cfg(not(feature = "dds"))]
             Some(_) => Err(scenarios::Error::refused(crate::domain::WITHOUT, crate::domain::HOW)),
         }
@@ -165,7 +168,7 @@ pub(crate) fn piloted(
 ) -> Result<ExitCode, Error> {
     let job = Job::load(found, options, false)?;
     if namespaces.len() > 1 {
-        options.refuse_for_several(namespaces.len())?;
+        options.refuse_for_several(namespaces.len(), "robots")?;
     }
     match <[Driver; 1]>::try_from(drivers(&job.scenario)?) {
         Ok([only]) => one(&job, options, Others::Pilot(only)),
@@ -207,7 +210,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     if let [only] = found.as_slice() {
         return alone(only, options, &args.beside);
     }
-    options.refuse_for_several(found.len())?;
+    options.refuse_for_several(found.len(), "scenarios")?;
     let mut complaints = Complaints::default();
     let jobs: Vec<Job> = found.iter().filter_map(|found| complaints.take(Job::load(found, options, true))).collect();
     complaints.check()?;
@@ -217,12 +220,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
 
 impl RunOptions {
     /// Refuses options that are only for a single run.
-    fn refuse_for_several(&self, count: usize) -> Result<(), Error> {
+    fn refuse_for_several(&self, count: usize, runs: &str) -> Result<(), Error> {
         let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];
         match of_one.iter().find(|(_, given)| *given) {
             Some((option, _)) => {
-                let message = format!("`{option}` is for a single run, but there are to be {count}");
-                Err(Error::refused(message, "make one run alone for that"))
+                let message = format!("`{option}` is for a single run, but {count} {runs} are to be run");
+                Err(Error::refused(message, format!("run one alone for that: `steward … {option} …`")))
             }
             None => Ok(()),
         }

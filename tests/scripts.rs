@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Scripts that other files run: the gate runs those.
-const RUN_BY: [(&str, &str); 32] = [
+const RUN_BY: [(&str, &str); 33] = [
     ("components/guide/tour_planner.py", "scenarios/guide.toml"),
     ("components/programs/examples/speaker.py", "components/programs/tests/conversation.rs"),
     ("ros/messages/tests/random_messages.py", "ros/messages/tests/foreign.py"),
@@ -21,6 +21,7 @@ const RUN_BY: [(&str, &str); 32] = [
     ("ros/network/tests/robots/driver.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/driving.py", "ros/network/tests/robots/navigator.py"),
     ("ros/network/tests/robots/fast.py", "ros/network/tests/dds.py"),
+    ("ros/network/tests/robots/fleet.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/goals.py", "ros/network/tests/components.py"),
     ("ros/network/tests/robots/helper.py", "ros/network/tests/components.py"),
     ("ros/network/tests/robots/hostile.py", "ros/network/tests/dds.py"),

@@ -83,8 +83,8 @@ impl ActionServer {
         }
     }
 
-    /// Hears a request. `read` reads what a goal says, and returns none if it is not accepted; `replaced` is the result of
-    /// a goal in whose place another comes, and `unknown` that of one that nobody has sent.
+    /// Hears a request. `read` reads what a goal says, and returns none if it is not accepted; `replaced` is the result
+    /// of a goal in whose place another comes, and `unknown` that of one that nobody has sent.
     pub(super) fn hear<G>(
         &mut self,
         request: &Served,

@@ -6,8 +6,8 @@ use clap::Args;
 use crate::domain::DomainArgs;
 use crate::live::BoardArgs;
 use crate::names::ScenarioName;
+use crate::ros_names::{namespace, remapping, renaming};
 use crate::run::RunOptions;
-use crate::verify::args::{namespace, remapping};
 
 /// The topics, at the end of the help.
 const TOPICS: &str = "\
@@ -84,13 +84,4 @@ pub(crate) struct SimArgs {
 fn above_0(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| *number > 0.0);
     number.ok_or_else(|| "a number above 0".to_owned())
-}
-
-/// Reads `FROM:=TO`, two names of frames.
-pub(super) fn renaming(text: &str) -> Result<(String, String), String> {
-    let is_name = |name: &str| !name.is_empty() && !name.starts_with('/') && !name.contains(char::is_whitespace);
-    let parts = text.split_once(":=").filter(|(from, to)| is_name(from) && is_name(to));
-    parts
-        .map(|(from, to)| (from.to_owned(), to.to_owned()))
-        .ok_or_else(|| "FROM:=TO, such as odom:=r1/odom, each without `/` at its beginning".to_owned())
 }

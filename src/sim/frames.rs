@@ -69,8 +69,8 @@ impl Frames {
 
 #[cfg(test)]
 mod tests {
-    use super::super::args::renaming;
     use super::*;
+    use crate::ros_names::renaming;
 
     fn frames(renamed: &[&str]) -> Result<Frames, Error> {
         let renamed: Vec<_> = renamed.iter().map(|text| renaming(text).expect("FROM:=TO")).collect();

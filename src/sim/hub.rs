@@ -41,7 +41,7 @@ struct Shared {
     /// How many robots are left, and who hands on what comes until there is none.
     left: AtomicUsize,
     thread: Mutex<Option<JoinHandle<()>>>,
-    state: Mutex<State>,
+    state: Mutex<Traffic>,
     /// Something has come for a robot.
     rings: Vec<Condvar>,
     /// All robots have come as far as the last.
@@ -49,7 +49,7 @@ struct Shared {
 }
 
 #[derive(Default)]
-struct State {
+struct Traffic {
     robots: Vec<Robot>,
     /// The time that has been told.
     told: Duration,
@@ -77,7 +77,7 @@ pub(super) struct Wanted {
 }
 
 impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, Traffic> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -91,7 +91,7 @@ pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Stat
     };
     let robots: Vec<Robot> = wanted.into_iter().map(robot).collect();
     let count = robots.len();
-    let state = Mutex::new(State { robots, ..State::default() });
+    let state = Mutex::new(Traffic { robots, ..Traffic::default() });
     let rings = (0..count).map(|_| Condvar::new()).collect();
     let (left, thread) = (AtomicUsize::new(count), Mutex::new(None));
     let shared = Arc::new(Shared { left, thread, state, rings, steps: Condvar::new() });
@@ -148,7 +148,7 @@ impl Shared {
     /// See [`Station::keep_step`].
     fn keep_step(&self, place: usize, now: Duration) -> Option<bool> {
         let mut state = self.state();
-        let is_behind = |state: &mut State| state.robots.iter().any(|of| of.time.is_some_and(|time| time < now));
+        let is_behind = |state: &mut Traffic| state.robots.iter().any(|of| of.time.is_some_and(|time| time < now));
         let has_come = state.robots[place].time.replace(now) != Some(now);
         if !is_behind(&mut state) {
             if has_come {
@@ -176,7 +176,7 @@ impl Shared {
     }
 }
 
-impl State {
+impl Traffic {
     /// Keeps what has come under a name, unless it is too large; the oldest gives way if there is too much.
     fn keep<T>(&mut self, name: &str, size: usize, waiting: impl Fn(&mut Self) -> &mut VecDeque<T>, new: T) {
         let is_too_large = size > LARGEST;
@@ -201,7 +201,7 @@ impl Station {
     pub(super) fn receive(&self, patience: Duration) -> Option<Incoming> {
         let mut state = self.shared.state();
         if state.robots[self.place].messages.is_empty() && !patience.is_zero() {
-            let is_empty = |state: &mut State| state.robots[self.place].messages.is_empty();
+            let is_empty = |state: &mut Traffic| state.robots[self.place].messages.is_empty();
             let waited = self.shared.rings[self.place].wait_timeout_while(state, patience, is_empty);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
@@ -223,8 +223,8 @@ impl Station {
         self.shared.state().published.contains(topic)
     }
 
-    /// The robot has come so far: waits for a moment until all have. Returns whether it is to tell the time, as the first
-    /// one to know that; none if somebody is still behind.
+    /// The robot has come so far: waits for a moment until all have. Returns whether it is to tell the time, as the
+    /// first one to know that; none if somebody is still behind.
     pub(super) fn keep_step(&self, now: Duration) -> Option<bool> {
         self.shared.keep_step(self.place, now)
     }
@@ -259,7 +259,7 @@ mod tests {
             requests: VecDeque::new(),
             time: Some(Duration::ZERO),
         };
-        let state = State { robots: (0..count).map(|_| robot()).collect(), ..State::default() };
+        let state = Traffic { robots: (0..count).map(|_| robot()).collect(), ..Traffic::default() };
         Arc::new(Shared {
             left: AtomicUsize::new(count),
             thread: Mutex::new(None),

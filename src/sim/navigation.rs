@@ -61,8 +61,8 @@ impl NavigationServer {
         Self { server: ActionServer::new(name, KIND), map, trip: None, restarts: 0 }
     }
 
-    /// Tells how a trip is going, and hears what is requested, unless the robot's navigation is frozen. Returns what that
-    /// is told. One that has been started again has forgotten all goals, and what was requested before.
+    /// Tells how a trip is going, and hears what is requested, unless the robot's navigation is frozen. Returns what
+    /// that is told. One that has been started again has forgotten all goals, and what was requested before.
     pub(super) fn act(
         &mut self,
         sensed: &Sensed<'_>,

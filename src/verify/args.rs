@@ -8,6 +8,7 @@ use clap::Args;
 use reports::html::quoted;
 
 use super::announcer::{Announcer, Reactions};
+use crate::ros_names::{namespace, remapping};
 
 /// Whose messages they are.
 #[derive(Debug, Default, Args)]
@@ -40,28 +41,6 @@ impl RobotsArgs {
         let remapped = self.remapped.iter().map(|Remapping { from, to }| quoted(&format!("{from}:={to}")));
         robots.chain(remapped.flat_map(|rule| ["--remap".to_owned(), rule]))
     }
-}
-
-/// Whether this is a name of ROS 2, perhaps in namespaces.
-fn is_name(text: &str) -> bool {
-    text.strip_prefix('/').unwrap_or(text).split('/').all(|name| {
-        name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
-            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
-    })
-}
-
-/// A namespace of ROS 2, with `/` at its beginning.
-pub(crate) fn namespace(text: &str) -> Result<String, String> {
-    match is_name(text) {
-        true => Ok(format!("/{}", text.strip_prefix('/').unwrap_or(text))),
-        false => Err("names of letters, digits and `_`, such as `/r1` or `/fleet/r1`".to_owned()),
-    }
-}
-
-pub(crate) fn remapping(text: &str) -> Result<Remapping, String> {
-    let names = text.split_once(":=").filter(|(from, to)| is_name(from) && is_name(to));
-    let (from, to) = names.ok_or("two names of letters, digits and `_`, such as `/battery:=/base/battery`")?;
-    Ok(Remapping { from: from.to_owned(), to: to.to_owned() })
 }
 
 /// Recorded runs and robots, and the properties to check.

@@ -165,8 +165,8 @@ impl Drop for Participant {
 }
 
 impl Process {
-    /// Asks without waiting, and what was kept before. One that has ended is told of by whoever reads what it says. Returns
-    /// whether it is asked.
+    /// Asks without waiting, and what was kept before. One that has ended is told of by whoever reads what it says.
+    /// Returns whether it is asked.
     fn ask(&mut self, ask: Ask) -> bool {
         let Some(input) = &self.input else { return false };
         while let Some(kept) = self.unasked.pop_front() {
