@@ -81,6 +81,7 @@ def take(name, message, stamp=None):
     command.twist.linear.x, command.twist.angular.z = velocity
     commands.publish(command)
     known["sent"], sent = stamps["clock"], sent + 1
+    known["worked"] = (*known.get("worked", ())[:1], (time.process_time(), time.monotonic()))
 
 
 latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -91,4 +92,5 @@ node.create_subscription(Clock, "/clock", lambda clock: take("clock", clock, clo
 print(json.dumps({"up": True}), flush=True)
 while time.monotonic() < known.setdefault("heard", time.monotonic() + 30) + patience:
     rclpy.spin_once(node, timeout_sec=0.1)
-print(json.dumps({"sent": sent}))
+(worked_s, began_s), (all_worked_s, ended_s) = known["worked"]
+print(json.dumps({"sent": sent, "busy": (all_worked_s - worked_s) / (ended_s - began_s)}))
