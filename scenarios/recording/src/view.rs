@@ -50,6 +50,8 @@ pub struct RunView {
     undone: Vec<UndoneFault>,
     /// Whether each fault of the scenario has been due.
     due: Vec<bool>,
+    /// Whether a person has caused any of them.
+    has_acts: bool,
     tree_errors: Vec<TreeError>,
     given_up: Vec<GivenUp>,
     said: Vec<Said>,
@@ -86,6 +88,7 @@ impl RunView {
             faults: Vec::new(),
             undone: Vec::new(),
             due: vec![false; header.faults.len()],
+            has_acts: false,
             tree_errors: Vec::new(),
             given_up: Vec::new(),
             said: Vec::new(),
@@ -158,6 +161,7 @@ impl RunView {
             Happening::FaultAdded(fault) => {
                 Arc::make_mut(&mut self.header).faults.push(Arc::clone(fault));
                 self.due.push(false);
+                self.has_acts = true;
             }
             Happening::FaultBegan { fault: index, time, tick, position } => {
                 let (fault, position) = (known(*index)?, *position);
@@ -451,6 +455,12 @@ impl RunView {
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
         &self.faults
+    }
+
+    /// Whether a person has intervened: the scenario alone does not give this run.
+    #[must_use]
+    pub fn has_acts(&self) -> bool {
+        self.has_acts
     }
 
     /// The faults that have taken effect so far, each with all its occurrences, in the order of the first.

@@ -61,6 +61,10 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
                 (outside) " took part from outside the program: another run need not be the same. The hash of this \
                  one's trace is " code { (report.trace_hash) } "."
             } }
+            @else if view.has_acts() { p {
+                "Without what was done by hand: " em { "Save as scenario" } " on the live page makes a scenario that gives \
+                 the same run. The hash of this one's trace is " code { (report.trace_hash) } "."
+            } }
             @else { p {
                 "With version " (report.version) " of the program, this gives the same run to the last bit on any \
                  machine of the same kind. The hash of its trace is " code { (report.trace_hash) } "."
