@@ -12,11 +12,9 @@ network of its own.
 import json, os, signal, socket, struct, subprocess, sys, tempfile, time
 from pathlib import Path
 
-STEWARD, FAST, CYCLONE = (os.path.abspath(path) for path in sys.argv[1:4])
-NETWORK = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
-if "IN_A_NETWORK" not in os.environ:
-    words = [sys.executable, os.path.abspath(sys.argv[0]), STEWARD, FAST, CYCLONE]
-    os.execvpe("unshare", ["unshare", "-rn", "sh", "-c", NETWORK, "sh", *words], {**os.environ, "IN_A_NETWORK": "1"})
+import apart
+
+STEWARD, FAST, CYCLONE = apart.paths()
 
 ROBOTS = Path(__file__).parent / "robots"
 FOLDER = Path(tempfile.mkdtemp())
