@@ -19,8 +19,8 @@ use crate::{browser, interrupt};
 /// The run or runs to show, and where their page is served.
 #[derive(Debug, Args)]
 pub(crate) struct LiveArgs {
-    /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing; two are shown side by
-    /// side
+    /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing, or a log of
+    /// BehaviorTree.CPP; two are shown side by side
     #[arg(value_name = "NAME|FILE", required = true, num_args = 1..=2, value_parser = ScenarioName,
           hide_possible_values = true)]
     runs: Vec<String>,
@@ -158,7 +158,7 @@ fn serve(cockpit: Result<Cockpit, cockpit::Error>, page: &PageArgs) -> Result<Ex
 fn is_recording(path: &Path) -> bool {
     let is_named = path.extension().is_some_and(|ending| ending == "rec" || ending == "mcap");
     is_named || !path.exists() && Unfinished::of(path).is_some() || {
-        path.is_file() && matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }))
+        matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. } | RecordingError::TreeLog(_)))
     }
 }
 

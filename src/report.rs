@@ -12,7 +12,8 @@ use crate::{browser, summary};
 /// The run to report on, and how.
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
-    /// The recording: a file that a run with `--record FILE.rec` or `--record FILE.mcap` wrote
+    /// The recording: a file that a run with `--record FILE.rec` or `--record FILE.mcap` wrote, or a log of
+    /// BehaviorTree.CPP, `.btlog`, `.db3` or `.btdb`; `FILE#2` is the second session of one that has several
     #[arg(value_name = "RECORDING")]
     recording: PathBuf,
     /// Where the report and the pictures go [default: out/NAME, with the recording's name]

@@ -33,9 +33,17 @@ pub(crate) fn print(report: &Report, folder: &Path, quiet: bool) -> Result<ExitC
     }))
 }
 
+/// Whether it is no run of a simulation: such a recording has no seed, and nothing was expected of it.
+fn is_recording(report: &Report) -> bool {
+    matches!(report.ended, "recorded" | "cut_off")
+}
+
 /// Whether the run was as expected, and what differs.
 fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
     text.paint(HEAD, &report.scenario, 0);
+    if is_recording(report) {
+        return writeln!(text, ": a recording");
+    }
     write!(text, ", seed {}: ", report.seed)?;
     match report.outcome {
         OutcomeReport::AsExpected if report.expectations.is_empty() => text.paint(OPEN, "nothing was expected", 0),
@@ -104,8 +112,13 @@ fn robot(report: &Report) -> Vec<Fact<'_>> {
         facts.push(("battery", words));
     }
     let Some(robot) = &report.robot else {
-        let ticks = if report.ticks == 1 { "1 tick".to_owned() } else { format!("{} ticks", report.ticks) };
-        facts.push(("time", format!("{:.0} s, {ticks}", report.sim_time_s)));
+        let ticks = match report.ticks {
+            // Those of a recording may be unknown.
+            0 if is_recording(report) => String::new(),
+            1 => ", 1 tick".to_owned(),
+            ticks => format!(", {ticks} ticks"),
+        };
+        facts.push(("time", format!("{:.0} s{ticks}", report.sim_time_s)));
         return facts;
     };
     let collisions = collisions(robot.collisions);

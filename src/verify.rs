@@ -13,6 +13,7 @@ mod loss;
 pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
+mod tree_log;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -155,7 +156,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     }
     let unreadable = |error: std::io::Error| {
         let message = format!("cannot read the log {}: {error}", path.display());
-        let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording";
+        let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording; or a \
+                    log of BehaviorTree.CPP";
         Error::refused(message, help)
     };
     let truncated = Truncated::default();
@@ -166,6 +168,10 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     described.check_version()?;
     let of_recording = header(path);
     let Subject { system, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
+    let tree_log = of_recording.as_ref().filter(|header| !header.knows_ticks());
+    if tree_log.is_some() {
+        tree_log::refuse_unknown(&properties)?;
+    }
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
     let help = |error: &LogError| match (&of_recording, error) {
         (Some(_), _) => "the recording was changed after it was written: record the run again",
@@ -179,7 +185,10 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let doubts = Doubts::none(properties.len());
-    let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
+    let about = match tree_log {
+        Some(header) => header.about.clone(),
+        None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
+    };
     let judged = Judged {
         command: args.command(path),
         name: judge::name(path),
@@ -203,7 +212,9 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         None => vec![None; properties.len()],
     };
     let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
-    let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).collect();
+    let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
+    let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).chain(left_open);
+    let notes = notes.collect();
     Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
 }
 
@@ -258,9 +269,13 @@ impl Subject {
 
 /// The header of a recording, which says everything about its system; none of other logs.
 fn header(log: &Path) -> Option<Header> {
-    let is_file = std::fs::metadata(log).is_ok_and(|about| about.is_file());
-    let view = is_file.then(|| Recording::open(log).and_then(|mut recording| recording.begin()).ok()).flatten();
+    let view = (!is_pipe(log)).then(|| Recording::open(log).and_then(|mut recording| recording.begin()).ok()).flatten();
     view.map(|view| view.header().clone())
+}
+
+/// Whether it can be read only once, as standard input can. There may be no file of that name: a part of one has a name.
+fn is_pipe(log: &Path) -> bool {
+    std::fs::metadata(log).is_ok_and(|about| !about.is_file())
 }
 
 /// Why a recording ends before its run does, in words, if it does.
@@ -274,10 +289,9 @@ fn open(log: &Path, follow: bool, truncated: &Truncated) -> std::io::Result<Box<
     if log == Path::new("-") {
         return Ok(Box::new(std::io::stdin().lock()));
     }
-    // Standard input and pipes can be read only once.
-    let recording = std::fs::metadata(log)?.is_file().then(|| Recording::open(log));
+    let recording = (!is_pipe(log)).then(|| Recording::open(log));
     match recording {
-        None | Some(Err(RecordingError::Foreign(_))) => {
+        None | Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) => {
             Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
         }
         Some(recording) => {

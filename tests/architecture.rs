@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 32] = [
+const ROOMS: [(&str, &[&str]); 33] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -24,6 +24,7 @@ const ROOMS: [(&str, &[&str]); 32] = [
     ("sim", &["robot", "maps"]),
     ("nav", &["robot", "maps"]),
     ("bt", &["channels", "diagnostics"]),
+    ("tree_logs", &["bt", "diagnostics"]),
     ("skills", &["channels", "diagnostics"]),
     ("components", &["channels", "nav", "robot", "maps"]),
     ("devices", &["channels", "interfaces", "skills"]),
@@ -34,7 +35,7 @@ const ROOMS: [(&str, &[&str]); 32] = [
     ("network", &["bags", "ros_messages"]),
     ("batch", &[]),
     ("drawing", &["diagnostics", "maps", "rasters"]),
-    ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt"]),
+    ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt", "tree_logs"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
     ("tools", &["channels", "diagnostics", "explorer", "monitors", "ros_messages"]),
     ("trials", &["bags", "batch", "maps", "robot", "ros_messages", "sim", "nav", "drawing"]),

@@ -49,6 +49,7 @@ mod steward;
 mod stop;
 mod tree_command;
 mod tree_errors;
+mod tree_logs;
 mod watch;
 mod without_a_map;
 mod workspace;

@@ -89,7 +89,7 @@ pub use execution::Execution;
 pub use kind::{Category, Item, Kind};
 pub use leaf::{Leaf, Leaves, PortError};
 pub use mutation::{Mutant, mutants};
-pub use node::{Node, NodeId, one_line};
+pub use node::{Node, NodeId, one_line, process_names};
 pub use ports::{Port, Source};
 pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,

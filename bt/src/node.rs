@@ -138,21 +138,26 @@ impl Node {
 
 /// Gives every leaf the name of its process.
 pub(crate) fn name_processes(nodes: &mut [Node]) {
-    let leaves = || nodes.iter().filter(|node| node.kind.is_leaf());
-    let labels: BTreeSet<&str> = leaves().map(Node::label).collect();
-    let mut last: BTreeMap<&str, usize> = BTreeMap::new();
-    let name = |leaf| {
-        let label = Node::label(leaf);
+    let labels: Vec<&str> = nodes.iter().filter(|node| node.kind.is_leaf()).map(Node::label).collect();
+    let names = process_names(&labels);
+    for (leaf, name) in nodes.iter_mut().filter(|node| node.kind.is_leaf()).zip(names) {
+        leaf.process = if name == leaf.label() { String::new() } else { name };
+    }
+}
+
+/// The names of the processes of nodes with these labels, as [`Node::process`] has them: each is different.
+#[must_use]
+pub fn process_names<'l>(labels: &[&'l str]) -> Vec<String> {
+    let all: BTreeSet<&str> = labels.iter().copied().collect();
+    let mut last: BTreeMap<&'l str, usize> = BTreeMap::new();
+    let name = |&label: &&'l str| {
         let number = last.entry(label).and_modify(|number| *number += 1).or_insert(1);
-        while *number > 1 && labels.contains(format!("{label}_{number}").as_str()) {
+        while *number > 1 && all.contains(format!("{label}_{number}").as_str()) {
             *number += 1;
         }
-        if *number == 1 { String::new() } else { format!("{label}_{number}") }
+        if *number == 1 { label.to_owned() } else { format!("{label}_{number}") }
     };
-    let names: Vec<String> = leaves().map(name).collect();
-    for (leaf, name) in nodes.iter_mut().filter(|node| node.kind.is_leaf()).zip(names) {
-        leaf.process = name;
-    }
+    labels.iter().map(name).collect()
 }
 
 /// A string that fits on one line: control characters are escaped, such as `\n`.

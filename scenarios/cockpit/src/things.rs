@@ -47,7 +47,8 @@ pub(crate) fn nodes(header: &Header) -> Value {
 
 /// The last outcome of each node of the tree, in words.
 pub(crate) fn outcomes(view: &RunView) -> Value {
-    view.outcomes().iter().map(|outcome| outcome.map_or("not ticked yet", |outcome| outcome.name())).collect()
+    let nothing = if view.header().knows_ticks() { "not ticked yet" } else { "no change yet" };
+    view.outcomes().iter().map(|outcome| outcome.map_or(nothing, |outcome| outcome.name())).collect()
 }
 
 /// The lasting acts: the page's names for them, what they are, and the names of the bodies that they put on the floor.

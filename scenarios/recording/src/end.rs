@@ -45,6 +45,8 @@ pub enum Ended {
     Interrupted,
     /// It was not a run of a simulation, and its recording ends here.
     Recorded,
+    /// Likewise, and its recording was cut off here, in the middle of this.
+    CutOff(String),
 }
 
 impl Ended {
@@ -59,6 +61,7 @@ impl Ended {
             Self::Scheduled => "schedule",
             Self::Interrupted => "interrupted",
             Self::Recorded => "recorded",
+            Self::CutOff(_) => "cut_off",
         }
     }
 }
@@ -73,6 +76,7 @@ impl fmt::Display for Ended {
             Self::Scheduled => f.write_str("the schedule ended"),
             Self::Interrupted => f.write_str("the run was interrupted"),
             Self::Recorded => f.write_str("the recording ends here"),
+            Self::CutOff(what) => write!(f, "the recording was cut off here: {what}"),
         }
     }
 }

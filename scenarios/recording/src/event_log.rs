@@ -45,7 +45,8 @@ fn value_json(value: &Value) -> serde_json::Value {
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
-    statuses: serde_json::Value,
+    /// The tree's statuses as they were last written; none if they are not to be written.
+    statuses: Option<serde_json::Value>,
 }
 
 impl<W: Write> EventLogWriter<W> {
@@ -55,7 +56,16 @@ impl<W: Write> EventLogWriter<W> {
     /// # Errors
     /// If writing fails.
     pub fn begin(output: W, view: &RunView) -> io::Result<Self> {
-        let mut log = Self { output: BufWriter::new(output), statuses: serde_json::Value::Null };
+        Self::with(output, Some(serde_json::Value::Null), view)
+    }
+
+    /// The same without the tree's statuses.
+    pub(crate) fn of_messages(output: W, view: &RunView) -> io::Result<Self> {
+        Self::with(output, None, view)
+    }
+
+    fn with(output: W, statuses: Option<serde_json::Value>, view: &RunView) -> io::Result<Self> {
+        let mut log = Self { output: BufWriter::new(output), statuses };
         let header = view.header();
         let description = json!({
             "scenario": header.scenario,
@@ -84,14 +94,12 @@ impl<W: Write> Follower for EventLogWriter<W> {
         for event in view.events() {
             writeln!(self.output, "{}", event_line(event, view.topology()))?;
         }
-        if view.events().is_empty() {
-            return Ok(());
-        }
+        let Some(written) = self.statuses.as_mut().filter(|_| !view.events().is_empty()) else { return Ok(()) };
         let statuses = statuses(view);
-        if self.statuses != statuses {
+        if *written != statuses {
             let (tick, time_s) = (view.ticks().saturating_sub(1), view.time().as_secs_f64());
             writeln!(self.output, "{}", json!({ "tick": tick, "time_s": time_s, "tree": statuses }))?;
-            self.statuses = statuses;
+            *written = statuses;
         }
         Ok(())
     }

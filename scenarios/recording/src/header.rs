@@ -30,7 +30,7 @@ pub struct Header {
     pub settings: Vec<SettingGroup>,
     /// The root seed.
     pub seed: u64,
-    /// Time between ticks.
+    /// Time between ticks; zero if ticks are unknown.
     pub tick: Duration,
     /// Time between steps; zero if the steps are the events of a model.
     pub dt: Duration,
@@ -72,6 +72,12 @@ impl Header {
     #[must_use]
     pub fn has_others(&self) -> bool {
         self.is_piloted || !self.remote.is_empty()
+    }
+
+    /// Whether it is known when the tree was ticked.
+    #[must_use]
+    pub fn knows_ticks(&self) -> bool {
+        !self.tick.is_zero()
     }
 
     /// The places on the map, by name; none without a map.

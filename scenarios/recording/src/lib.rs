@@ -38,7 +38,7 @@
 //! A recording in [MCAP](https://mcap.dev) has the records as messages of type `steward_msgs/msg/Records` on the topic
 //! `/steward/records`, not compressed, each with the version of the format and a checksum of the records (CRC-32). All
 //! its other topics are for other programs. [`Recording`] reads both formats, and an [`Archive`] writes the one that
-//! the file's name asks for.
+//! the file's name asks for. It also reads the logs of BehaviorTree.CPP, which know much less: see [`tree_logs`].
 //!
 //! ```
 //! use std::time::Duration;
@@ -113,6 +113,7 @@ mod tally;
 mod topics;
 mod trace_hash;
 mod tree_failure;
+mod tree_log;
 mod view;
 mod violations_file;
 pub mod words;
@@ -142,5 +143,6 @@ pub use step::{Battery, Body, Decision, Detail, Details, Happening, Navigation, 
 pub use tally::{BatteryTally, LocalizationError, Tally};
 pub use trace_hash::TraceHash;
 pub use tree_failure::TreeFailure;
+pub use tree_logs::LogError;
 pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError};
 pub use violations_file::write_violations;

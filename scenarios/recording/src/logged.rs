@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, Cursor, Read};
 
-use crate::{EventLogWriter, Follower, Recording, RecordingError, RunView};
+use crate::{Ended, EventLogWriter, Follower, Recording, RecordingError, RunView};
 
 /// The event log that the run of a recording would have written.
 pub struct LoggedRecording<F> {
@@ -21,7 +21,8 @@ impl<F: FnOnce(&RecordingError)> LoggedRecording<F> {
     /// [`RecordingError`].
     pub fn begin(mut recording: Recording, truncated: F) -> Result<Self, RecordingError> {
         let view = recording.begin()?;
-        let log = EventLogWriter::begin(Vec::new(), &view).map_err(|source| recording.unreadable(source))?;
+        // Whoever reads it asks for the messages.
+        let log = EventLogWriter::of_messages(Vec::new(), &view).map_err(|source| recording.unreadable(source))?;
         Ok(Self { recording, view, log, lines: Cursor::default(), truncated: Some(truncated) })
     }
 }
@@ -33,7 +34,14 @@ impl<F: FnOnce(&RecordingError)> BufRead for LoggedRecording<F> {
             if !self.lines.get_ref().is_empty() {
                 break;
             }
-            if self.view.end().is_some() || self.truncated.is_none() {
+            if let Some(end) = self.view.end() {
+                if let (Ended::CutOff(what), Some(truncated)) = (&end.ended, self.truncated.take()) {
+                    let extent = format!("at {:.2} s: {what}", self.view.time().as_secs_f64());
+                    truncated(&self.recording.truncated(extent));
+                }
+                return Ok(&[]);
+            }
+            if self.truncated.is_none() {
                 return Ok(&[]);
             }
             match self.recording.advance(&mut self.view) {

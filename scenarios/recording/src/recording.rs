@@ -3,9 +3,12 @@
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use tree_logs::LogError;
+
 use crate::chunk::ChunkError;
 use crate::file::FileChunks;
 use crate::mcap_file::McapChunks;
+use crate::tree_log::TreeLog;
 use crate::{Archive, End, FORMAT, Follower, Header, Inconsistent, Record, RunView, Step};
 
 /// Why a recording cannot be read.
@@ -42,6 +45,9 @@ pub enum RecordingError {
     /// The file was changed after it was written.
     #[error("{} is damaged", .0.display())]
     Damaged(PathBuf),
+    /// The file is a log of a tree that cannot be read.
+    #[error(transparent)]
+    TreeLog(LogError),
     /// The file ends before its run does.
     #[error("{} ends before its run does, {extent}", path.display())]
     Truncated {
@@ -56,12 +62,18 @@ pub enum RecordingError {
 #[derive(Debug)]
 pub struct Recording {
     path: PathBuf,
-    chunks: Chunks,
-    /// The records of a chunk, and how many of their bytes have been read.
-    chunk: Vec<u8>,
-    read: usize,
+    source: Records,
     /// The next record, if it has been peeked at.
     ahead: Option<Record>,
+}
+
+/// Where records come from.
+#[derive(Debug)]
+enum Records {
+    /// A recording: the records of a chunk, and how many of their bytes have been read.
+    Chunks { chunks: Chunks, chunk: Vec<u8>, read: usize },
+    /// A log of BehaviorTree.CPP.
+    Tree(Box<TreeLog>),
 }
 
 /// Where chunks come from.
@@ -89,13 +101,20 @@ impl Chunks {
 }
 
 impl Recording {
-    /// Opens a recording, in its own format or in MCAP.
+    /// Opens a recording, in its own format or in MCAP, or a [log](tree_logs::Log) of BehaviorTree.CPP.
     ///
     /// # Errors
     /// [`RecordingError`], if the file cannot be read or is not a recording in this version of the format.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let chunks = Chunks::begin(path).map_err(|error| RecordingError::new(error, path))?;
-        Ok(Self { path: path.to_owned(), chunks, chunk: Vec::new(), read: 0, ahead: None })
+        let source = match TreeLog::open(path) {
+            Ok(log) => Records::Tree(Box::new(log)),
+            Err(LogError::Foreign(_) | LogError::Read { .. }) => {
+                let chunks = Chunks::begin(path).map_err(|error| RecordingError::new(error, path))?;
+                Records::Chunks { chunks, chunk: Vec::new(), read: 0 }
+            }
+            Err(error) => return Err(RecordingError::TreeLog(error)),
+        };
+        Ok(Self { path: path.to_owned(), source, ahead: None })
     }
 
     /// The next record; none at the end of the file, even in the middle of a chunk. If the file is still being written,
@@ -107,22 +126,27 @@ impl Recording {
         if let Some(record) = self.ahead.take() {
             return Ok(Some(record));
         }
-        if self.read == self.chunk.len() {
-            let failed = |error| RecordingError::new(error, &self.path);
-            let Some(chunk) = self.chunks.next().map_err(failed)? else { return Ok(None) };
-            (self.chunk, self.read) = (chunk, 0);
+        match &mut self.source {
+            Records::Chunks { chunks, chunk, read } => {
+                if *read == chunk.len() {
+                    let failed = |error| RecordingError::new(error, &self.path);
+                    let Some(next) = chunks.next().map_err(failed)? else { return Ok(None) };
+                    (*chunk, *read) = (next, 0);
+                }
+                let taken = postcard::take_from_bytes(&chunk[*read..]);
+                let (record, after): (Record, _) = taken.map_err(|_| RecordingError::Damaged(self.path.clone()))?;
+                *read = chunk.len() - after.len();
+                Ok(Some(record))
+            }
+            Records::Tree(log) => log.next_record().map_err(RecordingError::TreeLog),
         }
-        let rest = &self.chunk[self.read..];
-        let (record, after) = postcard::take_from_bytes(rest).map_err(|_| self.damaged())?;
-        self.read = self.chunk.len() - after.len();
-        Ok(Some(record))
     }
 
     fn damaged(&self) -> RecordingError {
         RecordingError::Damaged(self.path.clone())
     }
 
-    fn truncated(&self, extent: String) -> RecordingError {
+    pub(crate) fn truncated(&self, extent: String) -> RecordingError {
         RecordingError::Truncated { path: self.path.clone(), extent }
     }
 

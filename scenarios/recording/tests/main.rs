@@ -5,4 +5,5 @@
 mod drive;
 mod files;
 mod judged;
+mod tree_log;
 mod view;

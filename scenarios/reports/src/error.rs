@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use miette::Diagnostic;
-use recording::RecordingError;
+use recording::{LogError, RecordingError};
 
 /// Why a run cannot be shown.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +30,9 @@ impl Diagnostic for Error {
                 "run the scenario again with this version, or make the report with the recording's version"
             }
             RecordingError::Truncated { .. } => "an unfinished run has no report: run it again to its end",
+            RecordingError::TreeLog(LogError::Damaged { .. } | LogError::CutOff { .. }) => {
+                "a log is what FileLogger2 or SqliteLogger of BehaviorTree.CPP 4.6.2 or later wrote"
+            }
             _ => "record the run again",
         }))
     }

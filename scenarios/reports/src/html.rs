@@ -203,7 +203,8 @@ fn head(view: &RunView, report: &Report) -> Markup {
             p.about { (text(&words::sentence(&view.header().about))) }
             p.quiet {
                 @if !recorded { "seed " (report.seed) " · " }
-                (words::time(view.time())) (if recorded { " recorded · " } else { " simulated · " }) (words::count(report.ticks, "tick"))
+                (words::time(view.time())) (if recorded { " recorded" } else { " simulated" })
+                @if view.header().knows_ticks() { " · " (words::count(report.ticks, "tick")) }
             }
             nav { @for (id, words) in links.into_iter().filter(|(id, _)| is_there(*id)) { a href={ "#" (id) } { (words) } } }
         }

@@ -25,7 +25,8 @@ pub struct Report {
     pub expectations: Vec<ExpectationReport>,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
-    /// Why the run ended: `arrival`, `violation`, `settled`, `time_limit`, `schedule`, `interrupted` or `recorded`.
+    /// Why the run ended: `arrival`, `violation`, `settled`, `time_limit`, `schedule`, `interrupted`, or of a
+    /// recording of something else `recorded`, or `cut_off` if it ends in the middle of something.
     pub ended: &'static str,
     /// The same in words.
     pub ended_because: String,

@@ -81,7 +81,7 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     // One caption serves the wide chart and the narrow one: it explains what at least one of them shows.
     let charts = [Layout::Wide, Layout::Narrow].map(|layout| Chart::new(timeline, &happenings, Sizes::of(layout)));
     html! {
-        (lanes::colors(&groups, &charts))
+        (lanes::colors(view, &groups, &charts))
         @if charts.iter().any(|chart| chart.is_crowded(&groups)) {
             " Gray marks: changes that follow each other too quickly to be drawn individually."
         }

@@ -84,12 +84,12 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
             p.quiet { "No property was watched in this run." }
         } @else {
             div.panel.lines { @for index in order { (line(view, report, index, of(index))) } }
-            p.quiet {
+            @if view.header().knows_ticks() { p.quiet {
                 @if view.header().tree.is_empty() { "A tick is a unit of time: there is one every " }
                 @else { "A tick is a moment at which the behavior tree is asked what to do, one every " }
                 (words::time(view.header().tick)) ". A message such as " code { "[<ok>, 20]" }
                 " is written with its fields in order, names between angle brackets; a state is one such message or tick."
-            }
+            } }
         }
     };
     markup::section("verdicts", "Verdicts", content)

@@ -111,9 +111,10 @@ pub(super) fn groups(view: &RunView, timeline: &Timeline) -> Vec<Group> {
         let resting = resting.into_iter().map(|lane| lane.name).collect();
         Group { title, is_listed: false, lanes, resting: (rest, resting) }
     };
+    let never = if view.header().knows_ticks() { "never ticked" } else { "no answer is known" };
     let groups = vec![
         Group { is_listed: true, ..group("What the tree was doing", "nothing", activities) },
-        group("Leaves of the behavior tree", "never ticked", leaves.collect()),
+        group("Leaves of the behavior tree", never, leaves.collect()),
         group("States of the skills", "never away from rest for longer than a moment", skills.collect()),
         group("Components", "never away from rest for longer than a moment", components),
         group("Monitors", "", monitors.collect()),
@@ -243,7 +244,10 @@ fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
 }
 
 /// The meaning of the colors in the visible lanes.
-pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
+pub(super) fn colors(view: &RunView, groups: &[Group], charts: &[Chart]) -> String {
+    let silent =
+        if view.header().knows_ticks() { "a leaf that is not ticked" } else { "no answer of the leaf is known" };
+    let silent = format!("a thin line: {silent}");
     let lanes = || groups.iter().filter(|group| !group.is_listed).flat_map(|group| &group.lanes);
     let drawn = |chart: &Chart| lanes().flat_map(|lane| chart.drawable(&lane.bars)).collect::<Vec<_>>();
     let bars: Vec<(f64, f64, Bar)> = charts.iter().flat_map(drawn).collect();
@@ -253,7 +257,7 @@ pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
         (has(BarStyle::status(NodeStatus::Failure)), "red with ✗: failure"),
         (has(BarStyle::status(NodeStatus::Running)), "orange: running"),
         (has(BarStyle::QUIET), "gray: at rest, or a skill that is not asked"),
-        (has(BarStyle::status(NodeStatus::NotTicked)), "a thin line: a leaf that is not ticked"),
+        (has(BarStyle::status(NodeStatus::NotTicked)), silent.as_str()),
         (has(BarStyle::NEUTRAL), "an empty bar: another state"),
         (has(verdict_style(Verdict::HoldsSoFar)), "pale green: a property that nothing has violated so far"),
         (has(BarStyle::WAITING), "an empty bar with a green edge: a property for which something must still happen"),

@@ -1,0 +1,142 @@
+//! Reads the logs of trees that BehaviorTree.CPP has run: which node got which status when.
+//!
+//! A [`Log`] is what the loggers of BehaviorTree.CPP write since version 4.6.2: `FileLogger2`, a file `.btlog`; or,
+//! with the feature `sqlite`, `SqliteLogger`, a file `.db3` or `.btdb`, which has a session for each time that a
+//! program began to log. A log has the [nodes](LoggedNode) of its tree, and every [`StatusChange`] of one of them.
+//!
+//! Such a log does not know when the tree was ticked: a node that gives the same answer again leaves no trace. Nor does
+//! it know who was skipped, what was on the blackboard, and why a program has ended.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use tree_logs::Log;
+//!
+//! let mut log = Log::open(Path::new("run.btlog"))?;
+//! while let Some(change) = log.next_change()? {
+//!     println!("{} µs: {} is {:?}", change.at_us, log.nodes()[change.node].path, change.status);
+//! }
+//! # Ok::<(), tree_logs::LogError>(())
+//! ```
+//!
+//! # Inside
+//! `tree` reads the XML of a log, which is not that of an ordinary file: it has a tree for each place where one is
+//! used. `file_logger` and `sqlite` read the two formats. Both are written by programs that may be killed at any time.
+
+mod error;
+mod file_logger;
+mod session;
+#[cfg(feature = "sqlite")]
+mod sqlite;
+mod status;
+mod tree;
+
+use std::path::{Path, PathBuf};
+
+use file_logger::FileLog;
+
+pub use error::LogError;
+pub use session::LogSession;
+pub use status::{NodeStatus, StatusChange};
+pub use tree::LoggedNode;
+
+/// A log of BehaviorTree.CPP, read from start to end in constant memory.
+#[derive(Debug)]
+pub struct Log {
+    nodes: Vec<LoggedNode>,
+    began_us: Option<i64>,
+    session: Option<LogSession>,
+    reader: Reader,
+}
+
+#[derive(Debug)]
+enum Reader {
+    File(FileLog),
+    #[cfg(feature = "sqlite")]
+    Sqlite(sqlite::SqliteLog),
+}
+
+impl Log {
+    /// Opens a log. Of several sessions, `FILE#2` names the second, and the file's name alone the last.
+    ///
+    /// # Errors
+    /// [`LogError`], also if the log ends before its first transition could come.
+    pub fn open(path: &Path) -> Result<Self, LogError> {
+        let (path, session) = session_of(path);
+        let failed = |source| LogError::Read { path: path.clone(), source };
+        let mut file = diagnostics::open_regular(&path).map_err(failed)?;
+        let mut head = [0; file_logger::MAGIC.len()];
+        let known = file_logger::read_up_to(&mut file, &mut head).map_err(failed)?;
+        if head[..known].starts_with(SQLITE) {
+            #[cfg(feature = "sqlite")]
+            {
+                let (xml, session, reader) = sqlite::open(&path, session)?;
+                return Self::with(&path, &xml, None, Some(session), |numbers| Reader::Sqlite(reader(numbers)));
+            }
+            #[cfg(not(feature = "sqlite"))]
+            return Err(LogError::NoSqlite(path));
+        }
+        if head != *file_logger::MAGIC {
+            return Err(LogError::Foreign(path));
+        }
+        if let Some(session) = session {
+            let problem = format!("it has no sessions: leave out `#{session}`");
+            return Err(LogError::Damaged { path, problem });
+        }
+        let (xml, began_us, reader) = FileLog::begin(file, &path)?;
+        Self::with(&path, &xml, Some(began_us), None, |numbers| Reader::File(reader(numbers)))
+    }
+
+    fn with(
+        path: &Path,
+        xml: &str,
+        began_us: Option<i64>,
+        session: Option<LogSession>,
+        reader: impl FnOnce(tree::Numbers) -> Reader,
+    ) -> Result<Self, LogError> {
+        let (nodes, numbers) =
+            tree::read(xml).map_err(|problem| LogError::Damaged { path: path.to_owned(), problem })?;
+        Ok(Self { nodes, began_us, session, reader: reader(numbers) })
+    }
+
+    /// The nodes of the tree in document order: the root is the first, and every node comes after its parent.
+    #[must_use]
+    pub fn nodes(&self) -> &[LoggedNode] {
+        &self.nodes
+    }
+
+    /// When it began, in microseconds since 1970; none if only its transitions tell.
+    #[must_use]
+    pub fn began_us(&self) -> Option<i64> {
+        self.began_us
+    }
+
+    /// Its session, if the file can have several.
+    #[must_use]
+    pub fn session(&self) -> Option<LogSession> {
+        self.session
+    }
+
+    /// The next transition, in the order of the log; none at its end.
+    ///
+    /// # Errors
+    /// [`LogError`]; [`CutOff`](LogError::CutOff) if the log ends in the middle of a transition.
+    pub fn next_change(&mut self) -> Result<Option<StatusChange>, LogError> {
+        match &mut self.reader {
+            Reader::File(reader) => reader.next_change(),
+            #[cfg(feature = "sqlite")]
+            Reader::Sqlite(reader) => reader.next_change(),
+        }
+    }
+}
+
+/// How an SQLite file begins.
+const SQLITE: &[u8] = b"SQLite format 3\0";
+
+/// The file, and the number of a session if one is named after it.
+fn session_of(path: &Path) -> (PathBuf, Option<i64>) {
+    let named = path.to_str().and_then(|text| text.rsplit_once('#')).filter(|_| !path.exists());
+    match named.and_then(|(file, number)| Some((PathBuf::from(file), number.parse().ok()?))) {
+        Some((file, number)) => (file, Some(number)),
+        None => (path.to_owned(), None),
+    }
+}

@@ -1,0 +1,107 @@
+//! `SqliteLogger`: a table of sessions with their trees, and one of all transitions.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
+use tempfile::TempDir;
+
+use crate::error::LogError;
+use crate::session::LogSession;
+use crate::status::{StatusChange, status_change};
+use crate::tree::{MAX_XML_BYTES, Numbers};
+
+/// The transitions of a session.
+#[derive(Debug)]
+pub(crate) struct SqliteLog {
+    path: PathBuf,
+    file: Connection,
+    session: i64,
+    numbers: Numbers,
+    /// The time of the last transition, or before the first: no two have the same.
+    last_us: Option<i64>,
+    _copy: Option<TempDir>,
+}
+
+/// Opens a session of a file: the last one if none is named. Returns its tree's XML, which session it is, and then its
+/// transitions, once it is known which node has which number.
+pub(crate) fn open(
+    path: &Path,
+    session: Option<i64>,
+) -> Result<(String, LogSession, impl FnOnce(Numbers) -> SqliteLog), LogError> {
+    let damaged = |problem: String| LogError::Damaged { path: path.to_owned(), problem };
+    let failed = |error: rusqlite::Error| damaged(error.to_string());
+    let (file, copy) = connect(path)?;
+    let tables = "SELECT COUNT(*) FROM sqlite_schema WHERE name IN ('Definitions', 'Transitions', 'Nodes')";
+    if file.query_row(tables, [], |row| row.get::<_, i64>(0)).map_err(failed)? < 3 {
+        return Err(LogError::Foreign(path.to_owned()));
+    }
+    let counted = "SELECT COUNT(*), MAX(session_id) FROM Definitions";
+    let (of, last) = file
+        .query_row(counted, [], |row| Ok((row.get::<_, i64>(0)?, row.get::<_, Option<i64>>(1)?)))
+        .map_err(failed)?;
+    let last = last.ok_or_else(|| damaged("it has no session".to_owned()))?;
+    let number = session.unwrap_or(last);
+    let definition = "SELECT xml_tree FROM Definitions WHERE session_id = ?1 AND length(xml_tree) <= ?2";
+    let limit = i64::try_from(MAX_XML_BYTES).unwrap_or(i64::MAX);
+    let xml: Option<String> =
+        file.query_row(definition, params![number, limit], |row| row.get(0)).optional().map_err(failed)?;
+    let xml = xml.ok_or_else(|| {
+        let known =
+            format!("its sessions are numbered up to {last}, and at most {MAX_XML_BYTES} bytes of a tree are read");
+        damaged(format!("it has no session {number} with a tree that can be read: {known}"))
+    })?;
+    let session = LogSession { number, of: of.unsigned_abs() };
+    // What an earlier session logged need not be passed by for every transition.
+    let first = "SELECT MIN(timestamp) FROM Transitions WHERE session_id = ?1";
+    let first: Option<i64> = file.query_row(first, [number], |row| row.get(0)).map_err(failed)?;
+    let last_us = first.map(|first| first.saturating_sub(1));
+    let path = path.to_owned();
+    Ok((xml, session, move |numbers| SqliteLog { path, file, session: number, numbers, last_us, _copy: copy }))
+}
+
+/// Opens the file for reading. What a killed program was about to write is in a file beside it: SQLite undoes or
+/// completes that, in copies of both.
+fn connect(path: &Path) -> Result<(Connection, Option<TempDir>), LogError> {
+    let read = |source| LogError::Read { path: path.to_owned(), source };
+    let beside = ["-journal", "-wal"].map(|ending| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(ending);
+        (ending, PathBuf::from(name))
+    });
+    let (mut opened, mut flags, mut copy) = (path.to_owned(), OpenFlags::SQLITE_OPEN_READ_ONLY, None);
+    if beside.iter().any(|(_, path)| path.is_file()) {
+        let folder = tempfile::tempdir().map_err(read)?;
+        opened = folder.path().join("log");
+        fs::copy(path, &opened).map_err(read)?;
+        for (ending, path) in beside.iter().filter(|(_, path)| path.is_file()) {
+            fs::copy(path, folder.path().join(format!("log{ending}"))).map_err(read)?;
+        }
+        (flags, copy) = (OpenFlags::SQLITE_OPEN_READ_WRITE, Some(folder));
+    }
+    let file = Connection::open_with_flags(opened, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX);
+    let file = file.map_err(|error| LogError::Damaged { path: path.to_owned(), problem: error.to_string() })?;
+    Ok((file, copy))
+}
+
+impl SqliteLog {
+    pub(crate) fn next_change(&mut self) -> Result<Option<StatusChange>, LogError> {
+        // One query per row, found by its primary key: a statement that stays open would borrow from the connection
+        // beside it.
+        let query = "SELECT timestamp, node_uid, state FROM Transitions WHERE timestamp > ?1 AND session_id = ?2 \
+                     ORDER BY timestamp LIMIT 1";
+        let read = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?, row.get(2)?));
+        let after = self.last_us.unwrap_or(i64::MIN);
+        let row = self
+            .file
+            .prepare_cached(query)
+            .and_then(|mut query| query.query_row(params![after, self.session], read).optional());
+        let row: Option<(i64, i64, i64)> =
+            row.map_err(|error| LogError::Damaged { path: self.path.clone(), problem: error.to_string() })?;
+        row.map(|(at_us, uid, status)| {
+            self.last_us = Some(at_us);
+            status_change(&self.numbers, at_us, uid, status, &self.path)
+        })
+        .transpose()
+    }
+}

@@ -1,0 +1,48 @@
+//! What the log of a tree that BehaviorTree.CPP has run cannot tell, and which properties ask for it.
+
+use campaigns::Error;
+use monitors::{Bound, Formula, Property, ScopeMonitor};
+
+/// What verdicts on such a log leave open.
+pub(super) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
+                                    what `time_until` waits for is a change; nor does it say whether it is whole";
+
+/// Refuses the properties for which the log does not know enough.
+pub(super) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
+    for property in properties {
+        let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(|formula| unknown(formula, false));
+        if let Some((message, help)) = unknown {
+            return Err(Error::refused(format!("`{}` {message}", property.name), help));
+        }
+    }
+    Ok(())
+}
+
+/// Why a log does not know enough for a formula, and what would help.
+fn unknown(formula: &Formula, is_timed: bool) -> Option<(&'static str, &'static str)> {
+    const TICKS: (&str, &str) = (
+        "counts ticks, and a log of BehaviorTree.CPP does not know when the tree was ticked",
+        "write `timed property`, with durations: `< 300 ms`",
+    );
+    const REPEATED: (&str, &str) = (
+        "speaks of each message, with `next`, `previous`, `becomes`, `fresh`, `at most` or `at least`; a log of \
+         BehaviorTree.CPP does not have the answers that repeat the one before",
+        "say what must hold while a node has a status: `always`, `until`, `since`, `time_until`",
+    );
+    const WINDOW: (&str, &str) = (
+        "looks back a certain time, at answers of which a log of BehaviorTree.CPP has only the changes",
+        "leave out the limit, or look ahead: `time_until`",
+    );
+    match formula {
+        Formula::Timed(formula) => return unknown(formula, true),
+        Formula::Next(_) | Formula::Previous(..) | Formula::Fresh(_) | Formula::Count { .. } => return Some(REPEATED),
+        Formula::Once(bound, _) | Formula::Historically(bound, _) | Formula::Since(bound, ..)
+            if *bound != Bound::NONE =>
+        {
+            return Some(WINDOW);
+        }
+        Formula::TimeUntil { .. } if !is_timed => return Some(TICKS),
+        _ => {}
+    }
+    formula.operands().into_iter().find_map(|operand| unknown(operand, is_timed))
+}

@@ -1,0 +1,94 @@
+//! Logs of BehaviorTree.CPP as recordings: what is said of them, and what is refused.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::steward::{refusal, steward};
+
+/// A log that BehaviorTree.CPP wrote.
+fn captured(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("bt/logs/tests/captured").join(name).display().to_string()
+}
+
+/// What `verify` says of a property and a log, as JSON, with its notes and its exit status.
+fn verified(log: &str, property: &str) -> (Value, String, Option<i32>) {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("p.scope");
+    fs::write(&file, property).unwrap();
+    let output = steward(&["verify", log, "--json", "--property", file.to_str().unwrap()]);
+    let notes = String::from_utf8(output.stderr).unwrap();
+    (serde_json::from_slice(&output.stdout).unwrap_or_default(), notes, output.status.code())
+}
+
+#[test]
+fn properties_of_nodes_have_verdicts_and_what_they_leave_open_is_said() {
+    let property = "timed property lifted := always ((deliver, BT, reply = <running>)
+                        implies time_until (Lift, BT, reply = <success>) < 1 s)
+                    timed property slow := always ((deliver, BT, reply = <running>)
+                        implies time_until (Lift, BT, reply = <success>) < 60 ms)
+                    property arrives := eventually (dock, BT, reply = <success>)";
+    // The end of the first session is lost: it ends while something is being lifted.
+    for (log, lifted) in [("fetch.btlog", "satisfied"), ("fetch.db3", "satisfied"), ("fetch.db3#1", "inconclusive")] {
+        if log.contains("db3") && cfg!(not(feature = "sqlite")) {
+            continue;
+        }
+        let (report, notes, status) = verified(&captured(log), property);
+        let verdict = |name: &str| {
+            let all = report["monitors"].as_array().unwrap();
+            all.iter().find(|property| property["name"] == name).unwrap()["verdict"].clone()
+        };
+        assert_eq!((verdict("lifted"), verdict("arrives")), (lifted.into(), "satisfied".into()), "{log}: {report}");
+        assert_eq!((verdict("slow"), status), ("violated".into(), Some(1)), "{log}: {report}");
+        assert!(notes.contains("not the answers that repeat the one before"), "{notes}");
+    }
+}
+
+#[test]
+fn what_a_log_cannot_know_is_refused_with_the_reason() {
+    let lift = "(Lift, BT, reply = <success>)";
+    for (formula, reason) in [
+        (format!("time_until {lift} < 3"), "counts ticks"),
+        (format!("time_until {lift} < 3 s"), "counts ticks"),
+        (format!("always next {lift}"), "speaks of each message"),
+        (format!("always (becomes {lift} implies true)"), "speaks of each message"),
+        (format!("always at most 3 {lift} in 10 s"), "speaks of each message"),
+        (format!("always (fresh {lift} implies true)"), "speaks of each message"),
+        (format!("always once[<= 10 s] {lift}"), "looks back a certain time"),
+        ("eventually (BT, Lift, request = <tick>)".to_owned(), "no channel from BT to Lift"),
+        ("eventually (World, Monitors, level_pct < 3)".to_owned(), "World"),
+    ] {
+        let (_, notes, status) = verified(&captured("fetch.btlog"), &format!("property p := {formula}"));
+        assert!(status == Some(2) && notes.contains(reason), "{formula}: {notes}");
+    }
+}
+
+#[test]
+fn a_report_of_a_log_does_not_claim_what_the_log_does_not_know() {
+    let out = tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let whole = captured("fetch.btlog");
+    let output = steward(&["report", &whole, "--out", folder]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && said.starts_with("fetch: a recording\n"), "{said}");
+    let page = fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(page.contains("no answer is known") && page.contains("Drive_2"));
+    for claim in ["never ticked", "not ticked", "0 ticks", "seed", "A tick is"] {
+        assert!(!said.contains(claim) && !page.contains(claim), "{claim}");
+    }
+    let cut = out.path().join("cut.btlog");
+    let bytes = fs::read(&whole).unwrap();
+    fs::write(&cut, &bytes[..bytes.len() - 5]).unwrap();
+    let output = steward(&["report", cut.to_str().unwrap(), "--out", folder]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("was cut off here: its last transition is not whole"), "{said}");
+    let (report, notes, status) =
+        verified(cut.to_str().unwrap(), "property p := eventually (Lift, BT, reply = <failure>)");
+    assert!(status == Some(1) && report.to_string().contains("unsure"), "{report}");
+    assert!(notes.contains("its last transition is not whole"), "{notes}");
+    fs::write(&cut, &bytes[..200]).unwrap();
+    assert!(refusal(&["report", cut.to_str().unwrap()]).contains("it ends within its tree"));
+    assert!(refusal(&["report", &(whole + "#2")]).contains("it has no sessions"));
+}
