@@ -12,8 +12,8 @@ use roxmltree::{Document, Node as Element, ParsingOptions};
 /// The most bytes that the XML of a tree may have. A node takes some two hundred.
 pub(crate) const MAX_XML_BYTES: usize = 64 << 20;
 
-/// The most nodes that a tree may have: numbers have sixteen bits.
-const MAX_NODES: usize = 1 << 16;
+/// The most nodes that a tree may have: more are not the work of a person. Chosen, not measured.
+const MAX_NODES: usize = 10_000;
 
 /// The indices of nodes by their numbers in the log.
 pub(crate) type Numbers = BTreeMap<i64, usize>;
