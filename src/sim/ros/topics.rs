@@ -3,8 +3,8 @@
 use bags::resolve;
 use scenarios::Error;
 
-use super::args::SimArgs;
 use super::navigation;
+use crate::sim::SimArgs;
 
 /// The names, resolved in a namespace and remapped.
 #[derive(Debug)]

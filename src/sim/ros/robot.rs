@@ -12,7 +12,6 @@ use runs::{Orders, Pilot, Sensed};
 use scenarios::Error;
 use scenarios::scenario::Scenario;
 
-use super::args::SimArgs;
 use super::commands::{self, Command};
 use super::frames::Frames;
 use super::hub::{Incoming, Station, Wanted, stations};
@@ -22,6 +21,7 @@ use super::topics::Topics;
 use crate::moment::moment;
 use crate::output::note;
 use crate::run::Driver;
+use crate::sim::SimArgs;
 
 /// How long one look for messages takes at most.
 const PATIENCE: Duration = Duration::from_millis(50);

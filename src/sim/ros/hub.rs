@@ -122,10 +122,10 @@ impl Shared {
             let topic = &node.survey().topics[head.topic];
             if let Some(place) = state.robots.iter().position(|robot| robot.topics.contains(&topic.name)) {
                 let (topic, kind) = (topic.name.clone(), topic.kind.clone());
-                let name = topic.clone();
-                let size = body.len();
+                let (name, size) = (topic.clone(), body.len());
                 let incoming = Incoming { topic, kind, body: std::mem::take(body) };
-                state.keep(&name, size, |state| &mut state.robots[place].messages, incoming);
+                let Traffic { robots, left_out, .. } = &mut *state;
+                keep(&mut robots[place].messages, incoming, &name, size, left_out);
                 self.rings[place].notify_one();
             }
         }
@@ -133,7 +133,8 @@ impl Shared {
             let place = state.robots.iter().position(|robot| request.service.starts_with(&robot.services));
             if let Some(place) = place {
                 let (name, size) = (request.service.clone(), request.body.len());
-                state.keep(&name, size, |state| &mut state.robots[place].requests, request);
+                let Traffic { robots, left_out, .. } = &mut *state;
+                keep(&mut robots[place].requests, request, &name, size, left_out);
             }
         }
         if state.read != *node.read() {
@@ -176,23 +177,24 @@ impl Shared {
     }
 }
 
-impl Traffic {
-    /// Keeps what has come under a name, unless it is too large; the oldest gives way if there is too much.
-    fn keep<T>(&mut self, name: &str, size: usize, waiting: impl Fn(&mut Self) -> &mut VecDeque<T>, new: T) {
-        let is_too_large = size > LARGEST;
-        let waiting_now = waiting(self);
-        let is_too_much = waiting_now.len() == MOST;
-        if !is_too_large {
-            if is_too_much {
-                waiting_now.pop_front();
-            }
-            waiting_now.push_back(new);
+/// Keeps what has come under a name, unless it is too large; the oldest gives way if there is too much. That is
+/// mentioned once, which `left_out` remembers.
+fn keep<T>(waiting: &mut VecDeque<T>, new: T, name: &str, size: usize, left_out: &mut BTreeSet<String>) {
+    let why = if size > LARGEST {
+        format!("{size} bytes are too many")
+    } else {
+        let is_full = waiting.len() == MOST;
+        if is_full {
+            waiting.pop_front();
         }
-        if (is_too_large || is_too_much) && self.left_out.insert(name.to_owned()) {
-            let why =
-                if is_too_large { format!("{size} bytes are too many") } else { "more comes than is taken".to_owned() };
-            note(&format!("some of what comes on {name} is left out: {why}"));
+        waiting.push_back(new);
+        if !is_full {
+            return;
         }
+        "more comes than is taken".to_owned()
+    };
+    if left_out.insert(name.to_owned()) {
+        note(&format!("some of what comes on {name} is left out: {why}"));
     }
 }
 
@@ -311,14 +313,12 @@ mod tests {
 
     #[test]
     fn what_nobody_takes_makes_room_for_what_is_newer_and_nothing_long_is_kept() {
-        let shared = shared(1);
-        let mut state = shared.state();
+        let (mut waiting, mut left_out) = (VecDeque::new(), BTreeSet::new());
         for number in 0..MOST + 5 {
-            let incoming = Incoming { topic: number.to_string(), kind: String::new(), body: Vec::new() };
-            state.keep("/a", 4, |state| &mut state.robots[0].messages, incoming.clone());
-            state.keep("/b", LARGEST + 1, |state| &mut state.robots[0].messages, incoming);
+            keep(&mut waiting, number, "/a", 4, &mut left_out);
+            keep(&mut waiting, number, "/b", LARGEST + 1, &mut left_out);
         }
-        assert_eq!((state.robots[0].messages.len(), state.robots[0].messages[0].topic.as_str()), (MOST, "5"));
-        assert_eq!(state.left_out, ["/a", "/b"].map(str::to_owned).into());
+        assert_eq!((waiting.len(), waiting[0]), (MOST, 5));
+        assert_eq!(left_out, ["/a", "/b"].map(str::to_owned).into());
     }
 }

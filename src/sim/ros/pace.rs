@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use robot::VelocityCommand;
 
-use super::args::SimArgs;
 use super::commands::Command;
 use crate::moment::moment;
+use crate::sim::SimArgs;
 
 /// A base stops if no command has come for so long, and stamps that are older are those of an earlier time.
 pub(super) const STALE: Duration = Duration::from_millis(500);

@@ -1,0 +1,33 @@
+//! The simulated robot in a DDS domain.
+
+mod action;
+mod commands;
+mod frames;
+mod hub;
+mod navigation;
+mod pace;
+mod robot;
+mod topics;
+
+use std::process::ExitCode;
+
+use campaigns::Error;
+use runs::Others;
+
+use crate::sim::SimArgs;
+use crate::{live, run};
+
+pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
+    let (found, options) = (scenarios::scenario::find::find(&args.scenario)?, &args.options);
+    let Some(page) = args.board.page() else {
+        return run::piloted(&found, options, &args.namespaces, |scenario| robot::join(args, scenario));
+    };
+    if args.namespaces.len() > 1 {
+        return Err(Error::refused("a page shows one robot", "name one namespace"));
+    }
+    let joined = args.clone();
+    live::session(found, &options.set, options.seed, &page, move |scenario| {
+        let driver = robot::join(&joined, scenario)?.pop().expect("there is a robot in each namespace");
+        Ok(Others::Pilot(driver))
+    })
+}
