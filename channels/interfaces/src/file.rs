@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use channels::Symbol;
+use channels::{FieldKind, Symbol};
 use diagnostics::document::{Document, Item, Key, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 use ros_messages::Message;
@@ -25,7 +25,9 @@ impl Interface {
     ///   `pose.position.x` is the field `pose_position_x`, the items of `float64[3] point` are `point_0` to `point_2`.
     ///   Items of a bounded array may be missing. An unbounded array is refused.
     /// - `fields = ["pose.position", "ranges[0]"]` selects fields, and `fields = { nearest = "ranges[0]" }` also
-    ///   renames them. The keys `request`, `reply`, `goal`, `feedback` and `result` do the same.
+    ///   renames them. The keys `request`, `reply`, `goal`, `feedback` and `result` do the same. With
+    ///   `fields = { state = { path = "data", symbols = ["open", "closed"] } }`, a text of the definition is one of
+    ///   these symbols.
     /// - A type `geometry_msgs/Pose` is looked up as `geometry_msgs/msg/Pose.msg`: beside the package that uses it, in
     ///   each parent folder up to that of the file, and in `packages`. Otherwise it is the one
     ///   [on board](ros_messages::on_board), if all distributions of ROS 2 have it alike.
@@ -40,7 +42,7 @@ impl Interface {
     /// ```
     /// use std::path::Path;
     ///
-    /// use channels::Symbol;
+    /// use channels::{FieldKind, Symbol};
     /// use interfaces::Interface;
     ///
     /// let text = "[services.say]\nrequest = { text = 'text', at = 'place?' }\nreply = { seconds = 'real' }\n";
@@ -104,9 +106,12 @@ fn fields_of<const N: usize>(parts: [PartKey; N]) -> Value {
     let text = json!({ "type": "string" });
     let symbols = json!({ "type": "array", "items": text, "minItems": 1 });
     let kinds = json!({ "type": "object", "additionalProperties": { "anyOf": [{ "enum": names }, symbols] } });
-    let selection = json!({
-        "anyOf": [{ "type": "array", "items": text }, { "type": "object", "additionalProperties": text }],
+    let one_of = json!({
+        "type": "object", "additionalProperties": false, "required": ["path", "symbols"],
+        "properties": { "path": text, "symbols": symbols },
     });
+    let named = json!({ "type": "object", "additionalProperties": { "anyOf": [text, one_of] } });
+    let selection = json!({ "anyOf": [{ "type": "array", "items": text }, named] });
     let all = |takes: Value| {
         let parts: Map<String, Value> = parts.iter().map(|(key, ..)| ((*key).to_owned(), takes.clone())).collect();
         json!({ "properties": parts })
@@ -223,8 +228,16 @@ impl InterfaceReader<'_> {
 /// Which fields of a part of a definition are selected.
 enum Selection {
     All,
-    /// These paths, some under other names.
-    Some(Vec<(Option<String>, Spanned<String>)>),
+    Some(Vec<SelectedPath>),
+}
+
+/// A path in a definition that a file selects.
+struct SelectedPath {
+    /// The name of its field, if the file chooses one.
+    name: Option<String>,
+    path: Spanned<String>,
+    /// The symbols that the text there can be.
+    symbols: Option<FieldKind>,
 }
 
 fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
@@ -233,11 +246,14 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
     }
     let item = table.get::<Item<'_>>(key).required()?;
     if let Some(fields) = item.as_table() {
-        let read = |(name, _): (&str, _)| Some((Some(name.to_owned()), fields.text(name).spanned().required()?));
+        let read = |(name, _): (&str, _)| named_path(fields, name);
         return Some(Selection::Some(all(in_order(fields).into_iter().map(read))?));
     }
     match item.get::<Vec<Spanned<String>>>() {
-        Ok(paths) => Some(Selection::Some(paths.into_iter().map(|path| (None, path)).collect())),
+        Ok(paths) => {
+            let plain = |path| SelectedPath { name: None, path, symbols: None };
+            Some(Selection::Some(paths.into_iter().map(plain).collect()))
+        }
         Err(_) => {
             let wanted =
                 "an array of paths in the definition, such as [\"pose.position.x\"], or a table of names and paths";
@@ -245,6 +261,20 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
             None
         }
     }
+}
+
+/// The path that a file selects under a name: a text, or a table with the symbols that the text there can be.
+fn named_path(fields: Table<'_>, name: &str) -> Option<SelectedPath> {
+    let item = fields.get::<Item<'_>>(name).required()?;
+    let Some(table) = item.as_table() else {
+        let path = fields.text(name).spanned().required()?;
+        return Some(SelectedPath { name: Some(name.to_owned()), path, symbols: None });
+    };
+    let path = table.text("path").spanned().required();
+    let symbols = table.get::<Item<'_>>("symbols").words("a list of symbols").required()?;
+    let symbols = kind::read_symbols(&symbols);
+    let symbols = symbols.map_err(|problems| problems.into_iter().for_each(|problem| table.report(problem))).ok()?;
+    Some(SelectedPath { name: Some(name.to_owned()), path: path?, symbols: Some(symbols) })
 }
 
 /// A field of a definition.
@@ -272,16 +302,31 @@ fn selected(
         let leaves = flattening.all(definition, part)?.into_iter();
         return Some(leaves.map(|leaf| field(plain(&leaf.path), leaf, &flattening.named.span)).collect());
     };
-    let read = paths.into_iter().map(|(name, selected)| {
-        let leaves = flattening.at(definition, part, &selected)?.into_iter();
+    let read = paths.into_iter().map(|SelectedPath { name, path: selected, symbols }| {
+        let mut leaves = flattening.at(definition, part, &selected)?;
+        if let Some(symbols) = symbols {
+            let [FlatField { kind, .. }] = &mut leaves[..] else { return not_a_text(flattening, &selected) };
+            match kind {
+                FieldKind::Text => *kind = symbols,
+                FieldKind::Optional(inner) if **inner == FieldKind::Text => **inner = symbols,
+                _ => return not_a_text(flattening, &selected),
+            }
+        }
         // A name that the file chooses stands for the path that it selects.
         let named = |path: &str| match (&name, path.strip_prefix(&selected.value)) {
             (Some(name), Some(below)) => format!("{name}{}", plain(below)),
             _ => plain(path),
         };
-        Some(leaves.map(|leaf| field(named(&leaf.path), leaf, &selected.span)).collect::<Vec<_>>())
+        Some(leaves.into_iter().map(|leaf| field(named(&leaf.path), leaf, &selected.span)).collect::<Vec<_>>())
     });
     Some(all(read)?.into_iter().flatten().collect())
+}
+
+/// Reports a path whose symbols could not be there.
+fn not_a_text<T>(flattening: &Flattening<'_, '_, '_>, path: &Spanned<String>) -> Option<T> {
+    let problem = path.span.problem(format!("`{}` is not a string, so it cannot be one of these symbols", path.value));
+    flattening.table.report(problem.with_label("this path").with_help("leave out `symbols`"));
+    None
 }
 
 /// The name of a field of a channel: `pose_position_x` for `pose.position.x`, `covariance_3` for `covariance[3]`.

@@ -60,6 +60,19 @@ fn named(text: &str, item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Pr
     Ok(if wrapped.is_some() { wrap(Box::new(kind)) } else { kind })
 }
 
+/// The symbols that an item of a file lists: what a text of a ROS definition can be.
+pub(crate) fn read_symbols(item: &Item<'_>) -> Result<FieldKind, Vec<Problem>> {
+    let Some(items) = item.as_array() else {
+        return Err(vec![item.wrong("a list of symbols, such as [\"open\", \"closed\"]")]);
+    };
+    match listed(item, &items)? {
+        FieldKind::Optional(_) => {
+            Err(vec![item.wrong("a list of symbols without \"?\": the definition says what may be missing")])
+        }
+        symbols => Ok(symbols),
+    }
+}
+
 /// An item of a list of symbols, if it may follow the items before it.
 fn symbol(item: &Item<'_>, before: &[Symbol], is_optional: bool) -> Result<Symbol, Problem> {
     let name = item.as_text().ok_or_else(|| item.wrong("a symbol, as a string"))?;

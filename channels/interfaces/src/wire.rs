@@ -48,6 +48,12 @@ impl WirePart {
         self.paths.is_empty()
     }
 
+    /// Whether a field of the interface is this field of the message, or in it.
+    #[must_use]
+    pub fn selects(&self, name: &str) -> bool {
+        self.paths.iter().any(|path| path.first().is_some_and(|step| step.name == name))
+    }
+
     /// The fields of the interface in a message of this type, in order. One that the message lacks is
     /// [`Passed`](Value::Passed).
     #[must_use]

@@ -225,6 +225,46 @@ fn a_file_selects_and_renames_fields_of_a_definition() {
 }
 
 #[test]
+fn a_text_of_a_definition_can_be_one_of_several_symbols() {
+    let text = r#"
+        [services.get_state]
+        ros = "std_srvs/srv/Trigger.srv"
+        reply = { state = { path = "message", symbols = ["open", "closed"] }, done = "success" }
+        [topics.states]
+        ros = "x/msg/States.msg"
+        fields = { last = { path = "names[0]", symbols = ["open", "closed"] } }
+    "#;
+    let interface = load([("robot/arm.toml", text), ("robot/x/msg/States.msg", "string[] names")]).unwrap();
+    assert_eq!(fields(&interface.services[0].reply), ["state: <open> | <closed>", "done: bool"]);
+    assert_eq!(fields(&interface.topics[0].fields), ["last: <open> | <closed> | <none>"]);
+    let wrong = r#"
+        [topics.told]
+        ros = "x/msg/Told.msg"
+        [topics.told.fields]
+        c = { path = "text", symbols = [] }
+        d = { path = "text", symbols = ["one", "?"] }
+        e = { path = "text", symbols = "one" }
+        f = { path = "text" }
+        g = { symbols = ["one"] }
+        h = { path = "text", symbol = ["one"], symbols = ["one"] }
+    "#;
+    let elsewhere = r#"
+        [topics.told]
+        ros = "x/msg/Told.msg"
+        [topics.told.fields]
+        a = { path = "number", symbols = ["one"] }
+        b = { path = "texts[]", symbols = ["one"] }
+        c = { path = "both", symbols = ["one"] }
+    "#;
+    let told = "int8 number\nstring text\nstring[] texts\nBoth both\n";
+    let both = "string one\nstring other\n";
+    let both = [wrong, elsewhere].map(|text| {
+        problems([("robot/arm.toml", text), ("robot/x/msg/Told.msg", told), ("robot/x/msg/Both.msg", both)])
+    });
+    insta::assert_snapshot!(both.concat());
+}
+
+#[test]
 fn arrays_become_lists() {
     let text = r#"
         [topics.scan]
