@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use bevy_ecs::prelude::*;
+use maps::Point;
+use nalgebra::Vector2;
 use rapier2d::prelude::ColliderHandle;
 
 use crate::clock::Clock;
@@ -22,6 +24,12 @@ pub struct Contact {
     pub obstacle: Option<String>,
     /// How long the obstacle had been at rest when it was touched.
     pub at_rest: Duration,
+    /// Where it is on the robot's edge, in the robot's frame, `base_link`, in meters.
+    pub at: Point,
+    /// The direction in which the robot is pushed there, in the same frame: a unit vector.
+    pub normal: Vector2<f64>,
+    /// How deep the bodies overlap, in meters; 0 if they only touch.
+    pub depth_m: f64,
 }
 
 /// The bodies that the robot touches. All walls together are one body: sliding from one to the next is a single
@@ -45,12 +53,12 @@ impl Contacts {
 
     /// A contact begins when two bodies push each other, and ends when there is a gap between them. `begin` records the
     /// touched body.
-    fn update(&mut self, touches: &[Touch], begin: impl Fn(ColliderHandle) -> Contact) {
+    fn update(&mut self, touches: &[Touch], begin: impl Fn(&Touch) -> Contact) {
         self.touching.retain(|held| touches.iter().any(|touch| touch.other == *held && touch.gap_m <= RELEASE_GAP_M));
         for touch in touches.iter().filter(|touch| touch.pushing) {
             if !self.touching.contains(&touch.other) {
                 self.touching.push(touch.other);
-                self.begun.push(begin(touch.other));
+                self.begun.push(begin(touch));
             }
         }
     }
@@ -68,11 +76,18 @@ pub(crate) fn count_contacts(
     if touches.is_empty() && !contacts.is_touching() {
         return;
     }
-    contacts.update(&touches, |other| {
-        let touched = obstacles.iter().find(|(body, ..)| body.has(other));
+    contacts.update(&touches, |touch| {
+        let touched = obstacles.iter().find(|(body, ..)| body.has(touch.other));
         let since = touched.map_or(Duration::ZERO, |(.., rest)| rest.0);
         let obstacle = touched.map(|(_, obstacle, _)| obstacle.name.clone());
-        Contact { time: clock.now, obstacle, at_rest: clock.now.saturating_sub(since) }
+        Contact {
+            time: clock.now,
+            obstacle,
+            at_rest: clock.now.saturating_sub(since),
+            at: touch.at,
+            normal: -touch.outwards,
+            depth_m: f64::from(-touch.gap_m).max(0.0),
+        }
     });
 }
 
@@ -81,11 +96,13 @@ mod tests {
     use super::*;
 
     fn touch(other: u32, gap_m: f32, pushing: bool) -> Touch {
-        Touch { other: ColliderHandle::from_raw_parts(other, 0), gap_m, pushing }
+        let (at, outwards) = (Point::origin(), Vector2::x());
+        Touch { other: ColliderHandle::from_raw_parts(other, 0), gap_m, pushing, at, outwards }
     }
 
-    fn wall(_: ColliderHandle) -> Contact {
-        Contact { time: Duration::ZERO, obstacle: None, at_rest: Duration::ZERO }
+    fn wall(touch: &Touch) -> Contact {
+        let (at, normal) = (touch.at, -touch.outwards);
+        Contact { time: Duration::ZERO, obstacle: None, at_rest: Duration::ZERO, at, normal, depth_m: 0.0 }
     }
 
     #[test]

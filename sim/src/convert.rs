@@ -52,7 +52,8 @@ pub(crate) fn to_glam(vector: Vector2<f64>) -> GlamVector {
     GlamVector::new(vector.x as f32, vector.y as f32)
 }
 
-fn from_glam(vector: GlamVector) -> Vector2<f64> {
+/// A direction, a velocity or a difference of rapier or parry.
+pub(crate) fn from_glam(vector: GlamVector) -> Vector2<f64> {
     Vector2::new(f64::from(vector.x), f64::from(vector.y))
 }
 

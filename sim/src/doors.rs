@@ -47,6 +47,16 @@ impl Leaf {
         self.open
     }
 
+    /// How far its joint has moved from where it is closed: a leaf that swings in radians, counter-clockwise; one that
+    /// slides in meters, along its length.
+    pub(crate) fn joint(&self) -> f64 {
+        match self.door.opening {
+            Opening::Slide => self.open * self.length_m,
+            Opening::Left => self.open * std::f64::consts::FRAC_PI_2,
+            Opening::Right => -self.open * std::f64::consts::FRAC_PI_2,
+        }
+    }
+
     /// Opens or closes it, overriding its schedule.
     pub(crate) fn command(&mut self, open: bool) {
         self.commanded = Some(open);
@@ -55,18 +65,17 @@ impl Leaf {
     /// The pose of the leaf's center.
     pub(crate) fn pose(&self) -> Pose {
         let along = |length_m: f64| Point::new(length_m, 0.0);
-        let swung = |turn: f64| {
+        let swung = |turn_rad: f64| {
             let hinge = self.closed * along(-0.5 * self.length_m);
-            let rotation = self.closed.rotation * UnitComplex::new(turn * std::f64::consts::FRAC_PI_2);
+            let rotation = self.closed.rotation * UnitComplex::new(turn_rad);
             Pose::from_parts((hinge + rotation * along(0.5 * self.length_m).coords).coords.into(), rotation)
         };
         match self.door.opening {
             Opening::Slide => {
-                let middle = self.closed * along(self.open * self.length_m);
+                let middle = self.closed * along(self.joint());
                 Pose::from_parts(middle.coords.into(), self.closed.rotation)
             }
-            Opening::Left => swung(self.open),
-            Opening::Right => swung(-self.open),
+            Opening::Left | Opening::Right => swung(self.joint()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Bodies and contacts: the world of rapier2d.
 
 use bevy_ecs::prelude::*;
-use maps::{Pose, Shape};
+use maps::{Point, Pose, Shape};
 use nalgebra::Vector2;
 use parry2d::shape::SharedShape;
 use rapier2d::prelude::{
@@ -10,7 +10,7 @@ use rapier2d::prelude::{
 
 use crate::building::Building;
 use crate::config::{ObstacleConfig, ObstacleMotion};
-use crate::convert::{LocalFrame, to_glam};
+use crate::convert::{LocalFrame, from_glam, to_glam};
 
 /// Friction between floor and movable obstacles, as the decay rate of their motion, in 1/s.
 const FLOOR_DAMPING_PER_S: f32 = 5.0;
@@ -38,6 +38,10 @@ pub(crate) struct Touch {
     pub(crate) gap_m: f32,
     /// Whether they push each other.
     pub(crate) pushing: bool,
+    /// Where they are nearest to each other, or overlap most: a point on the body's edge, in its own frame; and the
+    /// direction from there out of the body, a unit vector.
+    pub(crate) at: Point,
+    pub(crate) outwards: Vector2<f64>,
 }
 
 /// All bodies. Rapier computes in the building's frame; poses in this interface are in the `map` frame.
@@ -135,9 +139,13 @@ impl Physics {
     /// The bodies that touch a body, or nearly do.
     pub(crate) fn touches(&self, body: Body) -> impl Iterator<Item = Touch> + '_ {
         self.world.narrow_phase.contact_pairs_with(body.collider).filter_map(move |pair| {
-            let other = if pair.collider1 == body.collider { pair.collider2 } else { pair.collider1 };
-            let (_, deepest) = pair.find_deepest_contact()?;
-            Some(Touch { other, gap_m: deepest.dist, pushing: pair.total_impulse_magnitude() > 0.0 })
+            let (manifold, deepest) = pair.find_deepest_contact()?;
+            let (other, at, outwards) = match pair.collider1 == body.collider {
+                true => (pair.collider2, deepest.local_p1, manifold.local_n1),
+                false => (pair.collider1, deepest.local_p2, manifold.local_n2),
+            };
+            let (at, outwards) = (from_glam(at).into(), from_glam(outwards));
+            Some(Touch { other, gap_m: deepest.dist, pushing: pair.total_impulse_magnitude() > 0.0, at, outwards })
         })
     }
 }

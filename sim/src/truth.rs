@@ -162,6 +162,16 @@ impl<'a> Truth<'a> {
         Some(self.world.get::<Leaf>(named::<Leaf>(self.world, name)?)?.opening())
     }
 
+    /// The doors, each with how far its leaf has moved from where it is closed: one that swings in radians,
+    /// counter-clockwise; one that slides in meters.
+    pub fn doors(&self) -> impl Iterator<Item = (&'a str, f64)> {
+        let world = self.world;
+        world.resource::<Obstacles>().0.iter().filter_map(move |entity| {
+            let (obstacle, leaf) = world.get::<Obstacle>(*entity).zip(world.get::<Leaf>(*entity))?;
+            Some((obstacle.name.as_str(), leaf.joint()))
+        })
+    }
+
     /// Whether nothing blocks the straight line from the robot's center to a point of the `map` frame. Walls, doors'
     /// leaves and fixed obstacles do; people and boxes that can be pushed do not.
     #[must_use]

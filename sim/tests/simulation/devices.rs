@@ -59,6 +59,7 @@ fn a_door_opens_and_closes_on_command_and_forgets_its_schedule() {
     assert!((half_m - 0.5).abs() < 0.02, "{half_m}");
     drive(&mut sim, 0.0, 0.0, 51);
     assert_eq!(sim.truth().door_opening("door"), Some(1.0));
+    assert_eq!(sim.truth().doors().collect::<Vec<_>>(), [("door", 2.0)]);
     drive(&mut sim, 0.45, 0.0, 250);
     assert!(x_of(&sim) > 5.0, "{}", x_of(&sim));
     assert!(sim.command_door("door", false));
@@ -79,6 +80,56 @@ fn a_door_that_is_told_to_close_waits_for_the_robot_in_it() {
     assert!(waits > 0.5 && waits < 1.0 && sim.truth().collisions() == 0, "{waits}");
     drive(&mut sim, 0.45, 0.0, 250);
     assert_eq!(sim.truth().door_opening("door"), Some(0.0));
+}
+
+#[test]
+fn the_joint_of_a_door_turns_or_slides_as_its_leaf_does() {
+    for (opening, joint) in [
+        (Opening::Slide, 2.0),
+        (Opening::Left, std::f64::consts::FRAC_PI_2),
+        (Opening::Right, -std::f64::consts::FRAC_PI_2),
+    ] {
+        let mut leaf = door([0, 1000]);
+        if let ObstacleMotion::Door(door) = &mut leaf.motion {
+            door.opening = opening;
+        }
+        let closed = leaf.pose;
+        // The robot is not in its way.
+        let config = SimConfig { obstacles: vec![leaf], ..SimConfig::default() };
+        let mut sim = in_a_room(&config, pose(1.0, 5.0, 0.0));
+        assert_eq!(sim.truth().doors().collect::<Vec<_>>(), [("door", 0.0)]);
+        sim.command_door("door", true);
+        drive(&mut sim, 0.0, 0.0, 101);
+        let (_, moved) = sim.truth().doors().next().expect("a door");
+        assert!((moved - joint).abs() < 1e-9, "{opening:?}: {moved}");
+        let leaf = closed.inv_mul(&place_of(&sim, "door").expect("its leaf"));
+        let has_moved = if opening == Opening::Slide { leaf.translation.x } else { leaf.rotation.angle() };
+        assert!((has_moved - joint).abs() < 1e-6, "{opening:?}: {leaf}");
+    }
+}
+
+#[test]
+fn a_contact_is_where_the_robot_touches_and_pushes_it_away() {
+    // The last crate is turned a little, to the robot's left.
+    for (bodies, at, obstacle, turned_rad) in [
+        (vec![], pose(4.0, 5.0, std::f64::consts::FRAC_PI_2), None, 0.0),
+        (vec![crate_at("crate", pose(4.0, 4.0, 0.0))], pose(4.0, 3.0, std::f64::consts::FRAC_PI_2), Some("crate"), 0.0),
+        (vec![crate_at("crate", pose(4.0, 2.0, 0.1))], pose(3.0, 2.0, 0.0), Some("crate"), 0.1),
+    ] {
+        let mut sim = in_a_room(&SimConfig { obstacles: bodies, ..SimConfig::default() }, at);
+        drive(&mut sim, 0.4, 0.0, 200);
+        let [contact] = sim.truth().contacts() else { panic!("{:?}", sim.truth().contacts()) };
+        assert_eq!(contact.obstacle.as_deref(), obstacle);
+        let expected = pose(0.0, 0.0, turned_rad) * nalgebra::Vector2::new(-1.0, 0.0);
+        assert!((contact.normal - expected).norm() < 0.01, "{contact:?}");
+        assert!((contact.at.coords + 0.3 * expected).norm() < 0.01, "{contact:?}");
+        assert!((0.0..0.02).contains(&contact.depth_m), "{contact:?}");
+    }
+    // Backwards.
+    let mut sim = among(vec![]);
+    drive(&mut sim, -0.4, 0.0, 400);
+    let [contact] = sim.truth().contacts() else { panic!("{:?}", sim.truth().contacts()) };
+    assert!(contact.at.x < -0.1 && contact.normal.x > 0.99, "{contact:?}");
 }
 
 #[test]
