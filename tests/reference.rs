@@ -98,7 +98,12 @@ fn interfaces() {
     compare_part("interfaces", "kinds", &table(["kind", "a field holds"], rows));
     let device =
         |kind: DeviceKind| format!("`builtin = \"{}\"`:\n\n```toml\n{}```\n", kind.name(), kind.interface_file());
-    compare_part("interfaces", "devices", &DeviceKind::ALL.map(device).join("\n"));
+    let definition = |name: &str| {
+        let text = read(&format!("components/devices/interfaces/{name}"));
+        format!("`{name}`:\n\n```text\n{text}```\n")
+    };
+    let definitions = ["steward_msgs/srv/GetPeople.srv", "steward_msgs/srv/Say.srv"].map(definition);
+    compare_part("interfaces", "devices", &[&DeviceKind::ALL.map(device)[..], &definitions].concat().join("\n"));
 }
 
 #[test]

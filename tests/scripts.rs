@@ -6,15 +6,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Scripts that other files run: the gate runs those.
-const RUN_BY: [(&str, &str); 35] = [
+const RUN_BY: [(&str, &str); 37] = [
     (".ci/same-bits", ".ci/seeds"),
     ("components/guide/tour_planner.py", "scenarios/guide.toml"),
     ("components/programs/examples/speaker.py", "components/programs/tests/conversation.rs"),
     ("ros/messages/tests/random_messages.py", "ros/messages/tests/foreign.py"),
     ("ros/network/tests/apart.py", "ros/network/tests/dds.py"),
     ("ros/network/tests/robots/bridge.py", "ros/network/tests/dds.py"),
+    ("ros/network/tests/robots/caller.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/cyclone.py", "ros/network/tests/dds.py"),
     ("ros/network/tests/robots/cyclone_actions.py", "ros/network/tests/robots/cyclone_server.py"),
+    ("ros/network/tests/robots/cyclone_caller.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/cyclone_goals.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/cyclone_nav2.py", "ros/network/tests/robots/cyclone_navigator.py"),
     ("ros/network/tests/robots/cyclone_navigator.py", "ros/network/tests/components.py"),

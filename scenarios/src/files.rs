@@ -10,7 +10,8 @@ use diagnostics::{Span, Spanned};
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
-static FOLDERS: [(&str, Dir<'static>); 8] = [
+static FOLDERS: [(&str, Dir<'static>); 9] = [
+    ("components/devices", include_dir!("$CARGO_MANIFEST_DIR/../components/devices/interfaces")),
     ("components/guide", include_dir!("$CARGO_MANIFEST_DIR/../components/guide")),
     ("components/nav2", include_dir!("$CARGO_MANIFEST_DIR/../components/nav2")),
     ("properties", include_dir!("$CARGO_MANIFEST_DIR/../monitors/properties")),

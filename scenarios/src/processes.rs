@@ -7,6 +7,9 @@ use recording::TREE;
 /// The name of the process that generates ticks.
 pub const TICK_GENERATOR: &str = "TickGenerator";
 
+/// The name of the process that stands for all nodes of ROS 2 that ask components, if there are some.
+pub const ROS: &str = "ROS";
+
 /// The names of the components of every scenario with a map, unless it describes others with these names.
 pub const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 

@@ -19,6 +19,7 @@ mod model;
 mod model_entry;
 mod monitoring;
 mod offer;
+mod offered;
 mod places;
 mod premises;
 mod prove;
@@ -58,6 +59,7 @@ pub use find::{Found, FoundKind};
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
 pub use monitoring::{MachineMonitor, Monitoring, Watched};
+pub use offered::OfferedComponents;
 pub use premises::{Premises, PremisesEntry, Sites, Start};
 pub use prove::{
     ALL_REACHED, AllowedFault, BatteryAssumption, Conduct, Drained, FaultAssumption, GENERAL, MessageAssumption,

@@ -15,6 +15,7 @@ Topics that it publishes, reliably:
   /clock, /tf, scan, odom       the time, where the robot is, scans of all lasers
   /tf_static, map               where the lasers are, and the map: both latched
   battery_state, contacts       the charge, and what the robot begins to touch
+  doors                         how far the world's doors are open: latched
   amcl_pose, particle_cloud     with --localize: where it believes that it is
   plan                          with --navigate: the way that is left
 
@@ -24,6 +25,9 @@ Topics that it reads:
 
 Action that it serves:
   navigate_to_pose              with --navigate: as Nav2's
+
+Doors, devices and other components whose interfaces have types of ROS 2 offer their
+services, topics and actions, each under its name: /Door/open, /Door/moved
 
 Frames: map, odom, base_footprint, base_link, and laser_NAME for each laser";
 
@@ -53,7 +57,7 @@ pub(crate) struct SimArgs {
     /// world of its own
     #[arg(long = "namespace", value_name = "NAMESPACE", value_parser = namespace)]
     pub(super) namespaces: Vec<String>,
-    /// Gives a topic or the action another name, as in ROS 2; may be given more than once
+    /// Gives a topic, a service or an action another name, as in ROS 2; may be given more than once
     #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping)]
     pub(super) remapped: Vec<Remapping>,
     /// Localizes the robot: publishes `amcl_pose`, `particle_cloud` and the transform from `map` to `odom`, and listens

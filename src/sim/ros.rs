@@ -1,7 +1,7 @@
 //! The simulated robot in a DDS domain.
 
-mod action;
 mod commands;
+mod exchange;
 mod frames;
 mod hub;
 mod navigation;

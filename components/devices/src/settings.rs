@@ -1,9 +1,16 @@
 //! The kinds of devices, and their settings.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::time::Duration;
 
 use interfaces::Interface;
+
+/// The definitions of ROS 2 that interfaces name and that ROS 2 does not have.
+const DEFINITIONS: [(&str, &str); 2] = [
+    ("steward_msgs/srv/GetPeople.srv", include_str!("../interfaces/steward_msgs/srv/GetPeople.srv")),
+    ("steward_msgs/srv/Say.srv", include_str!("../interfaces/steward_msgs/srv/Say.srv")),
+];
 
 /// A kind of device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,10 +80,15 @@ impl DeviceKind {
         }
     }
 
-    /// Its services and topics.
+    /// Its services and topics, with their types in ROS 2.
     #[must_use]
     pub fn interface(self) -> Interface {
-        let read = |_: &Path| Ok(self.interface_file().as_bytes().to_vec());
+        let own = [(self.name(), self.interface_file())];
+        let read = |path: &Path| {
+            let mut files = own.iter().chain(&DEFINITIONS);
+            let file = files.find(|(name, _)| Path::new(name) == path).ok_or(ErrorKind::NotFound)?;
+            Ok(file.1.as_bytes().to_vec())
+        };
         Interface::load(Path::new(self.name()), &[], &read).expect("a test loads all of them")
     }
 }

@@ -327,5 +327,7 @@ fn interfaces_of_all_kinds_can_be_read() {
     for kind in DeviceKind::ALL {
         let interface = kind.interface();
         assert!(!interface.services.is_empty() && interface.replies().is_ok(), "{}", kind.name());
+        let wires = interface.services.iter().map(|of| &of.wire).chain(interface.topics.iter().map(|of| &of.wire));
+        assert!(wires.clone().all(Result::is_ok), "{:?}", wires.collect::<Vec<_>>());
     }
 }

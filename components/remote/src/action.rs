@@ -58,6 +58,12 @@ pub fn feedback(action: &str) -> String {
     format!("{action}/_action/feedback")
 }
 
+/// The type of the feedback of an action of a type.
+#[must_use]
+pub fn feedback_kind(kind: &str) -> String {
+    format!("{kind}_FeedbackMessage")
+}
+
 /// The topic on which an action tells the status of its goals.
 #[must_use]
 pub fn status(action: &str) -> String {

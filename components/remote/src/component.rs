@@ -4,7 +4,8 @@ use interfaces::{Interface, Wire};
 
 use crate::action;
 
-/// A component that consists of nodes of ROS 2.
+/// What a component is in ROS 2: one that consists of nodes there, or one that is offered to nodes there. The names and
+/// types are the same, so that each can be the other's other side.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RemoteComponent {
     /// The namespace of its services, topics and actions: empty, or `/robot`.
@@ -25,22 +26,30 @@ pub(crate) struct RemoteOperation {
     pub(crate) fields: Vec<Vec<interfaces::Field>>,
 }
 
+/// Whether this can be a name in ROS 2, without a namespace.
+#[must_use]
+pub fn is_name(word: &str) -> bool {
+    word.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && word.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+}
+
 impl RemoteComponent {
     /// The component with this interface in a namespace, such as `/robot` or `/`.
     ///
     /// # Errors
-    /// All operations whose types in ROS 2 are not known, each with the reason.
-    pub fn new(namespace: &str, interface: &Interface) -> Result<Self, Vec<(String, String)>> {
+    /// All operations whose types in ROS 2 are not known, or whose names cannot be ones there, in words.
+    pub fn new(namespace: &str, interface: &Interface) -> Result<Self, Vec<String>> {
         let mut unknown = Vec::new();
         let mut operation = |name: &str, wire: &Result<Wire, String>, fields: &[&Vec<interfaces::Field>]| {
             let fields = fields.iter().map(|fields| (*fields).clone()).collect();
             match wire {
-                Ok(wire) => Some(RemoteOperation { name: name.to_owned(), wire: wire.clone(), fields }),
-                Err(why) => {
-                    unknown.push((name.to_owned(), why.clone()));
-                    None
+                Ok(wire) if is_name(name) => {
+                    return Some(RemoteOperation { name: name.to_owned(), wire: wire.clone(), fields });
                 }
+                Ok(_) => unknown.push(format!("`{name}` cannot be a name in ROS 2")),
+                Err(why) => unknown.push(format!("the type of `{name}` in ROS 2 is not known: {why}")),
             }
+            None
         };
         let services = interface.services.iter();
         let services =
@@ -69,10 +78,13 @@ impl RemoteComponent {
     /// The topics that it publishes, those of its actions' feedback among them: names and types.
     pub fn topics(&self) -> impl Iterator<Item = (String, String)> {
         let topics = self.topics.iter().map(|one| (self.full_name(one), one.wire.kind.clone()));
-        topics.chain(
-            self.actions
-                .iter()
-                .map(|one| (action::feedback(&self.full_name(one)), format!("{}_FeedbackMessage", one.wire.kind))),
-        )
+        let feedback =
+            |one: &RemoteOperation| (action::feedback(&self.full_name(one)), action::feedback_kind(&one.wire.kind));
+        topics.chain(self.actions.iter().map(feedback))
+    }
+
+    /// The latched topics on which its actions tell the status of their goals: names and types.
+    pub fn statuses(&self) -> impl Iterator<Item = (String, String)> {
+        self.actions.iter().map(|one| (action::status(&self.full_name(one)), action::STATUS_KIND.to_owned()))
     }
 }

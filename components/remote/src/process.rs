@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
-use ros_messages::{CdrReader, CdrWriter, Mismatch, Value};
+use ros_messages::{CdrReader, CdrWriter, Mismatch};
 use skills::{ChannelAdapter, Datum, Mishap, Undelivered};
 
 use crate::action::{
@@ -15,6 +15,7 @@ use crate::action::{
 };
 use crate::component::{RemoteComponent, RemoteOperation};
 use crate::convert;
+use crate::message::{Call, FromNode};
 
 /// The bytes before the fields of a message: how it is encoded.
 const ENCODING: usize = 4;
@@ -22,59 +23,8 @@ const ENCODING: usize = 4;
 /// Why nothing was answered.
 const NOBODY: &str = "nobody offers it";
 
-/// The most messages of feedback that wait for the process to act: beyond that, the oldest are lost.
-const MOST_FEEDBACK: usize = 100;
-
 /// The most mishaps of different kinds.
 const MOST_MISHAPS: usize = 100;
-
-/// A request that is to be sent.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Call {
-    /// The service, such as `/say`.
-    pub service: String,
-    /// Its type, such as `std_srvs/srv/Trigger`.
-    pub kind: String,
-    /// What its answer refers to: no other call of the run has this number.
-    pub number: u64,
-    /// The request, encoded, with the four bytes that say how.
-    pub body: Vec<u8>,
-}
-
-/// What has come from outside.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum FromNode {
-    /// The response to the call with this number.
-    Response {
-        /// That of the call.
-        number: u64,
-        /// The response, encoded; empty if nobody can respond.
-        body: Vec<u8>,
-    },
-    /// A message on a topic.
-    Message {
-        /// Its name, such as `/amcl_pose`.
-        topic: String,
-        /// The message, encoded.
-        body: Vec<u8>,
-    },
-}
-
-impl FromNode {
-    /// Waits among others: a newer message on a topic replaces an older one there, and of feedback, not all is kept.
-    pub fn wait_in(self, waiting: &mut Vec<Self>) {
-        if let Self::Message { topic, .. } = &self {
-            let is_older = |other: &Self| matches!(other, Self::Message { topic: of, .. } if of == topic);
-            let most = if action::is_feedback(topic) { MOST_FEEDBACK } else { 1 };
-            if waiting.iter().filter(|other| is_older(other)).count() >= most
-                && let Some(oldest) = waiting.iter().position(is_older)
-            {
-                waiting.remove(oldest);
-            }
-        }
-        waiting.push(self);
-    }
-}
 
 /// A component that consists of nodes of ROS 2, in a channel system.
 #[derive(Clone, Debug)]
@@ -200,8 +150,9 @@ impl RemoteProcess {
             Asked::Service if body.is_empty() => self.fail(&open.client, ERROR, NOBODY),
             Asked::Service => {
                 let operation = &self.component.services[open.operation];
-                match convert::data(&operation.wire.parts[1], &operation.fields[1], body) {
-                    Ok(data) => self.tell(&open.client, OK, &data, ERROR),
+                match convert::outcome(&operation.wire.parts[1], &operation.fields[1], body) {
+                    Ok(Ok(data)) => self.tell(&open.client, OK, &data, ERROR),
+                    Ok(Err(why)) => self.fail(&open.client, ERROR, &why),
                     Err(why) => self.fail(&open.client, ERROR, &format!("the response cannot be read: {why}")),
                 }
             }
@@ -250,7 +201,7 @@ impl RemoteProcess {
             }
         }
         let failed = format!("{action}.{REJECTED}");
-        self.tell(&open.client, &format!("{action}.{ACCEPTED}"), &nothing(), &failed);
+        self.tell(&open.client, &format!("{action}.{ACCEPTED}"), &convert::nothing(), &failed);
         if is_to_end {
             self.cancel(&open, id);
         }
@@ -270,7 +221,9 @@ impl RemoteProcess {
                 Ok(data) => self.tell(&open.client, &format!("{action}.{SUCCEEDED}"), &data, &aborted),
                 Err(why) => self.fail(&open.client, &aborted, &format!("the result cannot be read: {why}")),
             },
-            Ok(STATUS_CANCELED) => self.tell(&open.client, &format!("{action}.{CANCELED}"), &nothing(), &aborted),
+            Ok(STATUS_CANCELED) => {
+                self.tell(&open.client, &format!("{action}.{CANCELED}"), &convert::nothing(), &aborted)
+            }
             Ok(STATUS_ABORTED) => self.fail(&open.client, &aborted, "the server aborted the goal"),
             Ok(_) => self.fail(&open.client, &aborted, "the server does not know the goal"),
             Err(_) if body.is_empty() => self.fail(&open.client, &aborted, NOBODY),
@@ -349,7 +302,7 @@ impl RemoteProcess {
                 let action = &component.actions[operation];
                 let id = goal_id(self.run, self.last_number + 1);
                 let message = convert::message(&action.wire.parts[0], &action.fields[0], data);
-                match message.and_then(|goal| action.wire.parts[0].layout.encode(&identified(goal, id))) {
+                match message.and_then(|goal| action.wire.parts[0].layout.encode(&convert::identified(goal, id))) {
                     Ok(body) => {
                         let service = action::service(&component.full_name(action), SEND_GOAL);
                         let number = self.call(service, format!("{}_SendGoal", action.wire.kind), body);
@@ -410,14 +363,6 @@ impl RemoteProcess {
     }
 }
 
-impl Call {
-    /// Whether it does nothing but ask for the end of a goal, so that it can be sent again.
-    #[must_use]
-    pub fn asks_for_result(&self) -> bool {
-        self.service.ends_with(GET_RESULT)
-    }
-}
-
 impl Conversation {
     fn is_of(&self, client: &Arc<str>, operation: usize) -> bool {
         self.operation == operation && self.client.as_ref() == Some(client)
@@ -430,10 +375,6 @@ fn without_values(why: &Undelivered) -> String {
     words.split(", and ").next().unwrap_or_default().to_owned()
 }
 
-fn nothing() -> Datum {
-    Datum::object::<&str>([]).unwrap_or_default()
-}
-
 fn unsendable(why: Mismatch) -> String {
     format!("it cannot be sent: {why}")
 }
@@ -444,16 +385,6 @@ fn goal_id(run: u64, number: u64) -> [u8; 16] {
     id[..8].copy_from_slice(&run.to_le_bytes());
     id[8..].copy_from_slice(&number.to_le_bytes());
     id
-}
-
-/// A goal with its id: the first field of the message that carries it.
-fn identified(mut message: Value, id: [u8; 16]) -> Value {
-    if let Value::Message(fields) = &mut message
-        && let Some(first) = fields.first_mut()
-    {
-        *first = Value::Message(vec![Value::List(id.iter().map(|byte| Value::Int(i128::from(*byte))).collect())]);
-    }
-    message
 }
 
 /// A message that consists of a goal's id and these bytes.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use cockpit::Cockpit;
 use robot::Reading;
-use runs::{Orders, Others, Pilot, Sensed, Session};
+use runs::{FromNode, Orders, Others, Pilot, Sensed, Session};
 use scenarios::scenario::find;
 use serde_json::json;
 
@@ -67,7 +67,7 @@ impl Pilot for Driver {
         self.add("resume");
     }
 
-    fn leave(&mut self) {
+    fn leave(&mut self, _: &[FromNode]) {
         self.add("leave");
     }
 }

@@ -1,5 +1,7 @@
 //! Who else takes part in a run, in other programs.
 
+use remote::FromNode;
+
 use crate::outside::Outside;
 use crate::pilot::Pilot;
 
@@ -33,11 +35,11 @@ impl Others {
         }
     }
 
-    /// They take part no longer.
-    pub(crate) fn leave(&mut self) {
+    /// They take part no longer. This is the last that components have said to them.
+    pub(crate) fn leave(&mut self, said: &[FromNode]) {
         match self {
             Self::Nobody => {}
-            Self::Pilot(pilot) => pilot.leave(),
+            Self::Pilot(pilot) => pilot.leave(said),
             Self::Components(outside) => outside.leave(),
         }
     }

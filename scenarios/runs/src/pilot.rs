@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use components::Software;
+use maps::Point;
 use nav::{Goal, InitialPose};
+use remote::{Call, FromNode};
 use robot::{Reading, Robot, RobotModel, VelocityCommand};
 use sim::Simulation;
 
@@ -13,11 +15,16 @@ pub trait Pilot {
     /// known; none if it is not, and it is then asked again, with the same.
     fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders>;
 
+    /// Whether it carries what nodes of ROS 2 ask of the scenario's components, and what these say.
+    fn serves(&self) -> bool {
+        false
+    }
+
     /// The run goes on: its time has stood still since the last call.
     fn resume(&mut self) {}
 
-    /// The run is over.
-    fn leave(&mut self) {}
+    /// The run is over. The last that components have said to nodes of ROS 2 has not been heard yet.
+    fn leave(&mut self, _said: &[FromNode]) {}
 }
 
 /// A robot after a step of its run.
@@ -27,8 +34,26 @@ pub struct Sensed<'a> {
     pub now: Duration,
     /// What has read its sensors, and what that has made of it.
     pub software: &'a Software,
-    /// What its body has begun to touch in the step: `walls`, or the name of a body.
-    pub touched: &'a [&'a str],
+    /// What its body has begun to touch in the step.
+    pub touched: &'a [Touched<'a>],
+    /// The doors of the world, each with how far its leaf has moved from where it is closed: one that swings in
+    /// radians, counter-clockwise; one that slides in meters.
+    pub doors: &'a [(&'a str, f64)],
+    /// What components have said to nodes of ROS 2 since the last step.
+    pub said: &'a [FromNode],
+}
+
+/// What a robot's body has begun to touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touched<'a> {
+    /// `walls`, or the name of a body.
+    pub body: &'a str,
+    /// Where, on the robot's edge, in the frame `base_link`, in meters.
+    pub at: Point,
+    /// The direction in which the robot is pushed there, in the same frame: a unit vector.
+    pub normal: [f64; 2],
+    /// How deep the two overlap, in meters; 0 if they only touch.
+    pub depth_m: f64,
 }
 
 /// What a robot does until the next step.
@@ -40,6 +65,8 @@ pub struct Orders {
     pub trip: Option<TripOrder>,
     /// Where its own localization is told that it is.
     pub pose: Option<InitialPose>,
+    /// What nodes of ROS 2 ask of components.
+    pub calls: Vec<Call>,
     /// What else has happened, in words.
     pub happened: Vec<String>,
 }

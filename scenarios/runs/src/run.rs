@@ -12,7 +12,7 @@ use bt::{Outcome, Status};
 use channels::{ChannelSystem, Event, ProcessId, Scheduler};
 use monitors::Warnings;
 use recording::{Happening, SceneClock, TraceHash, event_line};
-use remote::RemoteProcess;
+use remote::{FromNode, Offered, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
@@ -28,7 +28,7 @@ use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
 use crate::tree_errors::TreeErrors;
 use crate::truth::TruthShow;
-use crate::wiring::{Ids, Wired, start_programs, wire};
+use crate::wiring::{Ids, Wired, start_programs, wire_for};
 use crate::world::{SimulatedRobot, World};
 
 /// A running scenario.
@@ -50,6 +50,8 @@ pub struct Run {
     /// Who takes part from outside, and the processes of components that are nodes of ROS 2.
     others: Others,
     remote: Vec<ProcessId>,
+    /// What components have said to nodes of ROS 2 in the last step.
+    said: Vec<FromNode>,
     /// Whether a step has begun that waits for them.
     is_waiting: bool,
     /// The events of the last step.
@@ -126,12 +128,17 @@ impl Run {
     /// # Errors
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        Self::offering(scenario, seed, watch, &Arc::default())
+    }
+
+    /// The same, with these components offered to nodes of ROS 2.
+    fn offering(scenario: Arc<Scenario>, seed: u64, watch: bool, offered: &Arc<[Offered]>) -> Result<Self, Error> {
         if let Some((name, namespace)) = scenario.remote_components().next() {
             let problem = namespace.span.problem(format!("the component {name} consists of nodes of ROS 2"));
             let help = "`steward run` and `steward live` run a scenario with such a component, alone";
             return Err(Error::bad_input(problem.with_label("which are not part of this run").with_help(help)));
         }
-        let mut run = Self::prepare(scenario, seed, watch)?;
+        let mut run = Self::prepare_for(scenario, seed, watch, offered)?;
         start_programs(&run.scenario, &mut run.system)?;
         Ok(run)
     }
@@ -141,8 +148,12 @@ impl Run {
     /// # Errors
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
     pub fn prepare(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        Self::prepare_for(scenario, seed, watch, &Arc::default())
+    }
+
+    fn prepare_for(scenario: Arc<Scenario>, seed: u64, watch: bool, offered: &Arc<[Offered]>) -> Result<Self, Error> {
         let streams = Streams::new(seed);
-        let mut wired = wire(&scenario, &streams)?;
+        let mut wired = wire_for(&scenario, &streams, offered)?;
         let mut complaints = Complaints::default();
         let kind = RunKind::of(&scenario, &wired, &mut complaints);
         // A schedule takes the place of the robot's physics and drivers.
@@ -173,6 +184,7 @@ impl Run {
             kind,
             others: Others::Nobody,
             remote,
+            said: Vec::new(),
             is_waiting: false,
             events: Vec::new(),
             stirred: false,

@@ -16,12 +16,12 @@ use devices::DeviceProcess;
 use diagnostics::Spanned;
 use programs::ProgramProcess;
 use recording::TREE;
-use remote::RemoteProcess;
+use remote::{Offered, RemoteClients, RemoteProcess};
 use roaml::{Model, Wiring};
 use robot::Streams;
 use scenarios::names::unknown;
 use scenarios::occurrences::occurrences;
-use scenarios::processes::TICK_GENERATOR;
+use scenarios::processes::{ROS, TICK_GENERATOR};
 use scenarios::scenario::{
     Behavior, ComponentEntry, Order, Policy, Runs, RunsEntry, Scenario, TreeForm, TreeIds, Truths, misfit,
 };
@@ -51,6 +51,8 @@ pub struct Ids {
     pub tree: Option<TreeIds>,
     /// The components of a robot, if there is one.
     pub robot: Option<Processes>,
+    /// What stands for nodes of ROS 2 to which components are offered, if there are any.
+    pub clients: Option<ProcessId>,
 }
 
 /// Wires tree, skills and components of a scenario.
@@ -58,13 +60,19 @@ pub struct Ids {
 /// # Errors
 /// [`Error::BadInput`] with everything that does not fit together.
 pub fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
-    wire_with(scenario, streams, Scenario::declare_truths)
+    wire_for(scenario, streams, &Arc::default())
+}
+
+/// The same, with these components offered to nodes of ROS 2.
+pub(crate) fn wire_for(scenario: &Scenario, streams: &Streams, offered: &Arc<[Offered]>) -> Result<Wired, Error> {
+    wire_with(scenario, streams, offered, Scenario::declare_truths)
 }
 
 /// Wires a scenario whose world shows this to monitors.
 fn wire_with(
     scenario: &Scenario,
     streams: &Streams,
+    offered: &Arc<[Offered]>,
     truths: fn(&Scenario, &mut Topology) -> Result<Option<Truths>, WiringError>,
 ) -> Result<Wired, Error> {
     let tree = match &scenario.behavior {
@@ -73,7 +81,7 @@ fn wire_with(
     };
     let mut complaints = Complaints::default();
     let mut topology = Topology::default();
-    let (ids, robot) = scenario.declare(tree, &mut topology).map_err(refused)?;
+    let (ids, robot) = scenario.declare(tree, offered, &mut topology).map_err(refused)?;
     let mut processes = tree_processes(scenario, tree, &mut topology, ids).map_err(refused)?;
     let truths = truths(scenario, &mut topology).map_err(refused)?;
     // All processes and channels are declared before the first process is made: it looks up those that it uses.
@@ -100,12 +108,16 @@ fn wire_with(
             }
         }
     }
+    let clients = topology.find_process(ROS).filter(|_| !offered.is_empty());
+    if let Some(id) = clients {
+        processes.push((id, Box::new(RemoteClients::new(&topology, id, Arc::clone(offered)))));
+    }
     processes.extend(builtin_components(scenario, &topology, robot).map_err(refused)?);
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
     let scheduler = scheduler.expect("an unknown process was reported");
-    Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot }, truths })
+    Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot, clients }, truths })
 }
 
 /// Wires a model.
@@ -125,7 +137,7 @@ fn wire_model(scenario: &Scenario, model: &Model, streams: &Streams) -> Result<W
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
     let scheduler = scheduler.expect("an unknown process was reported");
-    Ok(Wired { system, scheduler, ids: Ids { tree, robot: None }, truths: None })
+    Ok(Wired { system, scheduler, ids: Ids { tree, robot: None, clients: None }, truths: None })
 }
 
 /// Starts the programs among the components.
@@ -160,7 +172,7 @@ pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
 /// # Errors
 /// [`Error::BadInput`] with everything that does not fit together.
 pub fn topology_for_properties(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
-    let wired = wire_with(scenario, &Streams::new(scenario.file.seed), Scenario::declare_all_truths)?;
+    let wired = wire_with(scenario, &Streams::new(scenario.file.seed), &Arc::default(), Scenario::declare_all_truths)?;
     Ok(Arc::clone(wired.system.topology()))
 }
 

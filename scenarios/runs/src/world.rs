@@ -9,12 +9,13 @@ use devices::{DeviceProcess, Surroundings};
 use maps::{Point, Shape, pose};
 use nav::{GiveUpReason, InitialPose};
 use recording::{Battery, Body, Navigation, RobotState, Scene, TraceHash, Truth};
+use remote::FromNode;
 use robot::{Reading, Robot, Streams, VelocityCommand};
 use scenarios::Error;
 use scenarios::scenario::Premises;
-use sim::{ObstacleConfig, ObstacleMotion, Simulation};
+use sim::{Contact, ObstacleConfig, ObstacleMotion, Simulation};
 
-use crate::pilot::{Passenger, Pilot, Sensed, TripOrder};
+use crate::pilot::{Orders, Passenger, Pilot, Sensed, Touched, TripOrder};
 
 /// A robot slower than this counts as at rest, in m/s and rad/s. Chosen, not measured.
 const AT_REST: f64 = 1e-3;
@@ -66,23 +67,30 @@ impl World {
         *advice = passenger.advice;
     }
 
-    /// Lets somebody else drive the robot after a step. Returns what else has happened, in words; none while it is not
-    /// known what the robot does.
-    pub(crate) fn obey(&mut self, pilot: &mut dyn Pilot, system: &mut ChannelSystem) -> Option<Vec<String>> {
+    /// Lets somebody else drive the robot after a step, who is told what components have said. Returns what was
+    /// ordered; none while it is not known what the robot does.
+    pub(crate) fn obey(
+        &mut self,
+        pilot: &mut dyn Pilot,
+        said: &[FromNode],
+        system: &mut ChannelSystem,
+    ) -> Option<Orders> {
         let SimulatedRobot { sim, software, advice, .. } = self.robot.as_mut()?;
-        let contacts = sim.truth().contacts();
-        let new = contacts.iter().skip_while(|contact| contact.time < self.now);
-        let touched: Vec<&str> = new.map(|of| of.obstacle.as_deref().unwrap_or("walls")).collect();
-        let orders = pilot.drive(&Sensed { now: self.now, software, touched: &touched })?;
+        let truth = sim.truth();
+        let new = truth.contacts().iter().skip_while(|contact| contact.time < self.now);
+        let touched: Vec<Touched<'_>> = new.map(touched).collect();
+        let doors: Vec<(&str, f64)> = truth.doors().collect();
+        let sensed = Sensed { now: self.now, software, touched: &touched, doors: &doors, said };
+        let mut orders = pilot.drive(&sensed)?;
         sim.drive(orders.velocity.unwrap_or(*advice));
         orders.pose.iter().for_each(|pose| software.believe(pose));
-        match orders.trip {
+        match orders.trip.take() {
             // One that has been frozen meanwhile does nothing, and its trip does not begin.
             Some(TripOrder::Start(goal)) => drop(software.drive_to(goal, system)),
             Some(TripOrder::End) => software.end_trip(),
             None => {}
         }
-        Some(orders.happened)
+        Some(orders)
     }
 
     /// Lets devices sense and act after a step.
@@ -396,6 +404,11 @@ impl Surroundings for Around<'_> {
     fn drop_box(&mut self, name: &str) -> bool {
         self.put_down_towards(name, 180.0)
     }
+}
+
+fn touched(Contact { obstacle, at, normal, depth_m, .. }: &Contact) -> Touched<'_> {
+    let body = obstacle.as_deref().unwrap_or("walls");
+    Touched { body, at: *at, normal: (*normal).into(), depth_m: *depth_m }
 }
 
 /// The record of a body.

@@ -183,8 +183,8 @@ impl FileReader<'_> {
             Ok(component) => return Some(Arc::new(component)),
             Err(untyped) => untyped,
         };
-        for (name, why) in untyped {
-            let problem = namespace.span.problem(format!("the type of `{name}` in ROS 2 is not known: {why}"));
+        for why in untyped {
+            let problem = namespace.span.problem(why);
             let help =
                 "give it a definition in a folder of its package: `ros = \"nav2_msgs/action/NavigateToPose.action\"`";
             self.complaints.push(problem.with_label("this component consists of nodes of ROS 2").with_help(help));

@@ -128,11 +128,7 @@ fn one_form() -> Value {
 }
 
 fn is_namespace(name: &str) -> bool {
-    let is_word = |word: &str| {
-        word.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
-            && word.starts_with(|first: char| !first.is_ascii_digit())
-    };
-    name == "/" || name.strip_prefix('/').is_some_and(|words| words.split('/').all(is_word))
+    name == "/" || name.strip_prefix('/').is_some_and(|words| words.split('/').all(remote::is_name))
 }
 
 /// The forms of a component: the key that selects each, the kind of a device, its name, and its keys.

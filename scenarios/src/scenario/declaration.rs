@@ -11,13 +11,14 @@ use diagnostics::Problem;
 use interfaces::Interface;
 use maps::Places;
 use recording::TREE;
+use remote::Offered;
 use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use super::leaves::entry_of;
 use super::offer::Offer;
 use super::{Component, LeafEntry, Runs, Scenario, Skill};
 use crate::error::Complaints;
-use crate::processes::{BUILTIN, TICK_GENERATOR};
+use crate::processes::{BUILTIN, ROS, TICK_GENERATOR};
 
 /// The tree and what generates its ticks.
 #[derive(Clone, Copy, Debug)]
@@ -40,15 +41,25 @@ impl TreeIds {
 
 impl Scenario {
     /// Declares all processes except the tree's nodes, and all channels except those between nodes: of the tree, and of
-    /// the robot's components if there is a robot. A model declares its own.
+    /// the robot's components if there is a robot. A model declares its own. If components are `offered` to nodes of
+    /// ROS 2, the process [`ROS`] stands for these, with channels to and from each of the components.
     ///
     /// # Errors
     /// [`WiringError`] if two parts do not fit together.
-    pub fn declare(&self, tree: &Tree, topology: &mut Topology) -> Result<(TreeIds, Option<Processes>), WiringError> {
+    pub fn declare(
+        &self,
+        tree: &Tree,
+        offered: &[Offered],
+        topology: &mut Topology,
+    ) -> Result<(TreeIds, Option<Processes>), WiringError> {
         let machines = self.machine_processes().map(|(name, skill)| Client::new(name, self.machines_of(name, skill)));
         let clients: Vec<Client<'_>> = machines.chain(self.components.iter().filter_map(Client::of_program)).collect();
         let parts = Parts { tree, leaves: &self.file.leaves, skills: &self.skills, components: &self.components };
-        declare(&parts, &clients, self.premises.as_ref().map(|premises| &premises.places), topology)
+        let offered: Vec<String> = offered.iter().map(|(name, _)| name.clone()).collect();
+        let outside = Client { name: ROS, machines: Vec::new(), components: &offered };
+        let outside = (!offered.is_empty()).then_some(outside);
+        let places = self.premises.as_ref().map(|premises| &premises.places);
+        declare(&parts, (&clients, outside), places, topology)
     }
 }
 
@@ -123,7 +134,7 @@ pub(crate) fn check_machines(
     if parts.tree.leaves().any(|leaf| parts.components.contains_key(leaf.process())) {
         return BTreeMap::new();
     }
-    if let Err(error) = declare(parts, &clients, places, &mut topology) {
+    if let Err(error) = declare(parts, (&clients, None), places, &mut topology) {
         complaints.push(misfit(&error));
         return BTreeMap::new();
     }
@@ -217,10 +228,10 @@ fn offers<'p>(parts: &Parts<'p>, clients: &[Client<'_>], places: Option<&Places>
 }
 
 /// Declares all processes except the tree's nodes, and all channels except those between nodes. Without `places`, there
-/// is no robot, and therefore none of its components.
+/// is no robot, and therefore none of its components. The last client is no process of the scenario.
 fn declare(
     parts: &Parts<'_>,
-    clients: &[Client<'_>],
+    (clients, outside): (&[Client<'_>], Option<Client<'_>>),
     places: Option<&Places>,
     topology: &mut Topology,
 ) -> Result<(TreeIds, Option<Processes>), WiringError> {
@@ -231,14 +242,17 @@ fn declare(
     let offers = offers(parts, clients, places);
     let components = offers.into_iter().map(|(name, offers)| Ok((name, topology.process(name)?, offers)));
     let components: Vec<(&str, ProcessId, Vec<Offer>)> = components.collect::<Result<_, WiringError>>()?;
+    if let Some(Client { name, .. }) = outside {
+        topology.process(name)?;
+    }
     bt::declare_channels(parts.tree, topology, tree.tree, tree.tick_generator)?;
     let mut lines = Lines::default();
     for (name, component, offers) in components {
         if let Some(Component { interface, .. }) = parts.components.get(name) {
             declare_interface(interface, component, topology);
         }
-        for client in clients.iter().filter(|client| client.name != name) {
-            let id = topology.find_process(client.name).expect("every machine's process has just been declared");
+        for client in clients.iter().chain(&outside).filter(|client| client.name != name) {
+            let id = topology.find_process(client.name).expect("every client's process has just been declared");
             declare_offers(client, id, name, component, &offers, &mut lines);
         }
     }

@@ -24,7 +24,7 @@ use crate::machine::{MAX_WAITING, Machine, Undelivered};
 /// once. Each channel has at most one open request, and one open goal per action: a client that asks again abandons its
 /// earlier request, and a process that serves others takes a client's next request only when it has answered the last
 /// one. (The tree is different: its requests are always taken, since a halt must reach a leaf that has not answered. So
-/// are those to a component that may never answer.)
+/// are those to a component that may never answer. And a [patient](Self::patient) process abandons nothing.)
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ChannelAdapter {
     pub(super) wiring: Arc<Wiring>,
@@ -39,13 +39,16 @@ pub struct ChannelAdapter {
     last_request: u64,
     /// Whether a client's next request is taken before the last one has been answered, which is then abandoned.
     abandons: bool,
+    /// Whether this process goes on waiting for the answer to a request when it asks again.
+    is_patient: bool,
 }
 
 /// The open conversations on a channel: the action of each, or none for a service, and its number.
 type Open = Vec<(Option<Arc<str>>, RequestNumber)>;
 
+/// The newest one.
 fn find(open: &Open, action: Option<&str>) -> Option<RequestNumber> {
-    open.iter().find(|(known, _)| known.as_deref() == action).map(|(_, number)| *number)
+    open.iter().rfind(|(known, _)| known.as_deref() == action).map(|(_, number)| *number)
 }
 
 fn begin(open: &mut Open, action: Option<&str>, number: RequestNumber) {
@@ -80,6 +83,7 @@ impl ChannelAdapter {
             wiring,
             last_request,
             abandons: false,
+            is_patient: false,
         }
     }
 
@@ -89,10 +93,24 @@ impl ChannelAdapter {
         Self { abandons: true, ..self }
     }
 
+    /// The same adapter, for a process that asks again before it has been answered, and awaits all answers: it asks for
+    /// several who do not know of each other.
+    #[must_use]
+    pub fn patient(self) -> Self {
+        Self { is_patient: true, ..self }
+    }
+
+    /// The number of the last request or goal that was sent.
+    #[must_use]
+    pub fn last_request(&self) -> RequestNumber {
+        RequestNumber(self.last_request)
+    }
+
     /// The adapter of a process that replaces this one: nothing is open, and answers to earlier requests are ignored.
     #[must_use]
     pub fn succeeding(&self) -> Self {
-        Self { abandons: self.abandons, ..Self::on(Arc::clone(&self.wiring), self.last_request) }
+        let Self { abandons, is_patient, .. } = *self;
+        Self { abandons, is_patient, ..Self::on(Arc::clone(&self.wiring), self.last_request) }
     }
 
     /// Offers to receive on every channel, and to send what waits; or else to choose, if there is a choice. Transitions
@@ -156,11 +174,11 @@ impl ChannelAdapter {
             (Role::Request | Role::Goal, Some(_)) => begin(&mut self.pending[index], action, envelope.request),
             (Role::Cancel, Some(_)) if find(&self.pending[index], action) != Some(envelope.request) => return None,
             (Role::Reply | Role::Feedback | Role::Result, Some(asked)) => {
-                if find(asked, action) != Some(envelope.request) {
-                    return None;
-                }
+                let is_its_own =
+                    |(of, number): &(Option<Arc<str>>, _)| of.as_deref() == action && *number == envelope.request;
+                let place = asked.iter().position(is_its_own)?;
                 if role != Role::Feedback {
-                    end(asked, action);
+                    asked.remove(place);
                 }
             }
             _ => {}
@@ -219,8 +237,12 @@ impl ChannelAdapter {
         match role {
             Role::Request | Role::Goal => {
                 self.last_request += 1;
-                begin(&mut self.asked[out], action, RequestNumber(self.last_request));
-                Ok(RequestNumber(self.last_request))
+                if !self.is_patient {
+                    end(&mut self.asked[out], action);
+                }
+                let number = self.last_request();
+                self.asked[out].push((action.map(Arc::from), number));
+                Ok(number)
             }
             Role::Cancel => {
                 let nothing = || Undelivered::Late(format!("{peer} has no goal of this process to cancel"));

@@ -61,19 +61,19 @@ struct Traffic {
 }
 
 struct Robot {
-    /// What it listens to, and the namespace of its services.
+    /// What it listens to, and its services.
     topics: BTreeSet<String>,
-    services: String,
+    services: BTreeSet<String>,
     messages: VecDeque<Incoming>,
     requests: VecDeque<Served>,
     /// How far it is; none once it has left.
     time: Option<Duration>,
 }
 
-/// What a robot listens to: its topics, and what the names of its services begin with.
+/// What a robot listens to: its topics, and its services.
 pub(super) struct Wanted {
     pub(super) topics: BTreeSet<String>,
-    pub(super) services: String,
+    pub(super) services: BTreeSet<String>,
 }
 
 impl Shared {
@@ -130,7 +130,7 @@ impl Shared {
             }
         }
         while let Some(request) = node.request() {
-            let place = state.robots.iter().position(|robot| request.service.starts_with(&robot.services));
+            let place = state.robots.iter().position(|robot| robot.services.contains(&request.service));
             if let Some(place) = place {
                 let (name, size) = (request.service.clone(), request.body.len());
                 let Traffic { robots, left_out, .. } = &mut *state;
@@ -210,9 +210,11 @@ impl Station {
         state.robots[self.place].messages.pop_front()
     }
 
-    /// The next request to a service of the robot, if one has come.
-    pub(super) fn request(&self) -> Option<Served> {
-        self.shared.state().robots[self.place].requests.pop_front()
+    /// The next request to one of the robot's services that are `meant`, if one has come.
+    pub(super) fn request(&self, is_meant: impl Fn(&str) -> bool) -> Option<Served> {
+        let requests = &mut self.shared.state().robots[self.place].requests;
+        let place = requests.iter().position(|request| is_meant(&request.service))?;
+        requests.remove(place)
     }
 
     /// Whether somebody reads a topic of the robot.
@@ -256,7 +258,7 @@ mod tests {
     fn shared(count: usize) -> Arc<Shared> {
         let robot = || Robot {
             topics: BTreeSet::new(),
-            services: String::new(),
+            services: BTreeSet::new(),
             messages: VecDeque::new(),
             requests: VecDeque::new(),
             time: Some(Duration::ZERO),

@@ -4,17 +4,16 @@ use std::time::Duration;
 
 use maps::{Point, heading, seen_from_above};
 use nav::{GiveUpReason, Goal, NavigationStatus, Navigator, PlanError, Recovery};
-use network::Served;
 use recording::ros::{PoseStamped, Span};
+use remote::{ActionServer, Call, Demand, Ending, FromNode, GoalId, action};
 use ros_messages::{CdrReader, CdrWriter, Mismatch, RosType as _};
 use runs::{Sensed, TripOrder};
 
-use super::action::{ActionServer, Demand, Ending};
 use super::commands::{LARGEST, header, reals};
 
 /// Its name in a namespace, and its type.
 pub(super) const NAME: &str = "navigate_to_pose";
-const KIND: &str = "nav2_msgs/action/NavigateToPose";
+pub(super) const KIND: &str = "nav2_msgs/action/NavigateToPose";
 
 /// How often it tells how a trip is going, and how far the way is, in simulated time.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -36,7 +35,7 @@ const NO_PATH: u16 = 208;
 /// Gives the robot's own navigation the goals that come from outside.
 #[derive(Debug)]
 pub(super) struct NavigationServer {
-    pub(super) server: ActionServer,
+    server: ActionServer,
     /// The frame in which goals are given.
     map: String,
     trip: Option<Pursued>,
@@ -57,8 +56,18 @@ struct Pursued {
 }
 
 impl NavigationServer {
-    pub(super) fn new(name: String, map: String) -> Self {
-        Self { server: ActionServer::new(name, KIND), map, trip: None, restarts: 0 }
+    pub(super) fn new(map: String) -> Self {
+        Self { server: ActionServer::new(format!("/{NAME}")), map, trip: None, restarts: 0 }
+    }
+
+    /// Whether it serves what is called so within.
+    pub(super) fn serves(service: &str) -> bool {
+        service.strip_prefix('/').is_some_and(|name| name.starts_with(&action::service(NAME, "")))
+    }
+
+    /// What it has said since the last call.
+    pub(super) fn take_said(&mut self) -> Vec<FromNode> {
+        self.server.take_said()
     }
 
     /// Tells how a trip is going, and hears what is requested, unless the robot's navigation is frozen. Returns what
@@ -66,7 +75,7 @@ impl NavigationServer {
     pub(super) fn act(
         &mut self,
         sensed: &Sensed<'_>,
-        mut requested: impl FnMut() -> Option<Served>,
+        mut requested: impl FnMut() -> Option<Call>,
     ) -> Option<TripOrder> {
         if sensed.software.outages().navigation {
             return None;
@@ -87,15 +96,14 @@ impl NavigationServer {
 
     /// The run is over: nobody pursues a goal any more.
     pub(super) fn leave(&mut self) {
-        self.server.end(Ending::Aborted, |cdr| write_result(UNKNOWN, "the run is over", cdr));
+        self.server.end(Ending::GivenUp, |status| result(status, UNKNOWN, "the run is over"));
     }
 
-    fn hear(&mut self, request: &Served, now: Duration, navigator: &Navigator) -> Option<TripOrder> {
+    fn hear(&mut self, request: &Call, now: Duration, navigator: &Navigator) -> Option<TripOrder> {
         let Self { server, map, trip, .. } = self;
-        let replaced = |cdr: &mut CdrWriter| write_result(UNKNOWN, "another goal has come", cdr);
-        let unknown = |cdr: &mut CdrWriter| write_result(NONE, "", cdr);
-        match server.hear(request, now, |reader| read_goal(reader, map), replaced, unknown)? {
-            Demand::Pursue(goal) => {
+        match server.hear(request, |reader| read_goal(reader, map), |status| result(status, NONE, ""))? {
+            Demand::Pursue(id, goal) => {
+                server.accept(id, now, |status| result(status, UNKNOWN, "another goal has come"));
                 // It begins with the navigator's next trip.
                 let number = navigator.trips_started() + 1;
                 *trip = Some(Pursued { number, since: now, is_canceled: false, recoveries: 0, recovery: None });
@@ -113,7 +121,7 @@ impl NavigationServer {
         let Some(trip) = &mut self.trip else { return };
         let navigator = sensed.software.navigator();
         let status = navigator.status();
-        let aborted = |code, why: &str| (Ending::Aborted, code, why.to_owned());
+        let aborted = |code, why: &str| (Ending::GivenUp, code, why.to_owned());
         let is_its_own = navigator.trips_started() == trip.number;
         let (how, code, why) = if navigator.trips_started() > trip.number {
             aborted(UNKNOWN, "the robot was sent elsewhere")
@@ -131,7 +139,7 @@ impl NavigationServer {
                 None => aborted(UNKNOWN, "navigation has given up"),
             }
         };
-        self.server.end(how, |cdr| write_result(code, &why, cdr));
+        self.server.end(how, |status| result(status, code, &why));
         self.trip = None;
     }
 
@@ -152,13 +160,16 @@ impl NavigationServer {
         let left_s = if speed_mps > SLOW_MPS { left_m / speed_mps } else { 0.0 };
         let (estimate, recoveries, since) = (software.estimate(), trip.recoveries, trip.since);
         let map = self.map.clone();
-        self.server.feed_back(|cdr| {
-            PoseStamped::new(estimate.time, map, &estimate.pose).write(cdr);
-            span(sensed.now.saturating_sub(since)).write(cdr);
-            span(Duration::try_from_secs_f64(left_s).unwrap_or(Duration::MAX)).write(cdr);
-            recoveries.write(cdr);
+        self.server.feed_back(|id: GoalId| {
+            let mut cdr = CdrWriter::reusing(Vec::new());
+            cdr.numbers(id.iter().map(|byte| [*byte]));
+            PoseStamped::new(estimate.time, map, &estimate.pose).write(&mut cdr);
+            span(sensed.now.saturating_sub(since)).write(&mut cdr);
+            span(Duration::try_from_secs_f64(left_s).unwrap_or(Duration::MAX)).write(&mut cdr);
+            recoveries.write(&mut cdr);
             // The message has single precision.
-            (left_m as f32).write(cdr);
+            (left_m as f32).write(&mut cdr);
+            cdr.bytes()
         });
     }
 }
@@ -179,10 +190,13 @@ fn read_goal(reader: &mut CdrReader<'_>, map: &str) -> Option<Goal> {
     (is_sound && heading_rad.is_none_or(f64::is_finite)).then(|| Goal::at(Point::new(x, y), heading_rad))
 }
 
-/// `nav2_msgs/action/NavigateToPose_Result`
-fn write_result(code: u16, why: &str, cdr: &mut CdrWriter) {
-    code.write(cdr);
+/// `nav2_msgs/action/NavigateToPose_GetResult_Response`
+fn result(status: i8, code: u16, why: &str) -> Vec<u8> {
+    let mut cdr = CdrWriter::reusing(Vec::new());
+    status.write(&mut cdr);
+    code.write(&mut cdr);
     cdr.text(why);
+    cdr.bytes()
 }
 
 fn span(of: Duration) -> Span {
@@ -211,7 +225,6 @@ mod tests {
     use std::rc::Rc;
     use std::sync::Arc;
 
-    use network::Client;
     use remote::action::{CANCEL_GOAL, SEND_GOAL, STATUS_ABORTED, STATUS_CANCELED, STATUS_EXECUTING, STATUS_SUCCEEDED};
     use runs::{Orders, Others, Pilot, Run};
     use scenarios::scenario::{Scenario, find};
@@ -223,29 +236,35 @@ mod tests {
     /// Who sends requests at times, in seconds, and what the server has said by then.
     struct Giver {
         server: NavigationServer,
-        requests: Vec<(u64, Served)>,
+        requests: Vec<(u64, Call)>,
         said: Rc<RefCell<Said>>,
     }
 
     impl Pilot for Giver {
         fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
             let Self { server, requests, said } = self;
-            let is_due = |(at_s, _): &mut (u64, Served)| sensed.now >= Duration::from_secs(*at_s);
+            let is_due = |(at_s, _): &mut (u64, Call)| sensed.now >= Duration::from_secs(*at_s);
             let mut due = requests.extract_if(.., is_due);
             let trip = server.act(sensed, || due.next().map(|(_, request)| request));
-            said.borrow_mut().extend(server.server.take_said());
+            said.borrow_mut().extend(server.take_said().into_iter().map(|said| match said {
+                FromNode::Response { body, .. } => ("response".to_owned(), body[4..].to_vec()),
+                FromNode::Message { topic, body } => {
+                    (topic.rsplit('/').next().unwrap_or_default().to_owned(), body[4..].to_vec())
+                }
+            }));
             Some(Orders { trip, ..Orders::default() })
         }
     }
 
-    fn request(part: &str, id: u8, more: impl FnOnce(&mut CdrWriter)) -> Served {
+    fn request(part: &str, id: u8, more: impl FnOnce(&mut CdrWriter)) -> Call {
         let mut cdr = CdrWriter::reusing(Vec::new());
         cdr.numbers([id; 16].iter().map(|byte| [*byte]));
         more(&mut cdr);
-        Served { service: format!("/go/_action/{part}"), client: Client::default(), body: cdr.bytes() }
+        let service = format!("/{NAME}/_action/{part}");
+        Call { service, kind: String::new(), number: id.into(), body: cdr.bytes() }
     }
 
-    fn goal(id: u8, frame: &'static str, [x, y]: [f64; 2], tree: &str) -> Served {
+    fn goal(id: u8, frame: &'static str, [x, y]: [f64; 2], tree: &str) -> Call {
         request(SEND_GOAL, id, |cdr| {
             PoseStamped::new(Duration::ZERO, frame, &maps::pose(x, y, 1.0)).write(cdr);
             cdr.text(tree);
@@ -253,11 +272,11 @@ mod tests {
     }
 
     /// The statuses of all goals at the end, and everything that was said, after so many seconds in the paper's house.
-    fn statuses(requests: Vec<(u64, Served)>, faults: &str, seconds: u64) -> (Vec<i8>, Said) {
+    fn statuses(requests: Vec<(u64, Call)>, faults: &str, seconds: u64) -> (Vec<i8>, Said) {
         let set = [format!("faults=[{faults}]"), "execution.max_time_s=600".to_owned()];
         let scenario = Arc::new(Scenario::load(&find::find("nominal").expect("shipped"), &set).expect("sound"));
         let said = Rc::default();
-        let server = NavigationServer::new("/go".to_owned(), "map".to_owned());
+        let server = NavigationServer::new("map".to_owned());
         let giver = Giver { server, requests, said: Rc::clone(&said) };
         let mut run = Run::among(scenario, 1, true, Others::Pilot(Box::new(giver))).expect("a robot");
         while run.time() < Duration::from_secs(seconds) {
@@ -290,7 +309,7 @@ mod tests {
         let cancel = || request(CANCEL_GOAL, 1, |cdr| cdr.numbers([[0_u8]; 8].into_iter()));
         assert_eq!(statuses(vec![(1, goal(1, "map", FAR, "")), (5, cancel())], "", 7).0, [STATUS_CANCELED]);
         let (ended, said) = statuses(vec![(1, goal(1, "map", FAR, "")), (1, cancel())], "", 3);
-        assert_eq!((ended, said.len()), (vec![STATUS_CANCELED], 7), "{said:?}");
+        assert_eq!((ended, said.len()), (vec![STATUS_CANCELED], 6), "{said:?}");
         let two = vec![(1, goal(1, "map", FAR, "")), (5, goal(2, "map", NEAR, ""))];
         assert_eq!(statuses(two, "", 7).0, [STATUS_ABORTED, STATUS_EXECUTING]);
         let elsewhere = r#"{ kind = "operator_goal", at_s = 3, to = [-10, 1, 0] }"#;

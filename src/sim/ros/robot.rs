@@ -6,13 +6,15 @@ use std::time::{Duration, Instant};
 use maps::Pose;
 use network::{Domain, Live as _, Publication};
 use recording::ros;
+use remote::FromNode;
 use robot::{LaserSpec, Reading, VelocityCommand};
 use ros_messages::{CdrWriter, RosMessage, RosType as _};
-use runs::{Orders, Pilot, Sensed};
+use runs::{Orders, Pilot, Sensed, Touched};
 use scenarios::Error;
-use scenarios::scenario::Scenario;
+use scenarios::scenario::{OfferedComponents, Scenario};
 
 use super::commands::{self, Command};
+use super::exchange::Exchange;
 use super::frames::Frames;
 use super::hub::{Incoming, Station, Wanted, stations};
 use super::navigation::NavigationServer;
@@ -38,16 +40,44 @@ const MOST: usize = 1000;
 /// The types of messages that no recording has.
 const PARTICLES: &str = "nav2_msgs/msg/ParticleCloud";
 const CONTACTS: &str = "ros_gz_interfaces/msg/Contacts";
+const JOINTS: &str = "sensor_msgs/msg/JointState";
 
 /// Joins the domain as a scenario's robot, or as several in namespaces. They are in the order of these.
 pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, Error> {
+    let spaces = spaces(args)?;
+    let OfferedComponents { offered, left_out } = scenario.offered();
+    let topics = spaces.iter().map(|space| Topics::of(args, space, &offered)).collect::<Result<Vec<_>, _>>()?;
+    Topics::check(&topics)?;
+    check_period(args, scenario)?;
+    let model = Model::of(args, scenario)?;
+    let names: Vec<String> = spaces.iter().map(|space| format!("{space}/steward")).collect();
+    let stations = enter(args, &names, &topics)?;
+    left_out.iter().for_each(|why| note(why));
+    let mut robots: Vec<Driver> = Vec::new();
+    for ((station, topics), name) in stations.into_iter().zip(topics).zip(names) {
+        note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
+        let robot = RosRobot::new(args, station, topics, &model);
+        robot.offer_all();
+        robot.publish(&robot.topics.map, true, &model.map);
+        robot.publish(&robot.topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
+        robots.push(Box::new(robot));
+    }
+    Ok(robots)
+}
+
+/// The namespaces of the robots.
+fn spaces(args: &SimArgs) -> Result<Vec<&str>, Error> {
     let spaces =
         if args.namespaces.is_empty() { vec![""] } else { args.namespaces.iter().map(String::as_str).collect() };
-    if let Some((_, twice)) = spaces.iter().enumerate().find(|(place, space)| spaces[..*place].contains(space)) {
-        return Err(Error::refused(format!("two robots would be in the namespace {twice}"), "give each its own"));
+    match spaces.iter().enumerate().find(|(place, space)| spaces[..*place].contains(space)) {
+        Some((_, twice)) => {
+            Err(Error::refused(format!("two robots would be in the namespace {twice}"), "give each its own"))
+        }
+        None => Ok(spaces),
     }
-    let topics = spaces.iter().map(|space| Topics::of(args, space)).collect::<Result<Vec<_>, _>>()?;
-    Topics::check(&topics)?;
+}
+
+fn check_period(args: &SimArgs, scenario: &Scenario) -> Result<(), Error> {
     let step = scenario.file.execution.step();
     if let Pace::LockStep { period, .. } = Pace::of(args)
         && (period.is_zero() || !period.as_nanos().is_multiple_of(step.as_nanos()))
@@ -55,69 +85,54 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, E
         let message = format!("a period of {} s is no multiple of the step", args.period);
         return Err(Error::refused(message, format!("a step takes {} s", step.as_secs_f64())));
     }
-    let premises = scenario.premises.as_ref().filter(|_| scenario.schedule.is_none()).ok_or_else(|| {
-        let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
-        Error::refused(message, "name one with a map, and without a schedule")
-    })?;
-    let (mut map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
-    let frames = Frames::of(&lasers, &args.frames)?;
-    map.header.frame_id = frames.map.clone().into();
-    if map.data.len() > MOST_CELLS {
-        let message = format!("the map has {} cells, which is too much for a message", map.data.len());
-        return Err(Error::refused(message, format!("{MOST_CELLS} are possible")));
+    Ok(())
+}
+
+/// What does not change of a scenario's robot and its world.
+struct Model {
+    map: ros::OccupancyGrid,
+    lasers: Vec<LaserSpec>,
+    frames: Frames,
+}
+
+impl Model {
+    fn of(args: &SimArgs, scenario: &Scenario) -> Result<Self, Error> {
+        let premises = scenario.premises.as_ref().filter(|_| scenario.schedule.is_none()).ok_or_else(|| {
+            let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
+            Error::refused(message, "name one with a map, and without a schedule")
+        })?;
+        let (mut map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
+        let frames = Frames::of(&lasers, &args.frames)?;
+        map.header.frame_id = frames.map.clone().into();
+        if map.data.len() > MOST_CELLS {
+            let message = format!("the map has {} cells, which is too much for a message", map.data.len());
+            return Err(Error::refused(message, format!("{MOST_CELLS} are possible")));
+        }
+        Ok(Self { map, lasers, frames })
     }
-    let wanted = topics.iter().map(|topics| Wanted {
-        topics: [Some(&topics.command), args.localize.then_some(&topics.initial_pose)]
-            .into_iter()
-            .flatten()
-            .cloned()
-            .collect(),
-        services: format!("{}/", topics.navigate),
+}
+
+/// Enters the domain with nodes of these names, which listen and serve.
+fn enter(args: &SimArgs, names: &[String], topics: &[Topics]) -> Result<Vec<Station>, Error> {
+    let wanted = topics.iter().map(|topics| {
+        let read = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)];
+        let services = topics.offered.services.keys().cloned().collect();
+        Wanted { topics: read.into_iter().flatten().cloned().collect(), services }
     });
     let wanted: Vec<Wanted> = wanted.collect();
-    let names: Vec<String> = spaces.iter().map(|space| format!("{space}/steward")).collect();
     let all = wanted.iter().flat_map(|wanted| wanted.topics.iter().cloned()).collect();
-    let mut node = Domain::nodes(args.domain.options()?, names.clone(), false, all);
-    let navigation = |topics: &Topics| NavigationServer::new(topics.navigate.clone(), frames.map.clone());
-    let navigation: Vec<_> = topics.iter().map(|topics| args.navigate.then(|| navigation(topics))).collect();
-    node.serve(navigation.iter().flatten().flat_map(|navigation| navigation.server.services()).collect());
-    let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
-    node.begin().map_err(refused)?;
-    let stations =
-        stations(node, wanted).ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
-    let mut robots: Vec<Driver> = Vec::new();
-    for (((station, topics), navigation), name) in stations.into_iter().zip(topics).zip(navigation).zip(names) {
-        note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
-        let (frames, lasers) = (frames.clone(), lasers.clone());
-        let robot = RosRobot {
-            station,
-            topics,
-            frames,
-            pace: Pace::of(args),
-            lasers,
-            navigation,
-            is_localized: args.localize,
-            met: None,
-            has_begun: false,
-            shown: None,
-            is_together: false,
-            asked: None,
-            orders: Orders::default(),
-            commands: Commands::default(),
-            held: VelocityCommand::STOP,
-            told: BTreeSet::new(),
-        };
-        robot.offer_all();
-        robot.publish(&robot.topics.map, true, &map);
-        robot.publish(&robot.topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
-        robots.push(Box::new(robot));
-    }
-    Ok(robots)
+    let mut node = Domain::nodes(args.domain.options()?, names.to_vec(), false, all);
+    let services = topics.iter().flat_map(|topics| &topics.offered.services);
+    node.serve(services.map(|(name, (_, kind))| (name.clone(), kind.clone())).collect());
+    node.begin().map_err(|error| Error::refused(error.to_string(), error.help()))?;
+    stations(node, wanted).ok_or_else(|| Error::refused("the domain has been left", "start it again"))
 }
 
 struct RosRobot {
     station: Station,
     topics: Topics,
+    /// What it has with those who ask its action and the scenario's components.
+    exchange: Exchange,
     frames: Frames,
     pace: Pace,
     lasers: Vec<LaserSpec>,
@@ -140,6 +155,8 @@ struct RosRobot {
     held: VelocityCommand,
     /// What has been told of commands.
     told: BTreeSet<Oddity>,
+    /// How far doors were open when that was published last.
+    doors: Vec<f64>,
 }
 
 impl Pilot for RosRobot {
@@ -150,6 +167,8 @@ impl Pilot for RosRobot {
         }
         if self.shown.replace(now) != Some(now) {
             self.tell(sensed);
+            self.tell_doors(sensed);
+            self.pass_on(sensed.said);
             self.is_together = false;
         }
         if !self.is_together {
@@ -172,11 +191,12 @@ impl Pilot for RosRobot {
             self.last_command(now, navigates)
         };
         self.orders.velocity = (!navigates).then_some(commanded);
-        if let Some(navigation) = &mut self.navigation {
-            self.orders.trip = navigation.act(sensed, || self.station.request());
-            navigation.server.speak(&self.station.voice);
-        }
+        self.serve(sensed);
         Some(std::mem::take(&mut self.orders))
+    }
+
+    fn serves(&self) -> bool {
+        true
     }
 
     fn resume(&mut self) {
@@ -184,16 +204,82 @@ impl Pilot for RosRobot {
         self.asked = None;
     }
 
-    fn leave(&mut self) {
+    fn leave(&mut self, said: &[FromNode]) {
+        self.pass_on(said);
         if let Some(navigation) = &mut self.navigation {
             navigation.leave();
-            navigation.server.speak(&self.station.voice);
+            let said = navigation.take_said();
+            self.pass_on(&said);
         }
         self.station.leave();
     }
 }
 
 impl RosRobot {
+    fn new(args: &SimArgs, station: Station, topics: Topics, model: &Model) -> Self {
+        let (frames, lasers) = (model.frames.clone(), model.lasers.clone());
+        Self {
+            station,
+            exchange: Exchange::of(topics.offered.clone()),
+            topics,
+            navigation: args.navigate.then(|| NavigationServer::new(frames.map.clone())),
+            frames,
+            pace: Pace::of(args),
+            lasers,
+            is_localized: args.localize,
+            met: None,
+            has_begun: false,
+            shown: None,
+            is_together: false,
+            asked: None,
+            orders: Orders::default(),
+            commands: Commands::default(),
+            held: VelocityCommand::STOP,
+            told: BTreeSet::new(),
+            doors: Vec::new(),
+        }
+    }
+
+    /// Takes what others have asked of its navigation and of components.
+    fn serve(&mut self, sensed: &Sensed<'_>) {
+        let Self { navigation, exchange, station, orders, .. } = self;
+        let mut request = |is_of_navigation: bool| {
+            let is_meant = |service: &str| NavigationServer::serves(exchange.within(service)) == is_of_navigation;
+            let request = station.request(is_meant)?;
+            exchange.call(request)
+        };
+        if let Some(navigation) = navigation {
+            orders.trip = navigation.act(sensed, || request(true));
+        }
+        orders.calls.extend(std::iter::from_fn(|| request(false)));
+        let said = navigation.as_mut().map(NavigationServer::take_said);
+        self.pass_on(&said.unwrap_or_default());
+    }
+
+    /// Tells others what its navigation and components say.
+    fn pass_on(&mut self, said: &[FromNode]) {
+        said.iter().for_each(|said| self.exchange.tell(said.clone(), &self.station.voice));
+    }
+
+    /// Publishes how far doors are open, if that has changed: as joints, which turn or slide.
+    fn tell_doors(&mut self, Sensed { now, doors, .. }: &Sensed<'_>) {
+        let places = || doors.iter().map(|(_, place)| *place);
+        if places().eq(self.doors.iter().copied()) {
+            return;
+        }
+        self.doors = places().collect();
+        let header = ros::Header::new(*now, self.frames.map.clone());
+        self.publish_as(&self.topics.doors, JOINTS.to_owned(), true, |cdr| {
+            header.write(cdr);
+            cdr.length(doors.len());
+            doors.iter().for_each(|(name, _)| cdr.text(name));
+            cdr.length(doors.len());
+            places().for_each(|place| place.write(cdr));
+            // Neither velocities nor efforts.
+            (0..2).for_each(|_| cdr.length(0));
+        });
+    }
+
     /// Offers all topics that have messages later.
     fn offer_all(&self) {
         let topics = &self.topics;
@@ -212,6 +298,7 @@ impl RosRobot {
         if self.navigation.is_some() {
             self.offer::<ros::Path>(&topics.plan);
         }
+        self.exchange.offer(&self.station.voice);
     }
 
     /// Offers a topic, before there are messages.
@@ -275,7 +362,7 @@ impl RosRobot {
             self.publish_as(&self.topics.contacts, CONTACTS.to_owned(), false, |cdr| {
                 header.write(cdr);
                 cdr.length(sensed.touched.len());
-                sensed.touched.iter().for_each(|body| write_contact(body, cdr));
+                sensed.touched.iter().for_each(|touched| write_contact(touched, cdr));
             });
         }
         if software.readings().iter().any(|reading| matches!(reading, Reading::Scan(_))) {
@@ -443,15 +530,22 @@ impl RosRobot {
     }
 }
 
-/// `ros_gz_interfaces/msg/Contact`: which bodies touch each other, and not where.
-fn write_contact(body: &str, cdr: &mut CdrWriter) {
+/// `ros_gz_interfaces/msg/Contact`: which bodies touch each other, and where. The robot is the first, and the normal is
+/// the direction in which it is pushed, as in Gazebo. Nothing is known of forces.
+fn write_contact(touched: &Touched<'_>, cdr: &mut CdrWriter) {
     /// The number of a model among entities.
     const MODEL: u8 = 2;
-    for name in ["steward", body] {
+    for name in ["steward", touched.body] {
         0_u64.write(cdr);
         cdr.text(name);
         MODEL.write(cdr);
     }
-    // Positions, normals, depths and wrenches.
-    (0..4).for_each(|_| cdr.length(0));
+    for [x, y] in [[touched.at.x, touched.at.y], touched.normal] {
+        cdr.length(1);
+        ros::Vector { x, y, z: 0.0 }.write(cdr);
+    }
+    cdr.length(1);
+    touched.depth_m.write(cdr);
+    // Wrenches.
+    cdr.length(0);
 }

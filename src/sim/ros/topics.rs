@@ -1,6 +1,9 @@
-//! The names of the simulated robot's topics and of its action.
+//! The names of the simulated robot's topics, services and actions.
 
-use bags::resolve;
+use std::collections::BTreeMap;
+
+use bags::{Remapping, resolve};
+use remote::{Offered, action};
 use scenarios::Error;
 
 use super::navigation;
@@ -17,60 +20,143 @@ pub(super) struct Topics {
     pub(super) odom: String,
     pub(super) battery: String,
     pub(super) contacts: String,
+    pub(super) doors: String,
     pub(super) estimate: String,
     pub(super) particles: String,
     pub(super) plan: String,
     /// Those that it listens to.
     pub(super) command: String,
     pub(super) initial_pose: String,
-    /// The action.
-    pub(super) navigate: String,
-    /// All of them but the clock, which robots share.
+    /// What is served and published by its action and by the scenario's components.
+    pub(super) offered: OfferedNames,
+    /// All topics but the clock, which robots share.
     names: Vec<String>,
 }
 
+/// The services and topics of components, and of the robot's action, which has the place of one.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OfferedNames {
+    /// By their names outside: what they are called within, and their types.
+    pub(super) services: BTreeMap<String, (String, String)>,
+    /// By what they are called within.
+    pub(super) topics: BTreeMap<String, OfferedTopic>,
+}
+
+/// A topic on which a component publishes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct OfferedTopic {
+    /// Its name outside.
+    pub(super) name: String,
+    pub(super) kind: String,
+    pub(super) is_latched: bool,
+}
+
+/// Names in a namespace.
+struct Names<'a> {
+    space: &'a str,
+    remapped: &'a [Remapping],
+    /// Which of the remappings are about a name.
+    is_used: Vec<bool>,
+    /// The topics.
+    all: Vec<String>,
+}
+
+impl Names<'_> {
+    fn resolve(&mut self, name: &str) -> String {
+        let (name, rule) = resolve(self.space, name, self.remapped);
+        rule.into_iter().for_each(|rule| self.is_used[rule] = true);
+        name
+    }
+
+    fn topic(&mut self, name: &str) -> String {
+        let name = self.resolve(name);
+        self.all.push(name.clone());
+        name
+    }
+}
+
+impl OfferedNames {
+    /// Adds what is called so within, where names begin with `/`, which outside is the robot's namespace.
+    fn add(
+        &mut self,
+        services: impl Iterator<Item = (String, String)>,
+        topics: impl Iterator<Item = (String, String)>,
+        statuses: impl Iterator<Item = (String, String)>,
+        names: &mut Names<'_>,
+    ) -> Result<(), Error> {
+        for (within, kind) in services {
+            let name = names.resolve(within.trim_start_matches('/'));
+            if self.services.insert(name.clone(), (within, kind)).is_some() {
+                return Err(twice(&name));
+            }
+        }
+        let topics = topics.map(|topic| (topic, false)).chain(statuses.map(|topic| (topic, true)));
+        for ((within, kind), is_latched) in topics {
+            let name = names.topic(within.trim_start_matches('/'));
+            self.topics.insert(within, OfferedTopic { name, kind, is_latched });
+        }
+        Ok(())
+    }
+}
+
+fn twice(name: &str) -> Error {
+    Error::refused(format!("`--remap`: two of them would have the name {name}"), "give each its own")
+}
+
 impl Topics {
-    /// The topics in a namespace. Several robots have their transforms there, too: their frames have the same names.
+    /// The topics in a namespace, with those of components. Several robots have their transforms there, too: their
+    /// frames have the same names.
     ///
     /// # Errors
     /// If a remapping is about none of them, or if two would have one name.
-    pub(super) fn of(args: &SimArgs, space: &str) -> Result<Self, Error> {
+    pub(super) fn of(args: &SimArgs, space: &str, components: &[Offered]) -> Result<Self, Error> {
         let [tf, tf_static] = if args.namespaces.len() > 1 { ["tf", "tf_static"] } else { ["/tf", "/tf_static"] };
-        let (mut is_used, mut names) = (vec![false; args.remapped.len()], Vec::new());
-        let mut name = |name: &str| {
-            let (name, rule) = resolve(space, name, &args.remapped);
-            rule.into_iter().for_each(|rule| is_used[rule] = true);
-            names.push(name.clone());
-            name
-        };
+        let is_used = vec![false; args.remapped.len()];
+        let mut names = Names { space, remapped: &args.remapped, is_used, all: Vec::new() };
         let mut topics = Self {
-            clock: name("/clock"),
-            tf: name(tf),
-            tf_static: name(tf_static),
-            map: name("map"),
-            scan: name("scan"),
-            odom: name("odom"),
-            battery: name("battery_state"),
-            contacts: name("contacts"),
-            estimate: name("amcl_pose"),
-            particles: name("particle_cloud"),
-            plan: name("plan"),
-            command: name("cmd_vel"),
-            initial_pose: name("initialpose"),
-            navigate: name(navigation::NAME),
+            clock: names.topic("/clock"),
+            tf: names.topic(tf),
+            tf_static: names.topic(tf_static),
+            map: names.topic("map"),
+            scan: names.topic("scan"),
+            odom: names.topic("odom"),
+            battery: names.topic("battery_state"),
+            contacts: names.topic("contacts"),
+            doors: names.topic("doors"),
+            estimate: names.topic("amcl_pose"),
+            particles: names.topic("particle_cloud"),
+            plan: names.topic("plan"),
+            command: names.topic("cmd_vel"),
+            initial_pose: names.topic("initialpose"),
+            offered: OfferedNames::default(),
             names: Vec::new(),
         };
-        if let Some((_, twice)) = names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)) {
-            let message = format!("`--remap`: two of them would have the name {twice}");
-            return Err(Error::refused(message, "give each its own"));
+        // As the others, it has a name even if it is not there.
+        names.resolve(navigation::NAME);
+        if args.navigate {
+            let (name, kind) = (format!("/{}", navigation::NAME), navigation::KIND);
+            let services = action::services(&name, kind).into_iter();
+            let feedback = (action::feedback(&name), action::feedback_kind(kind));
+            let status = (action::status(&name), action::STATUS_KIND.to_owned());
+            topics.offered.add(services, [feedback].into_iter(), [status].into_iter(), &mut names)?;
+        }
+        for (_, of) in components {
+            topics.offered.add(of.services(), of.topics(), of.statuses(), &mut names)?;
+        }
+        let Names { is_used, mut all, .. } = names;
+        if let Some((_, name)) = all.iter().enumerate().find(|(place, name)| all[..*place].contains(name)) {
+            return Err(twice(name));
         }
         match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
             Some((rule, _)) => {
                 let message = format!("`--remap`: there is no `{}`, or an earlier one is about it", rule.from);
-                Err(Error::refused(message, "`steward sim --help` lists what there is"))
+                Err(Error::refused(
+                    message,
+                    "`steward sim --help` lists what there is, besides the scenario's components",
+                ))
             }
             None => {
-                topics.names = names.split_off(1);
+                topics.names = all.split_off(1);
                 Ok(topics)
             }
         }
@@ -80,7 +166,9 @@ impl Topics {
     pub(super) fn check(robots: &[Self]) -> Result<(), Error> {
         for (place, robot) in robots.iter().enumerate() {
             let others = &robots[..place];
-            let shared = robot.names.iter().find(|name| others.iter().any(|other| other.names.contains(name)));
+            let has = |other: &Self, name| other.names.contains(name) || other.offered.services.contains_key(name);
+            let mut names = robot.names.iter().chain(robot.offered.services.keys());
+            let shared = names.find(|name| others.iter().any(|other| has(other, name)));
             if let Some(name) = shared {
                 let message = format!("two robots would have the name {name}");
                 return Err(Error::refused(message, "remap to names without `/`: each robot has its own"));
@@ -90,5 +178,73 @@ impl Topics {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use scenarios::scenario::{Scenario, find};
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: SimArgs,
+    }
+
+    fn topics(options: &[&str]) -> Result<Vec<Topics>, String> {
+        let line = ["sim", "parcel"].iter().chain(options);
+        let args = Line::try_parse_from(line).expect("its options").args;
+        let found = find::find("parcel").expect("a shipped scenario");
+        let scenario = Scenario::load(&found, &[]).expect("a sound scenario");
+        let spaces = if args.namespaces.is_empty() { vec![String::new()] } else { args.namespaces.clone() };
+        let robots = spaces.iter().map(|space| Topics::of(&args, space, &scenario.offered().offered));
+        let robots = robots.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        Topics::check(&robots).map_err(|error| error.to_string()).map(|()| robots)
+    }
+
+    #[test]
+    fn components_have_their_names_in_the_namespace_unless_they_are_remapped() {
+        let [robot] = &topics(&["--namespace", "/r1", "--remap", "Door/open:=gate/open"]).expect("names")[..] else {
+            panic!("one robot")
+        };
+        let kind = || "std_srvs/srv/Trigger".to_owned();
+        assert_eq!(robot.offered.services["/r1/gate/open"], ("/Door/open".to_owned(), kind()));
+        assert_eq!(robot.offered.services["/r1/Door/close"], ("/Door/close".to_owned(), kind()));
+        let moved = OfferedTopic {
+            name: "/r1/Door/moved".to_owned(),
+            kind: "std_msgs/msg/String".to_owned(),
+            is_latched: false,
+        };
+        assert_eq!(robot.offered.topics["/Door/moved"], moved);
+        assert!(!robot.offered.services.contains_key("/r1/navigate_to_pose/_action/send_goal"));
+        let options = ["--localize", "--navigate", "--remap", "navigate_to_pose:=go"];
+        let [robot] = &topics(&options).expect("names")[..] else { panic!("one robot") };
+        let (within, _) = &robot.offered.services["/go/_action/send_goal"];
+        assert_eq!(within, "/navigate_to_pose/_action/send_goal");
+        assert!(robot.offered.topics["/navigate_to_pose/_action/status"].is_latched);
+    }
+
+    #[test]
+    fn two_of_one_name_are_refused() {
+        for (options, why) in [
+            (&["--remap", "Door/open:=Door/close"][..], "two of them would have the name /Door/close"),
+            (&["--remap", "Door/moved:=odom"], "two of them would have the name /odom"),
+            (&["--remap", "Gate/open:=gate"], "there is no `Gate/open`"),
+            (
+                &["--namespace", "/a", "--namespace", "/b", "--remap", "Door/open:=/gate"],
+                "two robots would have the name /gate",
+            ),
+            (
+                &["--namespace", "/a", "--namespace", "/b", "--remap", "Door/moved:=/gate"],
+                "two robots would have the name /gate",
+            ),
+        ] {
+            let refused = topics(options).expect_err(why);
+            assert!(refused.contains(why), "{refused}");
+        }
+        assert_eq!(topics(&["--namespace", "/a", "--namespace", "/b"]).map(|robots| robots.len()), Ok(2));
     }
 }

@@ -67,7 +67,7 @@ impl Pilot for Slow {
         self.log.add("resume");
     }
 
-    fn leave(&mut self) {
+    fn leave(&mut self, _: &[FromNode]) {
         self.log.add("leave");
     }
 }

@@ -1,0 +1,65 @@
+//! What passes between a channel system and nodes of ROS 2, in both directions.
+
+use crate::action::{self, GET_RESULT};
+
+/// The id of an action's goal.
+pub type GoalId = [u8; 16];
+
+/// The most messages of feedback that wait: beyond that, the oldest are lost.
+const MOST_FEEDBACK: usize = 100;
+
+/// A request to a service.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Call {
+    /// The service, such as `/say`.
+    pub service: String,
+    /// Its type, such as `std_srvs/srv/Trigger`.
+    pub kind: String,
+    /// What its response refers to: no other call that is open has this number.
+    pub number: u64,
+    /// The request, encoded, with the four bytes that say how.
+    pub body: Vec<u8>,
+}
+
+/// What is said by the nodes of ROS 2 that serve or publish.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum FromNode {
+    /// The response to the call with this number.
+    Response {
+        /// That of the call.
+        number: u64,
+        /// The response, encoded; empty if nobody can respond.
+        body: Vec<u8>,
+    },
+    /// A message on a topic.
+    Message {
+        /// Its name, such as `/amcl_pose`.
+        topic: String,
+        /// The message, encoded.
+        body: Vec<u8>,
+    },
+}
+
+impl FromNode {
+    /// Waits among others: a newer message on a topic replaces an older one there, and of feedback, not all is kept.
+    pub fn wait_in(self, waiting: &mut Vec<Self>) {
+        if let Self::Message { topic, .. } = &self {
+            let is_older = |other: &Self| matches!(other, Self::Message { topic: of, .. } if of == topic);
+            let most = if action::is_feedback(topic) { MOST_FEEDBACK } else { 1 };
+            if waiting.iter().filter(|other| is_older(other)).count() >= most
+                && let Some(oldest) = waiting.iter().position(is_older)
+            {
+                waiting.remove(oldest);
+            }
+        }
+        waiting.push(self);
+    }
+}
+
+impl Call {
+    /// Whether it does nothing but ask for the end of a goal, so that it can be sent again.
+    #[must_use]
+    pub fn asks_for_result(&self) -> bool {
+        self.service.ends_with(GET_RESULT)
+    }
+}
