@@ -6,7 +6,8 @@ A node of rclpy plans on the robot's map and drives it through the house, in loc
 What rclpy knows of the robot is right, and so is what Cyclone DDS reads of its transforms. `steward watch`, which only
 hears it, gives the verdicts of the scenario's own monitors, and rosbags reads what it records. Whoever sends too much,
 nonsense, or nothing any more does no harm. RUNS are the repetitions. Clients on both middlewares send the robot's own
-navigation goals, cancel and replace them, and ask for what no server can do. All of it happens in a network of its own.
+navigation goals, cancel and replace them, and ask for what no server can do. They open a door and use other devices, and
+so does a run of steward. All of it happens in a network of its own.
 """
 import collections, json, os, signal, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -65,8 +66,8 @@ def end(process):
     return json.loads(process.communicate(timeout=60)[0].splitlines()[-1])
 
 
-def sim(*options):
-    words = [STEWARD, "sim", "nominal", "--set", "expect={}", "--no-snapshots", "--json", "--out", FOLDER / "out"]
+def sim(*options, scenario="nominal"):
+    words = [STEWARD, "sim", scenario, "--set", "expect={}", "--no-snapshots", "--json", "--out", FOLDER / "out"]
     return subprocess.Popen([*words, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -234,6 +235,71 @@ goals.kill()
 cyclone.kill()
 print(f"rclpy and Cyclone DDS had its own navigation drive, in {time.monotonic() - began:.0f} s: goals succeeded, were "
       "canceled, replaced and rejected, also one of the other's")
+
+# The other side of its devices: a run in which they are components of ROS 2.
+(FOLDER / "closes.xml").write_text("""
+<root BTCPP_format="4" main_tree_to_execute="Closes">
+  <BehaviorTree ID="Closes"><SequenceWithMemory>
+    <Take/><Close/><RetryUntilSuccessful num_attempts="-1"><AwaitClosed/></RetryUntilSuccessful><Put/>
+  </SequenceWithMemory></BehaviorTree>
+  <TreeNodesModel><Action ID="Take"/><Action ID="Close"/><Action ID="AwaitClosed"/><Action ID="Put"/></TreeNodesModel>
+</root>""")
+(FOLDER / "closes.toml").write_text("""
+tree = "closes.xml"
+leaves.Take = { request = "Tray.take", timeout_s = 10 }
+leaves.Close = { request = "Door.close", timeout_s = 10 }
+leaves.AwaitClosed = { topic = "Door.moved", success_when = "message.state == 'closed'" }
+leaves.Put = { request = "Tray.put", timeout_s = 10 }
+components.Door = { ros = "/Door", interface = "components/devices/door.toml" }
+components.Tray = { ros = "/Tray", interface = "components/devices/tray.toml" }
+execution = { tick_s = 0.1, max_time_s = 60 }
+stop.when_settled = true
+[expect.satisfied]
+took = 'eventually (Tray, Take, m[1] = <ok> and box = "parcel")'
+closed = "eventually (Door, AwaitClosed, state = <closed>)"
+put = "eventually (Tray, Put, m[1] = <ok>)"
+""")
+errors = (FOLDER / "cyclone_caller").open("w")
+caller, cyclone = start(FAST, "caller.py"), start(CYCLONE, "cyclone_caller.py", errors=errors)
+judged = "expect.satisfied.opened='eventually (Door, ROS, m[1] = <moved> and state = <open>)'"
+robot = sim("--speed", "2", "--set", "stop={}", "--set", "execution.max_time_s=600", "--set", judged, scenario="parcel")
+known = ask(caller, "knows")
+trigger, text = ["std_srvs/srv/Trigger"], ["std_msgs/msg/String"]
+assert known == {"found": True, "services": {
+    "/CallButton/get_press": trigger, "/Door/close": trigger, "/Door/get_state": trigger, "/Door/open": trigger,
+    "/Speaker/say": ["steward_msgs/srv/Say"], "/Tray/get_load": trigger, "/Tray/put": trigger, "/Tray/take": trigger,
+}, "topics": {"/CallButton/pressed": ["std_msgs/msg/Empty"], "/Door/moved": text, "/Speaker/spoken": text}}, known
+assert ask(caller, "hears /CallButton/pressed 1") == [None]
+assert [ask(caller, "calls /CallButton/get_press") for _ in range(2)] == [[True, ""], [False, ""]]
+assert ask(caller, "calls /Door/get_state") == [True, "closed"]
+assert ask(caller, "doors") == [["map", {"kitchen door": 0}]]
+assert ask(caller, "calls /Door/open") == [True, ""]
+assert ask(caller, "hears /Door/moved 2") == ["moving", "open"]
+assert ask(cyclone, "calls /Door/get_state") == {"answer": [True, "open"]}
+[[frame, opening]] = ask(caller, "doors")
+assert frame == "map" and abs(opening["kitchen door"]) > 1, opening
+# A speaker says one text at a time, and requests are answered in order; both are heard by the other.
+assert ask(cyclone, "says Hello! Goodbye!") == {"answer": [[True, ""], [True, ""]]}
+assert ask(caller, "hears /Speaker/spoken 2") == ["Hello!", "Goodbye!"]
+assert ask(caller, "drives 0.3 2") == {"driven": True}
+[[frame, *bodies, [at], [normal], [depth_m], wrenches]] = ask(cyclone, "touches")["answer"]
+assert (frame, bodies, wrenches) == ("base_link", ["steward", "parcel"], 0), (frame, bodies)
+assert abs(at[0] - 0.3) < 0.02 and abs(at[1]) < 0.02 and normal[0] < -0.99 and 0 <= depth_m < 0.02, (at, normal)
+assert ask(caller, "calls /Tray/take") == [True, "parcel"]
+assert ask(caller, "calls /Tray/take") == [False, "there is already a box on the tray"]
+assert ask(caller, "calls /Tray/put") == [True, "parcel"]
+ran = subprocess.run([STEWARD, "run", FOLDER / "closes.toml", "--no-snapshots", "--out", FOLDER / "closes"],
+                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120)
+assert ran.returncode == 0, ran.stdout
+assert ask(caller, "hears /Door/moved 4") == ["moving", "open", "moving", "closed"]
+assert ask(caller, "calls /Tray/get_load") == [True, ""]
+robot.send_signal(signal.SIGINT)
+of, errors = report(robot, INTERRUPTED)
+caller.kill()
+cyclone.kill()
+assert verdicts(of)["opened"] == "satisfied" and of["robot"]["collisions"] >= 1, of
+print("rclpy and Cyclone DDS open a door, take a box, and hear a button, a speaker and what the robot touches; a run that "
+      "has the devices as components of ROS 2 uses them, too")
 
 
 def processes(of):
