@@ -273,7 +273,8 @@ fn header(log: &Path) -> Option<Header> {
     view.map(|view| view.header().clone())
 }
 
-/// Whether it can be read only once, as standard input can. There may be no file of that name: a part of one has a name.
+/// Whether it can be read only once, as standard input can. There may be no file of that name: a part of one has a
+/// name.
 fn is_pipe(log: &Path) -> bool {
     std::fs::metadata(log).is_ok_and(|about| !about.is_file())
 }

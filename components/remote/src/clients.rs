@@ -35,7 +35,7 @@ pub struct RemoteClients {
     /// The servers of the actions of all components, in order: with the component and the operation.
     servers: Vec<(usize, usize, ActionServer)>,
     /// Oldest first.
-    open: Vec<Open>,
+    open: Vec<OpenRequest>,
     said: Vec<FromNode>,
     /// What was left out, each once, and how many of these have been told.
     notes: Vec<String>,
@@ -44,7 +44,7 @@ pub struct RemoteClients {
 
 /// A request that a component has not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Open {
+struct OpenRequest {
     request: RequestNumber,
     component: usize,
     operation: usize,
@@ -58,7 +58,7 @@ enum Inquiry {
     Goal(GoalId),
 }
 
-impl Open {
+impl OpenRequest {
     /// Whether it is an earlier goal of the same action.
     fn is_goal_before(&self, other: &Self) -> bool {
         let of_one = (self.component, self.operation) == (other.component, other.operation);
@@ -142,7 +142,7 @@ impl RemoteClients {
         if self.open.len() == MOST_OPEN {
             self.open.remove(0);
         }
-        self.open.push(Open { request: self.adapter.last_request(), component, operation, of });
+        self.open.push(OpenRequest { request: self.adapter.last_request(), component, operation, of });
     }
 
     /// Says that a request has failed, if a response can say so.
@@ -194,7 +194,7 @@ impl RemoteClients {
         if let Some(topic) = of.topics.iter().find(|topic| topic.name == head) {
             return self.publish(of, topic, data);
         }
-        let is_open = |open: &Open| open.request == request && open.component == component;
+        let is_open = |open: &OpenRequest| open.request == request && open.component == component;
         let Some(place) = self.open.iter().position(is_open) else { return };
         let open = self.open[place].clone();
         match open.of {
@@ -233,7 +233,15 @@ impl RemoteClients {
     }
 
     /// A component says what becomes of a goal.
-    fn follow(&mut self, open: &Open, of: &RemoteComponent, id: GoalId, part: &str, data: &Datum, now: Duration) {
+    fn follow(
+        &mut self,
+        open: &OpenRequest,
+        of: &RemoteComponent,
+        id: GoalId,
+        part: &str,
+        data: &Datum,
+        now: Duration,
+    ) {
         let action = &of.actions[open.operation];
         let is_it = |(component, operation, _): &&mut (usize, usize, ActionServer)| {
             (*component, *operation) == (open.component, open.operation)

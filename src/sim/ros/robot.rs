@@ -49,7 +49,7 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, E
     let topics = spaces.iter().map(|space| Topics::of(args, space, &offered)).collect::<Result<Vec<_>, _>>()?;
     Topics::check(&topics)?;
     check_period(args, scenario)?;
-    let model = Model::of(args, scenario)?;
+    let model = FixedParts::of(args, scenario)?;
     let names: Vec<String> = spaces.iter().map(|space| format!("{space}/steward")).collect();
     let stations = enter(args, &names, &topics)?;
     left_out.iter().for_each(|why| note(why));
@@ -89,13 +89,13 @@ fn check_period(args: &SimArgs, scenario: &Scenario) -> Result<(), Error> {
 }
 
 /// What does not change of a scenario's robot and its world.
-struct Model {
+struct FixedParts {
     map: ros::OccupancyGrid,
     lasers: Vec<LaserSpec>,
     frames: Frames,
 }
 
-impl Model {
+impl FixedParts {
     fn of(args: &SimArgs, scenario: &Scenario) -> Result<Self, Error> {
         let premises = scenario.premises.as_ref().filter(|_| scenario.schedule.is_none()).ok_or_else(|| {
             let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
@@ -216,7 +216,7 @@ impl Pilot for RosRobot {
 }
 
 impl RosRobot {
-    fn new(args: &SimArgs, station: Station, topics: Topics, model: &Model) -> Self {
+    fn new(args: &SimArgs, station: Station, topics: Topics, model: &FixedParts) -> Self {
         let (frames, lasers) = (model.frames.clone(), model.lasers.clone());
         Self {
             station,

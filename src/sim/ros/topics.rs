@@ -52,7 +52,7 @@ pub(super) struct OfferedTopic {
 }
 
 /// Names in a namespace.
-struct Names<'a> {
+struct UsedNames<'a> {
     space: &'a str,
     remapped: &'a [Remapping],
     /// Which of the remappings are about a name.
@@ -61,7 +61,7 @@ struct Names<'a> {
     all: Vec<String>,
 }
 
-impl Names<'_> {
+impl UsedNames<'_> {
     fn resolve(&mut self, name: &str) -> String {
         let (name, rule) = resolve(self.space, name, self.remapped);
         rule.into_iter().for_each(|rule| self.is_used[rule] = true);
@@ -82,7 +82,7 @@ impl OfferedNames {
         services: impl Iterator<Item = (String, String)>,
         topics: impl Iterator<Item = (String, String)>,
         statuses: impl Iterator<Item = (String, String)>,
-        names: &mut Names<'_>,
+        names: &mut UsedNames<'_>,
     ) -> Result<(), Error> {
         for (within, kind) in services {
             let name = names.resolve(within.trim_start_matches('/'));
@@ -112,7 +112,7 @@ impl Topics {
     pub(super) fn of(args: &SimArgs, space: &str, components: &[Offered]) -> Result<Self, Error> {
         let [tf, tf_static] = if args.namespaces.len() > 1 { ["tf", "tf_static"] } else { ["/tf", "/tf_static"] };
         let is_used = vec![false; args.remapped.len()];
-        let mut names = Names { space, remapped: &args.remapped, is_used, all: Vec::new() };
+        let mut names = UsedNames { space, remapped: &args.remapped, is_used, all: Vec::new() };
         let mut topics = Self {
             clock: names.topic("/clock"),
             tf: names.topic(tf),
@@ -143,7 +143,7 @@ impl Topics {
         for (_, of) in components {
             topics.offered.add(of.services(), of.topics(), of.statuses(), &mut names)?;
         }
-        let Names { is_used, mut all, .. } = names;
+        let UsedNames { is_used, mut all, .. } = names;
         if let Some((_, name)) = all.iter().enumerate().find(|(place, name)| all[..*place].contains(name)) {
             return Err(twice(name));
         }
