@@ -44,7 +44,7 @@ fn a_node_tells_the_tree_its_answers_and_that_it_was_halted() {
     assert_eq!(told.len() as u64, view.communications());
     assert_eq!(view.end().unwrap().ended, Ended::Recorded);
     assert!(!view.header().knows_ticks() && view.ticks() == 0);
-    assert_eq!(view.header().origin.began.unwrap().timestamp_micros() / 1_000_000, 1_795_779_812);
+    assert_eq!(view.header().origin.began.unwrap().timestamp_micros() / 1_000_000, 1_795_779_814);
 }
 
 #[test]
