@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Scripts that other files run: the gate runs those.
-const RUN_BY: [(&str, &str); 37] = [
+const RUN_BY: [(&str, &str); 39] = [
     (".ci/same-bits", ".ci/seeds"),
     ("components/guide/tour_planner.py", "scenarios/guide.toml"),
     ("components/programs/examples/speaker.py", "components/programs/tests/conversation.rs"),
     ("ros/messages/tests/random_messages.py", "ros/messages/tests/foreign.py"),
     ("ros/network/tests/apart.py", "ros/network/tests/dds.py"),
+    ("ros/network/tests/peer.py", "ros/network/tests/dds.py"),
     ("ros/network/tests/robots/bridge.py", "ros/network/tests/dds.py"),
     ("ros/network/tests/robots/caller.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/cyclone.py", "ros/network/tests/dds.py"),
@@ -29,6 +30,7 @@ const RUN_BY: [(&str, &str); 37] = [
     ("ros/network/tests/robots/goals.py", "ros/network/tests/components.py"),
     ("ros/network/tests/robots/helper.py", "ros/network/tests/components.py"),
     ("ros/network/tests/robots/hostile.py", "ros/network/tests/dds.py"),
+    ("ros/network/tests/robots/lines.py", "ros/network/tests/robots/driver.py"),
     ("ros/network/tests/robots/listener.py", "ros/network/tests/sim.py"),
     ("ros/network/tests/robots/navigator.py", "ros/network/tests/components.py"),
     ("ros/network/tests/robots/relay.py", "ros/network/tests/dds.py"),

@@ -13,10 +13,10 @@ import json, os, signal, socket, struct, subprocess, sys, tempfile, time
 from pathlib import Path
 
 import apart
+from peer import ROBOTS, Peer
 
 STEWARD, FAST, CYCLONE = apart.paths()
 
-ROBOTS = Path(__file__).parent / "robots"
 FOLDER = Path(tempfile.mkdtemp())
 MAPPING = """
 tick_s = 0.1
@@ -48,39 +48,6 @@ COUNT = '[[messages]]\ntopic = "/count"\nfrom = "counter"\nto = "base"\nfields =
 for file, text in {"robot.toml": MAPPING, "safety.scope": PROPERTIES, "count.toml": COUNT,
                    "count.scope": "property positive := always (counter, base, m.x >= 0)\n"}.items():
     (FOLDER / file).write_text(text)
-
-
-class Robot:
-    def __init__(self, python, file, *args, network=(), **env):
-        self.errors = tempfile.TemporaryFile("w+")
-        words = [*network, python, ROBOTS / file, *map(str, args)]
-        env = {**{name: value for name, value in os.environ.items() if name != "PYTHONPATH"}, **env}
-        pipe = subprocess.PIPE
-        self.process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=self.errors, text=True, env=env,
-                                        start_new_session=True)
-        assert self.heard() == {"up": True}, self.said()
-
-    def heard(self):
-        line = self.process.stdout.readline()
-        assert line, self.said()
-        return json.loads(line)
-
-    def ask(self, what):
-        self.begin(what)
-        return self.heard()
-
-    def begin(self, what):
-        self.process.stdin.write(what + "\n")
-        self.process.stdin.flush()
-
-    def said(self):
-        self.errors.seek(0)
-        return self.errors.read()
-
-    def kill(self):
-        # The Python that was started has started another.
-        os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait()
 
 
 def watch(mapping, properties, record, *more, network=()):
@@ -167,7 +134,7 @@ def beside(robot, record, passive, *target):
     return report
 
 
-robot = Robot(FAST, "fast.py", 61)
+robot = Peer(FAST, "fast.py", 61)
 # It says which nodes it has when it is up; whoever comes shortly afterwards may hear it late.
 time.sleep(3)
 begun = time.monotonic()
@@ -207,7 +174,7 @@ print("--diagnostics: rclpy hears how the properties stand, before and after")
 
 watching = watch("robot.toml", "safety.scope", "killed.mcap")
 robot.kill()
-robot = Robot(FAST, "fast.py", 61)
+robot = Peer(FAST, "fast.py", 61)
 time.sleep(5)
 robot.ask("go")
 time.sleep(0.5)
@@ -218,7 +185,7 @@ assert judged("killed.mcap", "robot.toml", "safety.scope")["monitors"] == report
 robot.kill()
 print("a robot that was killed and started again is told of")
 
-robot = Robot(CYCLONE, "cyclone.py", 61)
+robot = Peer(CYCLONE, "cyclone.py", 61)
 beside(robot, "cyclone.mcap", False)
 robot.kill()
 print("beside Cyclone DDS: the same verdicts")
@@ -226,12 +193,12 @@ print("beside Cyclone DDS: the same verdicts")
 with socket.socket() as free:
     free.bind(("127.0.0.1", 0))
     port = free.getsockname()[1]
-robot = Robot(CYCLONE, "bridge.py", 61, port)
+robot = Peer(CYCLONE, "bridge.py", 61, port)
 beside(robot, "bridge.mcap", False, "--foxglove", f"ws://127.0.0.1:{port}")
 robot.kill()
 print("behind a bridge: the same verdicts, and nothing is said to be known of losses")
 
-robot = Robot(CYCLONE, "cyclone.py", 61)
+robot = Peer(CYCLONE, "cyclone.py", 61)
 watching = watch("robot.toml", "safety.scope", "replaced.mcap")
 listener = lambda: Path(f"/proc/{watching.pid}/task/{watching.pid}/children").read_text().split() or [
     pid for task in Path(f"/proc/{watching.pid}/task").iterdir() for pid in (task / "children").read_text().split()]
@@ -257,7 +224,7 @@ robot.kill()
 print("when what listens is killed, another takes its place; when the watch is killed, nothing is left")
 
 LOSSY = "<CycloneDDS><Domain><Internal><Test><XmitLossiness>20</XmitLossiness></Test></Internal></Domain></CycloneDDS>"
-robot = Robot(CYCLONE, "cyclone.py", 61, CYCLONEDDS_URI=LOSSY.replace("20", "200"))
+robot = Peer(CYCLONE, "cyclone.py", 61, CYCLONEDDS_URI=LOSSY.replace("20", "200"))
 watching = watch("robot.toml", "safety.scope", "again.mcap")
 robot.ask("go")
 time.sleep(4)
@@ -271,7 +238,7 @@ assert found["charged"] == ("violated", [[24]] if 24 in levels else [[max(level 
 assert found["dead"][0] == "satisfied" or found["dead"][2], found
 print(f"of 61 reliable messages, {len(levels)} came, {61 - len(levels)} never, in the order in which they were sent")
 
-robot = Robot(CYCLONE, "cyclone.py", 0, 7000, CYCLONEDDS_URI=LOSSY)
+robot = Peer(CYCLONE, "cyclone.py", 0, 7000, CYCLONEDDS_URI=LOSSY)
 robot.begin("go")
 watching = watch("count.toml", "count.scope", "count.mcap")
 time.sleep(1)
@@ -316,7 +283,7 @@ for network, name, address, other in [(robots, "robot", "10.0.0.1", "from"), (wa
     between.run(f"ip link add {other} type veth peer name {name} netns {network.holder.pid} && ip link set {other} up")
     network.run(f"ip link set lo up && ip address add {address}/24 dev {name} && ip link set {name} up && "
                 f"ip route add 224.0.0.0/4 dev {name}")
-relay = Robot(sys.executable, "relay.py", "from", "to", network=between.inside)
+relay = Peer(sys.executable, "relay.py", "from", "to", network=between.inside)
 total = int(os.environ.get("MESSAGES", 8000))
 asked = {number: -number for number in range(200, total, total // 40)}
 # Every other one is answered by the next message.
@@ -326,14 +293,13 @@ answers = {number + 1: answer for number, answer in list(asked.items())[::2]}
     f"property seen_{number} := eventually (counter, base, m.x = {answer})\n" for number, answer in asked.items()))
 burst = 1 if total < 100000 else 10
 sending = {"burst": burst, "restart": total // 2, "answers": answers, "record": str(FOLDER / "sent.mcap")}
-robot = Robot(CYCLONE, "cyclone.py", 0, total, json.dumps(sending), network=robots.inside)
+robot = Peer(CYCLONE, "cyclone.py", 0, total, json.dumps(sending), network=robots.inside)
 watching = watch("count.toml", "asked.scope", "impaired.mcap", network=watchers.inside)
 robot.ask("go")
 time.sleep(1)
 _, _, report = end(watching)
 robot.kill()
-relay.process.stdin.close()
-counts = relay.heard()
+counts = relay.end()
 expected, lost = 0, 0
 numbers = {answer: number for number, answer in answers.items()}
 for topic, data in records(FOLDER / "impaired.mcap"):
@@ -358,7 +324,7 @@ print(f"of {total} messages through a network that lost {counts['lost']}, sent {
 
 # Its lease ends before it announces itself again, as if an announcement were lost.
 LATE = "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration><SPDPInterval>4s</SPDPInterval></Discovery></Domain></CycloneDDS>"
-robot = Robot(CYCLONE, "cyclone.py", 0, 20000, CYCLONEDDS_URI=LATE)
+robot = Peer(CYCLONE, "cyclone.py", 0, 20000, CYCLONEDDS_URI=LATE)
 robot.begin("go")
 watching = watch("count.toml", "count.scope", "late.mcap")
 # When the watch begins, it may be out of reach until its next announcement, and then be given up for the first time.
@@ -372,7 +338,7 @@ print("a robot that announces itself late is heard again")
 
 # Everybody here may send anything, so no verdict is certain: but there is one.
 seconds = float(os.environ.get("HOSTILE_SECONDS", 6))
-robot = Robot(FAST, "fast.py", int(seconds * 100))
+robot = Peer(FAST, "fast.py", int(seconds * 100))
 watching = watch("robot.toml", "safety.scope", "hostile.mcap")
 robot.begin("go")
 hostile = subprocess.Popen([sys.executable, ROBOTS / "hostile.py", str(seconds)], stdout=subprocess.PIPE, text=True)

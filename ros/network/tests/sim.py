@@ -13,10 +13,10 @@ import collections, json, os, signal, subprocess, sys, tempfile, time
 from pathlib import Path
 
 import apart
+from peer import Peer
 
 STEWARD, FAST, CYCLONE = apart.paths()
 
-ROBOTS = Path(__file__).parent / "robots"
 FOLDER = Path(tempfile.mkdtemp())
 DESTINATION = (-11.7, 14.2)
 MAPPING = """
@@ -54,18 +54,6 @@ for file, text in {"robot.toml": MAPPING, "told.scope": PROPERTIES.format(Batter
     (FOLDER / file).write_text(text)
 
 
-def start(python, file, *args, errors=None):
-    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    words, pipe = [python, ROBOTS / file, *map(str, args)], subprocess.PIPE
-    process = subprocess.Popen(words, stdout=pipe, stdin=pipe, stderr=errors, text=True, env=env)
-    assert json.loads(process.stdout.readline()) == {"up": True}
-    return process
-
-
-def end(process):
-    return json.loads(process.communicate(timeout=60)[0].splitlines()[-1])
-
-
 def sim(*options, scenario="nominal"):
     words = [STEWARD, "sim", scenario, "--set", "expect={}", "--no-snapshots", "--json", "--out", FOLDER / "out"]
     return subprocess.Popen([*words, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -75,24 +63,6 @@ def report(process, status=0):
     out, errors = process.communicate(timeout=120)
     assert process.returncode == status, errors
     return json.loads(out), errors
-
-
-def begin(process, what):
-    process.stdin.write(what + "\n")
-    process.stdin.flush()
-
-
-def heard(process):
-    """What a process says next. Fast DDS complains on the same output."""
-    for line in process.stdout:
-        if line[0] in "{[":
-            return json.loads(line)
-    raise AssertionError(f"{process.args} has ended; in {FOLDER} is what it may have complained of")
-
-
-def ask(process, what):
-    begin(process, what)
-    return heard(process)
 
 
 def watch():
@@ -105,15 +75,15 @@ def verdicts(of):
     return {monitor["name"]: monitor["verdict"] for monitor in of["monitors"]}
 
 
-visitor, watching = start(FAST, "visitor.py"), watch()
+visitor, watching = Peer(FAST, "visitor.py"), watch()
 judged = ["--set", f"properties=['{FOLDER}/true.scope']", "--set", LEVEL]
 judged += ["--set", "expect={%s}" % ", ".join(f"{name} = '{verdict}'" for name, verdict in EXPECTED.items())]
 robot = sim("--set", "execution.max_time_s=35", *judged)
-known = ask(visitor, "knows")
-transforms = end(start(CYCLONE, "listener.py"))
-driven = ask(visitor, "drives")
-flooded = ask(visitor, "floods")
-babbled = ask(visitor, "babbles")
+known = visitor.ask("knows")
+transforms = Peer(CYCLONE, "listener.py").end()
+driven = visitor.ask("drives")
+flooded = visitor.ask("floods")
+babbled = visitor.ask("babbles")
 visitor.kill()
 of, errors = report(robot)
 watching.send_signal(signal.SIGINT)
@@ -168,9 +138,9 @@ else:
 
 runs, factors, busy = [], [], []
 for _ in range(int(os.environ.get("RUNS", 3))):
-    driver = start(FAST, "driver.py", *DESTINATION, 8)
+    driver = Peer(FAST, "driver.py", *DESTINATION, 8)
     of, errors = report(sim("--lock-step", "--localize"))
-    seen = end(driver)
+    seen = driver.end()
     runs.append((of["trace_hash"], seen["sent"]))
     busy.append(seen["busy"])
     arrived = {place["name"]: place["reached_at_s"] for place in of["places"]}
@@ -185,13 +155,11 @@ HALL, STATION, OUTSIDE = "-3.0 6.6 180", "-7.5 9.0 180", "1000 0 0"
 EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(2, 7)
 TERMINATED, UNKNOWN_GOAL, GOAL_OUTSIDE = 3, 2, 204
 INTERRUPTED = 130
-# Each also hears the responses to the other, which it cannot read, and complains of that.
-errors = (FOLDER / "cyclone_goals").open("w")
-goals, cyclone = start(FAST, "goals.py"), start(CYCLONE, "cyclone_goals.py", errors=errors)
+goals, cyclone = Peer(FAST, "goals.py"), Peer(CYCLONE, "cyclone_goals.py")
 robot = sim("--localize", "--navigate", "--speed", "10", "--set", "stop={}", "--set", "execution.max_time_s=600")
 began = time.monotonic()
-assert ask(goals, "waits") == {"server": True, "nodes": ["steward"]}
-assert ask(cyclone, "waits") == {"server": True}
+assert goals.ask("waits") == {"server": True, "nodes": ["steward"]}
+assert cyclone.ask("waits") == {"server": True}
 
 
 def assert_ends(seen, statuses, code):
@@ -202,29 +170,29 @@ def assert_ends(seen, statuses, code):
 
 def assert_serves(client, way_m):
     """It drives to the hall as asked, at first so many meters away, cancels, and knows which goals there are."""
-    seen = ask(client, f"goes {HALL}")
+    seen = client.ask(f"goes {HALL}")
     assert_ends(seen, [EXECUTING, SUCCEEDED], 0)
     [first_m, last_m] = seen["left_m"]
     # It tells ten times a second how it goes, and is not faster than 0.5 m/s.
     assert seen["feedback"] > 20 * (first_m - last_m) * 0.8 and way_m < first_m < way_m + 3 and last_m < 0.3, seen
-    seen = ask(client, f"cancels {STATION} 1")
+    seen = client.ask(f"cancels {STATION} 1")
     canceled, again = seen.pop("canceled"), seen.pop("canceled_again")
     assert seen["statuses"] in ([EXECUTING, CANCELING, CANCELED], [EXECUTING, CANCELED]), seen
     assert (seen["status"], seen["error_code"], canceled, again) == (CANCELED, 0, [0, [True]], [TERMINATED, []]), seen
-    assert_ends(ask(client, f"goes {OUTSIDE}"), [EXECUTING, ABORTED], GOAL_OUTSIDE)
-    seen = ask(client, "asks")
+    assert_ends(client.ask(f"goes {OUTSIDE}"), [EXECUTING, ABORTED], GOAL_OUTSIDE)
+    seen = client.ask("asks")
     assert seen["status"] == 0 and seen["error_code"] == 0 and seen["canceled"] == [UNKNOWN_GOAL, 0], seen
 
 
 assert_serves(goals, 10)
-older, newer = ask(goals, f"replaces {STATION} 2 {HALL}")
+older, newer = goals.ask(f"replaces {STATION} 2 {HALL}")
 assert_ends(older, [EXECUTING, ABORTED], 200)
 assert_ends(newer, [EXECUTING, SUCCEEDED], 0)
-assert ask(goals, "errs") == 4 * [{"accepted": False, "statuses": []}]
-begin(goals, f"goes {STATION}")
+assert goals.ask("errs") == 4 * [{"accepted": False, "statuses": []}]
+goals.begin(f"goes {STATION}")
 time.sleep(0.4)
 assert_serves(cyclone, 0)
-older = heard(goals)
+older = goals.heard()
 assert_ends(older, [EXECUTING, ABORTED], 200)
 assert older["feedback"] > 0, older
 robot.send_signal(signal.SIGINT)
@@ -259,40 +227,39 @@ took = 'eventually (Tray, Take, m[1] = <ok> and box = "parcel")'
 closed = "eventually (Door, AwaitClosed, state = <closed>)"
 put = "eventually (Tray, Put, m[1] = <ok>)"
 """)
-errors = (FOLDER / "cyclone_caller").open("w")
-caller, cyclone = start(FAST, "caller.py"), start(CYCLONE, "cyclone_caller.py", errors=errors)
+caller, cyclone = Peer(FAST, "caller.py"), Peer(CYCLONE, "cyclone_caller.py")
 judged = "expect.satisfied.opened='eventually (Door, ROS, m[1] = <moved> and state = <open>)'"
 robot = sim("--speed", "2", "--set", "stop={}", "--set", "execution.max_time_s=600", "--set", judged, scenario="parcel")
-known = ask(caller, "knows")
+known = caller.ask("knows")
 trigger, text = ["std_srvs/srv/Trigger"], ["std_msgs/msg/String"]
 assert known == {"found": True, "services": {
     "/CallButton/get_press": trigger, "/Door/close": trigger, "/Door/get_state": trigger, "/Door/open": trigger,
     "/Speaker/say": ["steward_msgs/srv/Say"], "/Tray/get_load": trigger, "/Tray/put": trigger, "/Tray/take": trigger,
 }, "topics": {"/CallButton/pressed": ["std_msgs/msg/Empty"], "/Door/moved": text, "/Speaker/spoken": text}}, known
-assert ask(caller, "hears /CallButton/pressed 1") == [None]
-assert [ask(caller, "calls /CallButton/get_press") for _ in range(2)] == [[True, ""], [False, ""]]
-assert ask(caller, "calls /Door/get_state") == [True, "closed"]
-assert ask(caller, "doors") == [["map", {"kitchen door": 0}]]
-assert ask(caller, "calls /Door/open") == [True, ""]
-assert ask(caller, "hears /Door/moved 2") == ["moving", "open"]
-assert ask(cyclone, "calls /Door/get_state") == {"answer": [True, "open"]}
-[[frame, opening]] = ask(caller, "doors")
+assert caller.ask("hears /CallButton/pressed 1") == [None]
+assert [caller.ask("calls /CallButton/get_press") for _ in range(2)] == [[True, ""], [False, ""]]
+assert caller.ask("calls /Door/get_state") == [True, "closed"]
+assert caller.ask("doors") == [["map", {"kitchen door": 0}]]
+assert caller.ask("calls /Door/open") == [True, ""]
+assert caller.ask("hears /Door/moved 2") == ["moving", "open"]
+assert cyclone.ask("calls /Door/get_state") == [True, "open"]
+[[frame, opening]] = caller.ask("doors")
 assert frame == "map" and abs(opening["kitchen door"]) > 1, opening
 # A speaker says one text at a time, and requests are answered in order; both are heard by the other.
-assert ask(cyclone, "says Hello! Goodbye!") == {"answer": [[True, ""], [True, ""]]}
-assert ask(caller, "hears /Speaker/spoken 2") == ["Hello!", "Goodbye!"]
-assert ask(caller, "drives 0.3 2") == {"driven": True}
-[[frame, *bodies, [at], [normal], [depth_m], wrenches]] = ask(cyclone, "touches")["answer"]
+assert cyclone.ask("says Hello! Goodbye!") == [[True, ""], [True, ""]]
+assert caller.ask("hears /Speaker/spoken 2") == ["Hello!", "Goodbye!"]
+assert caller.ask("drives 0.3 2") == {"driven": True}
+[[frame, *bodies, [at], [normal], [depth_m], wrenches]] = cyclone.ask("touches")
 assert (frame, bodies, wrenches) == ("base_link", ["steward", "parcel"], 0), (frame, bodies)
 assert abs(at[0] - 0.3) < 0.02 and abs(at[1]) < 0.02 and normal[0] < -0.99 and 0 <= depth_m < 0.02, (at, normal)
-assert ask(caller, "calls /Tray/take") == [True, "parcel"]
-assert ask(caller, "calls /Tray/take") == [False, "there is already a box on the tray"]
-assert ask(caller, "calls /Tray/put") == [True, "parcel"]
+assert caller.ask("calls /Tray/take") == [True, "parcel"]
+assert caller.ask("calls /Tray/take") == [False, "there is already a box on the tray"]
+assert caller.ask("calls /Tray/put") == [True, "parcel"]
 ran = subprocess.run([STEWARD, "run", FOLDER / "closes.toml", "--no-snapshots", "--out", FOLDER / "closes"],
                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120)
 assert ran.returncode == 0, ran.stdout
-assert ask(caller, "hears /Door/moved 4") == ["moving", "open", "moving", "closed"]
-assert ask(caller, "calls /Tray/get_load") == [True, ""]
+assert caller.ask("hears /Door/moved 4") == ["moving", "open", "moving", "closed"]
+assert caller.ask("calls /Tray/get_load") == [True, ""]
 robot.send_signal(signal.SIGINT)
 of, errors = report(robot, INTERRUPTED)
 caller.kill()
@@ -315,14 +282,14 @@ def worked_s(of):
 
 
 SPACES = [f"/r{place}" for place in range(20)]
-fleet = start(FAST, "fleet.py", *SPACES)
+fleet = Peer(FAST, "fleet.py", *SPACES)
 robots = sim(*(word for space in SPACES for word in ("--namespace", space)), "--set", "execution.max_time_s=20")
 for line in robots.stderr:
     if SPACES[-1] in line:
         break
 time.sleep(2)
 of, before_s, since = processes(robots.pid), worked_s(processes(robots.pid)), time.monotonic()
-seen = ask(fleet, "go")
+seen = fleet.ask("go")
 share = (worked_s(of) - before_s) / (time.monotonic() - since)
 reports, _ = report(robots)
 fleet.kill()

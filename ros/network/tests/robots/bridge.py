@@ -1,7 +1,8 @@
 """The same robot behind a bridge, the server of Foxglove's SDK (pip install foxglove-sdk): `bridge.py STEPS PORT`."""
-import json, struct, sys, time
+import struct, sys, time
 
 import foxglove
+from lines import answer
 
 steps, port = map(int, sys.argv[1:3])
 context = foxglove.Context()
@@ -14,12 +15,16 @@ def topic(name, kind, field):
 
 
 level, stop, name = topic("/level", "Int32", "int32"), topic("/stop", "Bool", "bool"), topic("/map_name", "String", "string")
-print(json.dumps({"up": True}), flush=True)
-for line in sys.stdin:
+
+
+def go():
     # What is latched comes when somebody subscribes, from a bridge of ROS 2.
     name.log(b"\0\1\0\0\x06\0\0\0house\0")
     for step in range(steps):
         stop.log(b"\0\1\0\0" + bytes([step == 40]))
         level.log(b"\0\1\0\0" + struct.pack("<i", 60 - step))
         time.sleep(0.01)
-    print(json.dumps({"done": steps}), flush=True)
+    return {"done": steps}
+
+
+answer(go)

@@ -5,13 +5,14 @@ Each line of its input asks it for something, and it prints what came of it:
     says TEXT...            to /Speaker, several texts at once
     touches                 the contacts so far
 """
-import sys, time
+import time
 
 from cyclone_nav2 import Header, Vector3
-from cyclone_ros import Client, made, say, struct, take
+from cyclone_ros import Client, made, struct, take
 from cyclonedds.core import Policy
 from cyclonedds.idl import types
 from cyclonedds.sub import DataReader
+from lines import answer
 
 PATIENCE_S = 30
 gazebo = "ros_gz_interfaces::msg::dds_::"
@@ -61,7 +62,4 @@ def touches():
              len(of.wrenches)] for frame, of in pairs]
 
 
-say(up=True)
-for line in sys.stdin:
-    what, *words = line.split()
-    say(answer=globals()[what](*words))
+answer(calls, says, touches)

@@ -6,11 +6,12 @@ of its input asks it for something, and it prints what came of it, as goals.py d
     cancels X Y DEGREES SECONDS    and cancels it so many seconds later
     asks                for the result of a goal that nobody has sent, and to cancel it
 """
-import math, os, sys, time
+import math, os, time
 
 from cyclone_actions import Action, GoalInfo, Id, key
 from cyclone_nav2 import NAVIGATE_TO_POSE, Header, Point, Pose, PoseStamped, Quaternion
-from cyclone_ros import Client, Time, say, take
+from cyclone_ros import Client, Time, take
+from lines import answer
 
 PATIENCE_S = 30
 navigate = Action(Client, *NAVIGATE_TO_POSE)
@@ -83,8 +84,4 @@ def asks():
             "canceled": canceled and [canceled.return_code, len(canceled.goals_canceling)]}
 
 
-say(up=True)
-for line in sys.stdin:
-    what, *numbers = line.split()
-    answer = globals()[what](*map(float, numbers))
-    say(**answer)
+answer(waits, goes, cancels, asks, read=float)

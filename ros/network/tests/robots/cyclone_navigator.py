@@ -4,11 +4,12 @@ import sys, time
 from cyclone_actions import ABORTED, CANCELED, CANCELING, SUCCEEDED, ActionServer
 from cyclone_nav2 import (NAVIGATE_TO_POSE, LaserScan, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped, Twist,
                           Vector3, duration)
-from cyclone_ros import LATCHED, NEWEST, made, say, take
+from cyclone_ros import LATCHED, NEWEST, made, take
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from driving import CANCELED as IS_CANCELED
 from driving import NEWER, SPEED, End, Going, Trip, driver
+from lines import say
 
 STATUSES = {"succeed": SUCCEEDED, "canceled": CANCELED, "abort": ABORTED}
 driver = driver(sys.argv[1:])
@@ -39,7 +40,7 @@ def go_on(goal, trip, pose, is_newest):
 
 
 trips = []
-say(up=True)
+say({"up": True})
 while True:
     for grid in take(maps):
         driver.take_map(grid)

@@ -1,7 +1,7 @@
 """What a node on rmw_cyclonedds has, without one, on Cyclone DDS (pip install cyclonedds): publishers, subscriptions,
 services and clients. There, a request begins with its client and a number, and its response with the same.
 """
-import json, os, random, time
+import os, random, time
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
@@ -35,10 +35,6 @@ def made(make, name, kind, *policies):
 
 def take(reader):
     return [sample for sample in reader.take(N=100) if sample.sample_info.valid_data]
-
-
-def say(**line):
-    print(json.dumps(line), flush=True)
 
 
 class Endpoint:

@@ -3,15 +3,16 @@ namespace /helper would have.
 
 It says "ready" on the latched topic `told`, serves `switch`, and counts for `count`: every 0.2 s a number and feedback.
 With `--misbehave`, it rejects or aborts goals; it hangs, so that not even a canceled goal ends; it dies without a word
-while it counts; it responds to everything twice; or it switches late, after 3 s. It prints what it is asked to do.
+while it counts; it responds to everything twice; or it switches late, after 3 s.
 """
 import argparse, os, time
 from threading import Timer
 
 from cyclone_actions import ABORTED, CANCELED, CANCELING, SUCCEEDED, ActionServer
-from cyclone_ros import LATCHED, Service, made, say, struct
+from cyclone_ros import LATCHED, Service, made, struct
 from cyclonedds.idl import types
 from cyclonedds.pub import DataWriter
+from lines import say
 
 COUNT_S, LATE_S = 0.2, 3.0
 Numbers = {"sequence": types.sequence[types.int32]}
@@ -39,11 +40,6 @@ class Count:
                 self.due += COUNT_S
 
 
-def judge(goal):
-    say(count=goal.order)
-    return misbehaves != "rejects"
-
-
 parser = argparse.ArgumentParser()
 parser.add_argument("--misbehave", choices=["rejects", "aborts", "hangs", "dies", "twice", "late"])
 misbehaves = parser.parse_args().misbehave
@@ -53,13 +49,12 @@ kind, order = "test_msgs::action::dds_::Fibonacci", {"order": types.int32}
 count, counts = ActionServer({"sequence": []}, "/helper/count", kind, order, Numbers, Numbers), []
 told = made(DataWriter, "rt/helper/told", String, *LATCHED)
 told.write(String("ready"))
-say(up=True)
+say({"up": True})
 while True:
     for request in switch.take():
-        say(switch=request.data)
         fields = {"success": request.data, "message": "switched"}
         Timer(LATE_S if misbehaves == "late" else 0.0, switch.respond, [request], fields).start()
-    counts += [Count(goal) for goal in count.take(judge)]
+    counts += [Count(goal) for goal in count.take(lambda _: misbehaves != "rejects")]
     for goal in counts:
         goal.go_on()
     time.sleep(0.01)

@@ -2,11 +2,12 @@
 drives as driving.py says, and sends one command for each period, when it has all that belongs to it. Without the time
 for so many seconds, it says how many commands it has sent, how busy it was meanwhile, and ends.
 """
-import json, sys, time
+import sys, time
 
 import rclpy
 from driving import Driver, Going, Trip
 from geometry_msgs.msg import Point, Pose, PoseWithCovarianceStamped, TwistStamped
+from lines import say
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -47,8 +48,8 @@ class Pilot(Node):
 
 rclpy.init()
 node, patience = Pilot(float(sys.argv[1]), float(sys.argv[2])), float(sys.argv[3])
-print(json.dumps({"up": True}), flush=True)
+say({"up": True})
 while time.monotonic() < node.heard + patience:
     rclpy.spin_once(node, timeout_sec=0.1)
 (worked_s, began_s), (all_worked_s, ended_s) = node.worked[0], node.worked[-1]
-print(json.dumps({"sent": len(node.worked), "busy": (all_worked_s - worked_s) / (ended_s - began_s)}))
+say({"sent": len(node.worked), "busy": (all_worked_s - worked_s) / (ended_s - began_s)})

@@ -1,14 +1,15 @@
 """A robot of rclpy on Fast DDS (pip install "ros-jazzy-rclpy[fastrtps]" ros-jazzy-std-msgs ros-jazzy-std-srvs
 ros-jazzy-test-msgs ros-jazzy-diagnostic-msgs numpy): topics of three kinds of quality, one latched, a service, an
-action, and a node with a lifecycle. It says a line of JSON at each step; `seen` is what it knows of those who listen to
-it, whether its services and its action are available to its own clients, and the state of that node; `diagnosed` is
-what is published of its properties.
+action, and a node with a lifecycle. It answers each line of its input: `go` when it has driven; `seen` with what it
+knows of those who listen to it, whether its services and its action are available to its own clients, and the state of
+that node; `diagnosed` with what is published of its properties.
 """
-import json, sys, time
+import sys, threading, time
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.srv import GetState
+from lines import answer
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode
@@ -28,7 +29,7 @@ name.publish(String(data="house"))
 node.create_service(Trigger, "/dock", lambda request, response: response)
 
 
-def go(handle):
+def succeed(handle):
     handle.succeed()
     return Fibonacci.Result()
 
@@ -36,23 +37,20 @@ def go(handle):
 camera = LifecycleNode("camera", namespace="/robot")
 camera.trigger_configure()
 state = node.create_client(GetState, "/robot/camera/get_state")
-server = ActionServer(node, Fibonacci, "/go", go)
+server = ActionServer(node, Fibonacci, "/go", succeed)
 client = node.create_client(Trigger, "/dock")
 action = ActionClient(node, Fibonacci, "/go")
 
 
-def say(**line):
-    print(json.dumps(line), flush=True)
-
-
 def seen():
-    say(
-        dock=client.wait_for_service(1.0), go=action.wait_for_server(1.0),
-        called=client.call(Trigger.Request()) is not None, state=state.call(GetState.Request()).current_state.label,
-        clients=node.count_clients("/dock"), services=node.count_services("/dock"),
-        publishers=node.count_publishers("/level"), nodes=sorted(node.get_node_names_and_namespaces()),
-        requests=[node.count_subscribers(topic) for topic in ("rq/dockRequest", "/dockRequest")],
-    )
+    return {
+        "dock": client.wait_for_service(1.0), "go": action.wait_for_server(1.0),
+        "called": client.call(Trigger.Request()) is not None,
+        "state": state.call(GetState.Request()).current_state.label,
+        "clients": node.count_clients("/dock"), "services": node.count_services("/dock"),
+        "publishers": node.count_publishers("/level"), "nodes": sorted(node.get_node_names_and_namespaces()),
+        "requests": [node.count_subscribers(topic) for topic in ("rq/dockRequest", "/dockRequest")],
+    }
 
 
 def diagnosed():
@@ -72,28 +70,19 @@ def diagnosed():
         time.sleep(0.01)
     for listener in listeners:
         node.destroy_subscription(listener)
-    say(**heard)
+    return heard
 
 
-def run():
-    for line in sys.stdin:
-        if line.strip() == "seen":
-            seen()
-        elif line.strip() == "diagnosed":
-            diagnosed()
-        elif line.strip() == "go":
-            for step in range(steps):
-                stop.publish(Bool(data=step == 40))
-                level.publish(Int32(data=60 - step))
-                time.sleep(0.01)
-            say(done=steps, listeners=level.get_subscription_count())
+def go():
+    for step in range(steps):
+        stop.publish(Bool(data=step == 40))
+        level.publish(Int32(data=60 - step))
+        time.sleep(0.01)
+    return {"done": steps, "listeners": level.get_subscription_count()}
 
 
 executor = MultiThreadedExecutor()
 executor.add_node(node)
 executor.add_node(camera)
-import threading
-
-threading.Thread(target=run, daemon=True).start()
-say(up=True)
+threading.Thread(target=answer, args=[seen, diagnosed, go], daemon=True).start()
 executor.spin()

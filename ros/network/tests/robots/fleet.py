@@ -1,10 +1,11 @@
 """Somebody of rclpy beside several simulated robots (packages as for driver.py): `fleet.py NAMESPACE…` sends each robot
 commands, forwards and each at another speed, and says what it has seen of them for some seconds.
 """
-import json, sys, time
+import sys, time
 
 import rclpy
 from geometry_msgs.msg import Twist
+from lines import answer
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 
@@ -17,23 +18,28 @@ for space in spaces:
     see = lambda message, space=space: seen.setdefault(space, []).append(message)
     node.create_subscription(Odometry, f"{space}/odom", see, 10)
 node.create_subscription(Clock, "/clock", lambda message: seen.setdefault("clock", []).append(message.clock), 100)
-print(json.dumps({"up": True}), flush=True)
-sys.stdin.readline()
-began = time.monotonic()
-while time.monotonic() < began + SECONDS:
-    for place, space in enumerate(spaces):
-        command = Twist()
-        command.linear.x = 0.1 + 0.02 * (place % 10)
-        commands[space].publish(command)
-    until = time.monotonic() + 0.1
-    while time.monotonic() < until:
-        rclpy.spin_once(node, timeout_sec=0.01)
-times = [clock.sec + clock.nanosec * 1e-9 for clock in seen["clock"]]
-print(json.dumps({
-    "nodes": sorted(f"{space}/{name}" for name, space in node.get_node_names_and_namespaces() if name == "steward"),
-    "publishers": {space: [of.node_namespace for of in node.get_publishers_info_by_topic(f"{space}/odom")] for space in spaces},
-    "speeds": [round(seen[space][-1].twist.twist.linear.x, 2) for space in spaces],
-    "messages": sum(len(seen[space]) for space in spaces),
-    "passed_s": times[-1] - times[0],
-    "steps_s": sorted({round(b - a, 6) for a, b in zip(times, times[1:])}),
-}), flush=True)
+
+
+def go():
+    began = time.monotonic()
+    while time.monotonic() < began + SECONDS:
+        for place, space in enumerate(spaces):
+            command = Twist()
+            command.linear.x = 0.1 + 0.02 * (place % 10)
+            commands[space].publish(command)
+        until = time.monotonic() + 0.1
+        while time.monotonic() < until:
+            rclpy.spin_once(node, timeout_sec=0.01)
+    times = [clock.sec + clock.nanosec * 1e-9 for clock in seen["clock"]]
+    return {
+        "nodes": sorted(f"{space}/{name}" for name, space in node.get_node_names_and_namespaces() if name == "steward"),
+        "publishers": {space: [of.node_namespace for of in node.get_publishers_info_by_topic(f"{space}/odom")]
+                       for space in spaces},
+        "speeds": [round(seen[space][-1].twist.twist.linear.x, 2) for space in spaces],
+        "messages": sum(len(seen[space]) for space in spaces),
+        "passed_s": times[-1] - times[0],
+        "steps_s": sorted({round(b - a, 6) for a, b in zip(times, times[1:])}),
+    }
+
+
+answer(go)

@@ -9,11 +9,12 @@ line of its input asks it for something, and it prints what came of it:
     errs                sends goals that no robot can have
     asks                for the result of a goal that nobody has sent, and to cancel it
 """
-import json, math, os, sys, time
+import math, os, time
 
 import rclpy
 from action_msgs.msg import GoalInfo, GoalStatusArray
 from action_msgs.srv import CancelGoal
+from lines import answer
 from nav2_msgs.action import NavigateToPose
 from rclpy.action import ActionClient, get_action_server_names_and_types_by_node
 from rclpy.parameter import Parameter
@@ -138,7 +139,4 @@ def asks():
             "canceled": canceled and [canceled.return_code, len(canceled.goals_canceling)]}
 
 
-print(json.dumps({"up": True}), flush=True)
-for line in sys.stdin:
-    what, *numbers = line.split()
-    print(json.dumps(globals()[what](*map(float, numbers))), flush=True)
+answer(waits, until, goes, cancels, replaces, errs, asks, read=float)

@@ -1,9 +1,10 @@
 """The same server as cyclone_server.py, which says what it does, as a node of ROS 2 (packages as for fast.py, and
 test_msgs): there, a response refers to its request beside the message. It cannot respond twice.
 """
-import argparse, json, os, sys, time
+import argparse, os, sys, time
 
 import rclpy
+from lines import say
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -16,20 +17,10 @@ from test_msgs.action import Fibonacci
 COUNT_S, LATE_S = 0.2, 3.0
 
 
-def say(**line):
-    print(json.dumps(line), flush=True)
-
-
 def serve_switch(request, response):
-    say(switch=request.data)
     time.sleep(LATE_S if misbehaves == "late" else 0.0)
     response.success, response.message = request.data, "switched"
     return response
-
-
-def judge(goal):
-    say(count=goal.order)
-    return GoalResponse.REJECT if misbehaves == "rejects" else GoalResponse.ACCEPT
 
 
 def count(goal):
@@ -56,11 +47,6 @@ def count(goal):
     return Fibonacci.Result(sequence=numbers)
 
 
-def cancel(_):
-    say(cancel=True)
-    return CancelResponse.ACCEPT
-
-
 parser = argparse.ArgumentParser()
 parser.add_argument("--misbehave", choices=["rejects", "aborts", "hangs", "dies", "late"])
 misbehaves = parser.parse_args(remove_ros_args(sys.argv)[1:]).misbehave
@@ -69,11 +55,12 @@ node = rclpy.create_node("helper", namespace="/helper")
 told = node.create_publisher(String, "told", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 told.publish(String(data="ready"))
 node.create_service(SetBool, "switch", serve_switch)
-ActionServer(node, Fibonacci, "count", count, goal_callback=judge, cancel_callback=cancel,
-             callback_group=ReentrantCallbackGroup())
+response = GoalResponse.REJECT if misbehaves == "rejects" else GoalResponse.ACCEPT
+ActionServer(node, Fibonacci, "count", count, goal_callback=lambda _: response,
+             cancel_callback=lambda _: CancelResponse.ACCEPT, callback_group=ReentrantCallbackGroup())
 executor = MultiThreadedExecutor(num_threads=8)
 executor.add_node(node)
-say(up=True)
+say({"up": True})
 try:
     executor.spin()
 except (KeyboardInterrupt, ExternalShutdownException):

@@ -2,11 +2,12 @@
 action navigate_to_pose (packages as for driver.py, and nav2_msgs), and drives as driving.py says. A newer goal aborts
 an older one; a goal that is not on free floor is rejected.
 """
-import json, sys
+import sys
 
 import rclpy
 from driving import CANCELED, NEWER, SPEED, End, Going, Trip, driver
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from lines import say
 from nav2_msgs.action import NavigateToPose
 from nav_msgs.msg import OccupancyGrid
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -63,5 +64,5 @@ class Navigator(Node):
 
 rclpy.init(args=sys.argv)
 node = Navigator(driver(remove_ros_args(sys.argv)[1:]))
-print(json.dumps({"up": True}), flush=True)
+say({"up": True})
 rclpy.spin(node)

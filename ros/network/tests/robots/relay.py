@@ -2,7 +2,9 @@
 from A to B, it loses one, sends two twice, and lets two wait until some others have gone by. At the end of its input,
 it says how many those were.
 """
-import json, random, select, socket, sys
+import random, select, socket, sys
+
+from lines import say
 
 random.seed(1)
 IP, UDP = b"\x08\0", 17
@@ -28,7 +30,7 @@ def received(at):
 
 a, b = map(socket_of, sys.argv[1:])
 counts, waiting = {"lost": 0, "twice": 0, "late": 0}, []
-print(json.dumps({"up": True}), flush=True)
+say({"up": True})
 while True:
     ready, _, _ = select.select([a, b, sys.stdin], [], [], 0.01)
     if sys.stdin in ready:
@@ -50,4 +52,4 @@ while True:
         late[0] -= 1
     [b.send(frame) for left, frame in waiting if left < 0]
     waiting = [late for late in waiting if late[0] >= 0]
-print(json.dumps(counts))
+say(counts)
