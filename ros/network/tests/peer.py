@@ -1,5 +1,5 @@
 """A program of robots/ as the checks see it: in a Python of its own, which has the packages that it names."""
-import json, os, subprocess, tempfile
+import atexit, json, os, subprocess, tempfile
 from pathlib import Path
 
 ROBOTS = Path(__file__).parent / "robots"
@@ -13,6 +13,8 @@ class Peer:
         words = [*network, python, ROBOTS / file, *map(str, args)]
         env = {**{name: value for name, value in os.environ.items() if name != "PYTHONPATH"}, **env}
         self.process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=self.errors, text=True, env=env)
+        # Many do not end by themselves if the check fails.
+        atexit.register(self.kill)
         assert self.heard() == {"up": True}, self.said()
 
     def heard(self):

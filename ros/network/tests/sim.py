@@ -138,7 +138,7 @@ else:
 
 runs, factors, busy = [], [], []
 for _ in range(int(os.environ.get("RUNS", 3))):
-    driver = Peer(FAST, "driver.py", *DESTINATION, 8)
+    driver = Peer(FAST, "driver.py", *DESTINATION)
     of, errors = report(sim("--lock-step", "--localize"))
     seen = driver.end()
     runs.append((of["trace_hash"], seen["sent"]))

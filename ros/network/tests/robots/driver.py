@@ -1,6 +1,6 @@
-"""Drives a simulated robot to a place: `driver.py X Y SECONDS` (packages as for fast.py, and ros-jazzy-sensor-msgs). It
-drives as driving.py says, and sends one command for each period, when it has all that belongs to it. Without the time
-for so many seconds, it says how many commands it has sent, how busy it was meanwhile, and ends.
+"""Drives a simulated robot to a place: `driver.py X Y` (packages as for fast.py, and ros-jazzy-sensor-msgs). It drives as
+driving.py says, and sends one command for each period, when it has all that belongs to it. When nobody reads them any
+more, it says how many it has sent and how busy it was meanwhile, and ends.
 """
 import sys, time
 
@@ -18,7 +18,7 @@ from sensor_msgs.msg import LaserScan
 class Pilot(Node):
     def __init__(self, x, y):
         super().__init__("driver")
-        self.driver, self.known, self.worked, self.heard = Driver(), {}, [], time.monotonic() + 30
+        self.driver, self.known, self.worked = Driver(), {}, []
         self.trip = Trip(self.driver, Pose(position=Point(x=x, y=y)))
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.commands = self.create_publisher(TwistStamped, "cmd_vel", 10)
@@ -34,7 +34,7 @@ class Pilot(Node):
 
     def take(self, name, message, stamp):
         """Remembers a message, and sends the command of the period to which all of the last ones belong."""
-        self.known[name], self.heard = (message, (stamp.sec, stamp.nanosec)), time.monotonic()
+        self.known[name] = message, (stamp.sec, stamp.nanosec)
         stamps = {stamp for _, stamp in self.known.values()}
         if len(self.known) == 4 and len(stamps) == 1 and self.driver.floor:
             next, command = self.trip.step(self.known["pose"][0]), TwistStamped()
@@ -47,9 +47,9 @@ class Pilot(Node):
 
 
 rclpy.init()
-node, patience = Pilot(float(sys.argv[1]), float(sys.argv[2])), float(sys.argv[3])
+node = Pilot(float(sys.argv[1]), float(sys.argv[2]))
 say({"up": True})
-while time.monotonic() < node.heard + patience:
+while not node.worked or node.commands.get_subscription_count():
     rclpy.spin_once(node, timeout_sec=0.1)
 (worked_s, began_s), (all_worked_s, ended_s) = node.worked[0], node.worked[-1]
 say({"sent": len(node.worked), "busy": (all_worked_s - worked_s) / (ended_s - began_s)})
