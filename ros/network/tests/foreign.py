@@ -98,6 +98,7 @@ class Sdk(foxglove.ServerListener):
 
     def close(self):
         self.server.stop()
+        wait_for("the server has ended", is_free)
 
 
 class Older(FoxgloveServerListener):
@@ -119,6 +120,7 @@ class Older(FoxgloveServerListener):
                 channel = {"topic": topic, "encoding": "cdr", "schemaName": kind, "schema": text,
                            "schemaEncoding": "ros2msg"}
                 self.ids[await self.server.add_channel(channel)] = topic
+            await self.server.wait_opened()
             self.ready.set()
             await self.over.wait()
 
@@ -142,6 +144,14 @@ class Older(FoxgloveServerListener):
     def close(self):
         self.loop.call_soon_threadsafe(self.over.set)
         self.thread.join()
+
+
+def is_free():
+    try:
+        socket.create_server(("127.0.0.1", PORT)).close()
+        return True
+    except OSError:
+        return False
 
 
 def wait_for(what, is_so):
