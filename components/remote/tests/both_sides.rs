@@ -1,5 +1,4 @@
-//! A component that is elsewhere, and the clients of the one that is there: what goes in on one side comes out on the
-//! other.
+//! Both sides of a component over ROS 2: what a client asks of one reaches the other, and the answer comes back.
 
 use std::io;
 use std::path::Path;
