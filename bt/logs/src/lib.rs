@@ -2,7 +2,7 @@
 //!
 //! A [`Log`] is what the loggers of BehaviorTree.CPP write since version 4.6.2: `FileLogger2`, a file `.btlog`; or,
 //! with the feature `sqlite`, `SqliteLogger`, a file `.db3` or `.btdb`, which has a session for each time that a
-//! program began to log. A log has the [nodes](LoggedNode) of its tree, and every [`StatusChange`] of one of them.
+//! program began to log. A log has its [tree](LoggedTree), and every [`StatusChange`] of one of its nodes.
 //!
 //! Such a log does not know when the tree was ticked: a node that gives the same answer again leaves no trace. Nor does
 //! it know who was skipped, what was on the blackboard, and why a program has ended.
@@ -13,7 +13,7 @@
 //!
 //! let mut log = Log::open(Path::new("run.btlog"))?;
 //! while let Some(change) = log.next_change()? {
-//!     println!("{} µs: {} is {:?}", change.at_us, log.nodes()[change.node].path, change.status);
+//!     println!("{} µs: {} is {:?}", change.at_us, log.tree().nodes()[change.node].path, change.status);
 //! }
 //! # Ok::<(), tree_logs::LogError>(())
 //! ```
@@ -24,28 +24,37 @@
 
 mod error;
 mod file_logger;
-mod session;
 #[cfg(feature = "sqlite")]
 mod sqlite;
 mod status;
 mod tree;
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use file_logger::FileLog;
 
 pub use error::LogError;
-pub use session::LogSession;
-pub use status::{NodeStatus, StatusChange};
-pub use tree::LoggedNode;
+pub use status::{LoggedTransition, NodeStatus, StatusChange};
+pub use tree::{LoggedNode, LoggedTree};
 
 /// A log of BehaviorTree.CPP, read from start to end in constant memory.
 #[derive(Debug)]
 pub struct Log {
-    nodes: Vec<LoggedNode>,
+    path: PathBuf,
+    tree: LoggedTree,
     began_us: Option<i64>,
     session: Option<LogSession>,
     reader: Reader,
+}
+
+/// Which part of a log was read, of one that has several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LogSession {
+    /// Its number in the file.
+    pub number: i64,
+    /// How many sessions the file has.
+    pub of: u64,
 }
 
 #[derive(Debug)]
@@ -63,45 +72,45 @@ impl Log {
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let (path, session) = session_of(path);
         let failed = |source| LogError::Read { path: path.clone(), source };
-        let mut file = diagnostics::open_regular(&path).map_err(failed)?;
-        let mut head = [0; file_logger::MAGIC.len()];
-        let known = file_logger::read_up_to(&mut file, &mut head).map_err(failed)?;
-        if head[..known].starts_with(SQLITE) {
-            #[cfg(feature = "sqlite")]
-            {
-                let (xml, session, reader) = sqlite::open(&path, session)?;
-                return Self::with(&path, &xml, None, Some(session), |numbers| Reader::Sqlite(reader(numbers)));
-            }
+        let (mut file, mut head) = (diagnostics::open_regular(&path).map_err(failed)?, Vec::new());
+        (&mut file).take(file_logger::MAGIC.len() as u64).read_to_end(&mut head).map_err(failed)?;
+        if head.starts_with(SQLITE) {
             #[cfg(not(feature = "sqlite"))]
             return Err(LogError::NoSqlite(path));
+            #[cfg(feature = "sqlite")]
+            {
+                let (xml, number, of, log) = sqlite::open(&path, session)?;
+                return Self::with(path, &xml, None, Some(LogSession { number, of }), Reader::Sqlite(log));
+            }
         }
-        if head != *file_logger::MAGIC {
+        if head != file_logger::MAGIC {
             return Err(LogError::Foreign(path));
         }
         if let Some(session) = session {
             let problem = format!("it has no sessions: leave out `#{session}`");
             return Err(LogError::Damaged { path, problem });
         }
-        let (xml, began_us, reader) = FileLog::begin(file, &path)?;
-        Self::with(&path, &xml, Some(began_us), None, |numbers| Reader::File(reader(numbers)))
+        let (xml, log) = FileLog::begin(file, &path)?;
+        Self::with(path, &xml, Some(log.began_us()), None, Reader::File(log))
     }
 
     fn with(
-        path: &Path,
+        path: PathBuf,
         xml: &str,
         began_us: Option<i64>,
         session: Option<LogSession>,
-        reader: impl FnOnce(tree::Numbers) -> Reader,
+        reader: Reader,
     ) -> Result<Self, LogError> {
-        let (nodes, numbers) =
-            tree::read(xml).map_err(|problem| LogError::Damaged { path: path.to_owned(), problem })?;
-        Ok(Self { nodes, began_us, session, reader: reader(numbers) })
+        match LoggedTree::read(xml) {
+            Ok(tree) => Ok(Self { path, tree, began_us, session, reader }),
+            Err(problem) => Err(LogError::Damaged { path, problem }),
+        }
     }
 
-    /// The nodes of the tree in document order: the root is the first, and every node comes after its parent.
+    /// Its tree.
     #[must_use]
-    pub fn nodes(&self) -> &[LoggedNode] {
-        &self.nodes
+    pub fn tree(&self) -> &LoggedTree {
+        &self.tree
     }
 
     /// When it began, in microseconds since 1970; none if only its transitions tell.
@@ -121,11 +130,13 @@ impl Log {
     /// # Errors
     /// [`LogError`]; [`CutOff`](LogError::CutOff) if the log ends in the middle of a transition.
     pub fn next_change(&mut self) -> Result<Option<StatusChange>, LogError> {
-        match &mut self.reader {
-            Reader::File(reader) => reader.next_change(),
+        let transition = match &mut self.reader {
+            Reader::File(log) => log.next_transition(&self.path)?,
             #[cfg(feature = "sqlite")]
-            Reader::Sqlite(reader) => reader.next_change(),
-        }
+            Reader::Sqlite(log) => log.next_transition(&self.path)?,
+        };
+        let change = transition.map(|transition| self.tree.change(transition)).transpose();
+        change.map_err(|problem| LogError::Damaged { path: self.path.clone(), problem })
     }
 }
 

@@ -7,28 +7,22 @@ use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
 use tempfile::TempDir;
 
 use crate::error::LogError;
-use crate::session::LogSession;
-use crate::status::{StatusChange, status_change};
-use crate::tree::{MAX_XML_BYTES, Numbers};
+use crate::status::LoggedTransition;
+use crate::tree::MAX_XML_BYTES;
 
 /// The transitions of a session.
 #[derive(Debug)]
 pub(crate) struct SqliteLog {
-    path: PathBuf,
     file: Connection,
     session: i64,
-    numbers: Numbers,
-    /// The time of the last transition, or before the first: no two have the same.
-    last_us: Option<i64>,
+    /// The time of the next transition, or one before it; none if there can be none. No two have the same.
+    from_us: Option<i64>,
     _copy: Option<TempDir>,
 }
 
-/// Opens a session of a file: the last one if none is named. Returns its tree's XML, which session it is, and then its
-/// transitions, once it is known which node has which number.
-pub(crate) fn open(
-    path: &Path,
-    session: Option<i64>,
-) -> Result<(String, LogSession, impl FnOnce(Numbers) -> SqliteLog), LogError> {
+/// Opens a session of a file: the last one if none is named. Returns its tree's XML, its number, how many sessions
+/// there are, and its transitions.
+pub(crate) fn open(path: &Path, session: Option<i64>) -> Result<(String, i64, u64, SqliteLog), LogError> {
     let damaged = |problem: String| LogError::Damaged { path: path.to_owned(), problem };
     let failed = |error: rusqlite::Error| damaged(error.to_string());
     let (file, copy) = connect(path)?;
@@ -51,13 +45,10 @@ pub(crate) fn open(
             format!("its sessions are numbered up to {last}, and at most {MAX_XML_BYTES} bytes of a tree are read");
         damaged(format!("it has no session {number} with a tree that can be read: {known}"))
     })?;
-    let session = LogSession { number, of: of.unsigned_abs() };
     // What an earlier session logged need not be passed by for every transition.
     let first = "SELECT MIN(timestamp) FROM Transitions WHERE session_id = ?1";
     let first: Option<i64> = file.query_row(first, [number], |row| row.get(0)).map_err(failed)?;
-    let last_us = first.map(|first| first.saturating_sub(1));
-    let path = path.to_owned();
-    Ok((xml, session, move |numbers| SqliteLog { path, file, session: number, numbers, last_us, _copy: copy }))
+    Ok((xml, number, of.unsigned_abs(), SqliteLog { file, session: number, from_us: first, _copy: copy }))
 }
 
 /// Opens the file for reading. What a killed program was about to write is in a file beside it: SQLite undoes or
@@ -85,23 +76,23 @@ fn connect(path: &Path) -> Result<(Connection, Option<TempDir>), LogError> {
 }
 
 impl SqliteLog {
-    pub(crate) fn next_change(&mut self) -> Result<Option<StatusChange>, LogError> {
+    pub(crate) fn next_transition(&mut self, path: &Path) -> Result<Option<LoggedTransition>, LogError> {
+        let Some(from_us) = self.from_us else { return Ok(None) };
         // One query per row, found by its primary key: a statement that stays open would borrow from the connection
         // beside it.
-        let query = "SELECT timestamp, node_uid, state FROM Transitions WHERE timestamp > ?1 AND session_id = ?2 \
+        let query = "SELECT timestamp, node_uid, state FROM Transitions WHERE timestamp >= ?1 AND session_id = ?2 \
                      ORDER BY timestamp LIMIT 1";
-        let read = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?, row.get(2)?));
-        let after = self.last_us.unwrap_or(i64::MIN);
-        let row = self
+        let read = |row: &rusqlite::Row<'_>| {
+            Ok(LoggedTransition { at_us: row.get(0)?, uid: row.get(1)?, status: row.get(2)? })
+        };
+        let row: rusqlite::Result<Option<LoggedTransition>> = self
             .file
             .prepare_cached(query)
-            .and_then(|mut query| query.query_row(params![after, self.session], read).optional());
-        let row: Option<(i64, i64, i64)> =
-            row.map_err(|error| LogError::Damaged { path: self.path.clone(), problem: error.to_string() })?;
-        row.map(|(at_us, uid, status)| {
-            self.last_us = Some(at_us);
-            status_change(&self.numbers, at_us, uid, status, &self.path)
-        })
-        .transpose()
+            .and_then(|mut query| query.query_row(params![from_us, self.session], read).optional());
+        let row = row.map_err(|error| LogError::Damaged { path: path.to_owned(), problem: error.to_string() })?;
+        if let Some(LoggedTransition { at_us, .. }) = row {
+            self.from_us = at_us.checked_add(1);
+        }
+        Ok(row)
     }
 }

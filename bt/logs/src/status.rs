@@ -1,10 +1,5 @@
 //! What a log says: a node got another status.
 
-use std::path::Path;
-
-use crate::error::LogError;
-use crate::tree::Numbers;
-
 /// The status of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NodeStatus {
@@ -16,7 +11,7 @@ pub enum NodeStatus {
 
 impl NodeStatus {
     /// The status with this number in BehaviorTree.CPP.
-    fn of(number: i64) -> Option<Self> {
+    pub(crate) fn of(number: i64) -> Option<Self> {
         let answers = [bt::Status::Running, bt::Status::Success, bt::Status::Failure, bt::Status::Skipped];
         match usize::try_from(number).ok()?.checked_sub(1) {
             None => Some(Self::Idle),
@@ -36,17 +31,30 @@ pub struct StatusChange {
     pub status: NodeStatus,
 }
 
-/// A transition of the node with this number to the status with that one.
-pub(crate) fn status_change(
-    numbers: &Numbers,
-    at_us: i64,
-    uid: i64,
-    status: i64,
-    path: &Path,
-) -> Result<StatusChange, LogError> {
-    let damaged = |problem| LogError::Damaged { path: path.to_owned(), problem };
-    let node = numbers.get(&uid).ok_or_else(|| damaged(format!("its tree has no node with the number {uid}")))?;
-    let known =
-        NodeStatus::of(status).ok_or_else(|| damaged(format!("there is no status with the number {status}")))?;
-    Ok(StatusChange { at_us, node: *node, status: known })
+/// A transition as it is written, which may not fit its tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoggedTransition {
+    /// By the clock of whoever wrote it, in microseconds since 1970.
+    pub at_us: i64,
+    /// The number of the node.
+    pub uid: i64,
+    /// The number of its new status: 0 for idle, then running, success, failure and skipped.
+    pub status: i64,
+}
+
+impl LoggedTransition {
+    /// How many bytes one has in a file `.btlog` and in what a running program tells.
+    pub const BYTES: usize = 9;
+
+    /// Reads one: the time in microseconds since `began_us` has six bytes, the node's number two, and its status one,
+    /// each little-endian.
+    #[must_use]
+    pub fn from_bytes(bytes: [u8; Self::BYTES], began_us: i64) -> Self {
+        let [time @ .., uid_low, uid_high, status] = bytes;
+        let time = time.iter().rev().fold(0, |time, byte| time << 8 | i64::from(*byte));
+        // If the clock is set back to before the beginning, the time is negative, and there are only its lower bits.
+        let unused = i64::BITS - 8 * 6;
+        let at_us = began_us.saturating_add(time << unused >> unused);
+        Self { at_us, uid: u16::from_le_bytes([uid_low, uid_high]).into(), status: status.into() }
+    }
 }

@@ -9,14 +9,13 @@ use std::collections::BTreeMap;
 use bt::Kind;
 use roxmltree::{Document, Node as Element, ParsingOptions};
 
+use crate::status::{LoggedTransition, NodeStatus, StatusChange};
+
 /// The most bytes that the XML of a tree may have. A node takes some two hundred.
 pub(crate) const MAX_XML_BYTES: usize = 64 << 20;
 
-/// The most nodes that a tree may have: more are not the work of a person. Chosen, not measured.
-const MAX_NODES: usize = 10_000;
-
-/// The indices of nodes by their numbers in the log.
-pub(crate) type Numbers = BTreeMap<i64, usize>;
+/// The most elements and attributes: more than there are numbers for nodes, as each may have ports.
+const MAX_PARTS: u32 = 1 << 20;
 
 /// A node of a tree that was logged.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,12 +37,48 @@ pub struct LoggedNode {
     pub is_leaf: bool,
 }
 
-/// Reads the XML of a tree.
-pub(crate) fn read(xml: &str) -> Result<(Vec<LoggedNode>, Numbers), String> {
-    let options = ParsingOptions { nodes_limit: 8 * MAX_NODES as u32, ..ParsingOptions::default() };
-    let document =
-        Document::parse_with_options(xml, options).map_err(|error| format!("its tree is not XML: {error}"))?;
-    let root = document.root_element();
+/// A tree as BehaviorTree.CPP tells it while it runs it, or in the log of that.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoggedTree {
+    /// In document order: the root is the first, and every node comes after its parent.
+    nodes: Vec<LoggedNode>,
+    /// Their indices by their numbers.
+    numbers: BTreeMap<u16, usize>,
+}
+
+impl LoggedTree {
+    /// Reads its XML.
+    ///
+    /// # Errors
+    /// What in it cannot be so, in words.
+    pub fn read(xml: &str) -> Result<Self, String> {
+        let options = ParsingOptions { nodes_limit: MAX_PARTS, ..ParsingOptions::default() };
+        let document = Document::parse_with_options(xml, options);
+        put_together(document.map_err(|error| format!("its tree is not XML: {error}"))?.root_element())
+    }
+
+    /// The nodes in document order: the root is the first, and every node comes after its parent.
+    #[must_use]
+    pub fn nodes(&self) -> &[LoggedNode] {
+        &self.nodes
+    }
+
+    /// What a transition means for this tree.
+    ///
+    /// # Errors
+    /// What in it cannot be so, in words.
+    pub fn change(&self, transition: LoggedTransition) -> Result<StatusChange, String> {
+        let LoggedTransition { at_us, uid, status } = transition;
+        let node = u16::try_from(uid).ok().and_then(|uid| self.numbers.get(&uid));
+        let node = *node.ok_or_else(|| format!("its tree has no node with the number {uid}"))?;
+        let known = NodeStatus::of(status);
+        let status = known.ok_or_else(|| format!("there is no status with the number {status}"))?;
+        Ok(StatusChange { at_us, node, status })
+    }
+}
+
+/// Puts a tree together from its parts.
+fn put_together(root: Element<'_, '_>) -> Result<LoggedTree, String> {
     let trees = root.children().filter(|child| child.has_tag_name("BehaviorTree"));
     let mut by_path: BTreeMap<&str, Element<'_, '_>> = BTreeMap::new();
     for tree in trees {
@@ -55,17 +90,14 @@ pub(crate) fn read(xml: &str) -> Result<(Vec<LoggedNode>, Numbers), String> {
     let main = root.children().find(|child| child.has_tag_name("BehaviorTree"));
     let main = main.ok_or_else(|| "it has no tree".to_owned())?;
     let main = by_path.remove(main.attribute("_fullpath").unwrap_or_default()).unwrap_or(main);
-    let (mut nodes, mut numbers) = (Vec::new(), Numbers::new());
+    let (mut nodes, mut numbers) = (Vec::new(), BTreeMap::new());
     // Depth first, in document order, without recursion: how deep a tree goes is up to the file.
     let mut waiting: Vec<(Element<'_, '_>, Option<usize>, &str)> = Vec::new();
     waiting.extend(only_child(main)?.map(|top| (top, None, "")));
     while let Some((element, parent, tree_path)) = waiting.pop() {
-        if nodes.len() == MAX_NODES {
-            return Err(format!("its tree has more than {MAX_NODES} nodes"));
-        }
         let node = node(element, parent, tree_path)?;
         let index = nodes.len();
-        if numbers.insert(i64::from(node.uid), index).is_some() {
+        if numbers.insert(node.uid, index).is_some() {
             return Err(format!("its tree has two nodes with the number {}", node.uid));
         }
         let below = waiting.len();
@@ -79,7 +111,7 @@ pub(crate) fn read(xml: &str) -> Result<(Vec<LoggedNode>, Numbers), String> {
         waiting[below..].reverse();
         nodes.push(LoggedNode { is_leaf: waiting.len() == below, ..node });
     }
-    if nodes.is_empty() { Err("its tree has no node".to_owned()) } else { Ok((nodes, numbers)) }
+    if nodes.is_empty() { Err("its tree has no node".to_owned()) } else { Ok(LoggedTree { nodes, numbers }) }
 }
 
 /// The single node of a tree's element; none if it has none.

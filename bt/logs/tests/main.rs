@@ -34,7 +34,7 @@ fn read(path: &Path) -> (Vec<(i64, u16, i64)>, Option<LogError>) {
         match log.next_change() {
             Ok(None) => return (all, None),
             Ok(Some(StatusChange { at_us, node, status })) => {
-                all.push((at_us, log.nodes()[node].uid, number(status)));
+                all.push((at_us, log.tree().nodes()[node].uid, number(status)));
             }
             Err(error) => return (all, Some(error)),
         }
@@ -71,8 +71,8 @@ fn a_file_has_what_a_logger_inside_the_program_heard() {
 #[test]
 fn the_tree_is_put_together_from_its_parts() {
     let log = Log::open(&captured("fetch.btlog")).unwrap();
-    let lines = log.nodes().iter().map(|node| {
-        let parent = node.parent.map_or_else(|| "-".to_owned(), |parent| log.nodes()[parent].uid.to_string());
+    let lines = log.tree().nodes().iter().map(|node| {
+        let parent = node.parent.map_or_else(|| "-".to_owned(), |parent| log.tree().nodes()[parent].uid.to_string());
         let leaf = if node.is_leaf { " leaf" } else { "" };
         format!("{} below {parent}: {} {} ({}){leaf}", node.uid, node.type_id, node.path, node.name)
     });
@@ -113,13 +113,32 @@ fn a_session_has_a_beginning_of_what_was_heard() {
     }
     let file = rusqlite::Connection::open(captured("fetch.db3")).unwrap();
     let log = Log::open(&captured("fetch.db3#2")).unwrap();
-    for node in log.nodes() {
+    for node in log.tree().nodes() {
         let path = "SELECT fullpath FROM Nodes WHERE session_id = 2 AND node_uid = ?1";
         let path: String = file.query_row(path, [node.uid], |row| row.get(0)).unwrap();
         assert_eq!(node.path, path);
     }
     let (_, error) = read(&captured("fetch.db3#3"));
     assert!(error.unwrap().to_string().contains("it has no session 3"));
+}
+
+#[cfg(feature = "sqlite")]
+#[test]
+fn a_session_may_have_the_first_and_the_last_of_all_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("extreme.db3");
+    fs::copy(captured("fetch.db3"), &path).unwrap();
+    let file = rusqlite::Connection::open(&path).unwrap();
+    for (time, state) in [(i64::MIN, 1), (i64::MAX, 2)] {
+        let add = "INSERT INTO Transitions (timestamp, session_id, node_uid, duration, state) VALUES (?1, 1, 1, 0, ?2)";
+        file.execute(add, [time, state]).unwrap();
+    }
+    drop(file);
+    let (logged, problem) = read(&folder.path().join("extreme.db3#1"));
+    assert!(problem.is_none());
+    assert_eq!(logged.first(), Some(&(i64::MIN, 1, 1)));
+    assert_eq!(logged.last(), Some(&(i64::MAX, 1, 2)));
+    assert!(logged.is_sorted());
 }
 
 #[test]

@@ -41,9 +41,9 @@ impl TreeLog {
     pub(crate) fn open(path: &Path) -> Result<Self, LogError> {
         let mut log = Log::open(path)?;
         let next = log.next_change().transpose();
-        let (topology, channels) = wired(log.nodes());
+        let (topology, channels) = wired(log.tree().nodes());
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let root = &log.nodes()[0];
+        let root = &log.tree().nodes()[0];
         let session = log.session().filter(|session| session.of > 1);
         let session =
             session.map_or_else(String::new, |session| format!(", session {} of {}", session.number, session.of));
@@ -54,16 +54,16 @@ impl TreeLog {
         let origin = Origin { recorded, began, ..Origin::default() };
         let doubts = Doubts::none(0);
         let (judge, header, start) = Judge::begin([name, about], origin, &topology, Duration::ZERO, &[], doubts);
-        let tree = drawn(log.nodes(), &topology);
+        let tree = drawn(log.tree().nodes(), &topology);
         let mut start = vec![Record::Step(start), Record::Header(Box::new(Header { tree, ..header }))];
         if !matches!(next, Some(Ok(_))) {
             // A run ends with a step, even if nothing was logged.
             start.insert(0, Record::Step(Step::default()));
         }
-        let count = log.nodes().len();
+        let count = log.tree().nodes().len();
         let mut ends: Vec<usize> = (1..=count).collect();
         for node in (1..count).rev() {
-            let parent = log.nodes()[node].parent.unwrap_or_default();
+            let parent = log.tree().nodes()[node].parent.unwrap_or_default();
             ends[parent] = ends[parent].max(ends[node]);
         }
         let (statuses, outcomes) = (vec![NodeStatus::Idle; count], vec![None; count]);
