@@ -25,7 +25,7 @@ impl NodeStatus {
 pub struct StatusChange {
     /// When, in microseconds since 1970 by the clock of whoever wrote the log. That clock may have been set back.
     pub at_us: i64,
-    /// The node's index in [`Log::nodes`](crate::Log::nodes).
+    /// The node's index in [`LoggedTree::nodes`](crate::LoggedTree::nodes).
     pub node: usize,
     /// The status.
     pub status: NodeStatus,
