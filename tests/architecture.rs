@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 33] = [
+const ROOMS: [(&str, &[&str]); 34] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -25,6 +25,7 @@ const ROOMS: [(&str, &[&str]); 33] = [
     ("nav", &["robot", "maps"]),
     ("bt", &["channels", "diagnostics"]),
     ("tree_logs", &["bt", "diagnostics"]),
+    ("groot", &["tree_logs"]),
     ("skills", &["channels", "diagnostics"]),
     ("components", &["channels", "nav", "robot", "maps"]),
     ("devices", &["channels", "interfaces", "skills"]),

@@ -44,6 +44,7 @@ pub struct LoggedTree {
     nodes: Vec<LoggedNode>,
     /// Their indices by their numbers.
     numbers: BTreeMap<u16, usize>,
+    blackboards: Vec<String>,
 }
 
 impl LoggedTree {
@@ -61,6 +62,12 @@ impl LoggedTree {
     #[must_use]
     pub fn nodes(&self) -> &[LoggedNode] {
         &self.nodes
+    }
+
+    /// The names of its blackboards: the ID of the main tree, and the paths of the subtrees.
+    #[must_use]
+    pub fn blackboards(&self) -> &[String] {
+        &self.blackboards
     }
 
     /// What a transition means for this tree.
@@ -91,6 +98,8 @@ fn put_together(root: Element<'_, '_>) -> Result<LoggedTree, String> {
     let main = main.ok_or_else(|| "it has no tree".to_owned())?;
     let main = by_path.remove(main.attribute("_fullpath").unwrap_or_default()).unwrap_or(main);
     let (mut nodes, mut numbers) = (Vec::new(), BTreeMap::new());
+    let main_path = main.attribute("_fullpath").filter(|path| !path.is_empty());
+    let mut blackboards = vec![main_path.or(main.attribute("ID")).unwrap_or_default().to_owned()];
     // Depth first, in document order, without recursion: how deep a tree goes is up to the file.
     let mut waiting: Vec<(Element<'_, '_>, Option<usize>, &str)> = Vec::new();
     waiting.extend(only_child(main)?.map(|top| (top, None, "")));
@@ -103,6 +112,7 @@ fn put_together(root: Element<'_, '_>) -> Result<LoggedTree, String> {
         let below = waiting.len();
         if node.kind == Some(Kind::SubTree) {
             let (path, tree) = subtree(element, &node, &mut by_path)?;
+            blackboards.push(path.to_owned());
             waiting.extend(only_child(tree)?.map(|top| (top, Some(index), path)));
         } else {
             let children = element.children().filter(Element::is_element);
@@ -111,7 +121,11 @@ fn put_together(root: Element<'_, '_>) -> Result<LoggedTree, String> {
         waiting[below..].reverse();
         nodes.push(LoggedNode { is_leaf: waiting.len() == below, ..node });
     }
-    if nodes.is_empty() { Err("its tree has no node".to_owned()) } else { Ok(LoggedTree { nodes, numbers }) }
+    if nodes.is_empty() {
+        Err("its tree has no node".to_owned())
+    } else {
+        Ok(LoggedTree { nodes, numbers, blackboards })
+    }
 }
 
 /// The single node of a tree's element; none if it has none.

@@ -1,0 +1,152 @@
+//! Asks a program about the tree that it runs.
+
+use std::time::Duration;
+
+use rmpv::Value;
+use tree_logs::{LoggedTransition, LoggedTree};
+
+use crate::error::GrootError;
+use crate::protocol::{RequestHeader, RequestKind, TreeId, tree_of_reply};
+use crate::zmtp::{Connection, SocketType};
+
+/// A program remembers no more transitions than these: as many in a reply may be the last of more.
+pub const MOST_TRANSITIONS: usize = 1000;
+
+/// The most bytes of a reply. The largest is a tree; a node takes some two hundred.
+const MOST_BYTES: usize = 64 << 20;
+
+/// How deep values on a blackboard may go.
+const MOST_DEPTH: usize = 64;
+
+/// The numbers of nodes, and of the status that each has: 0 idle, 1 running, 2 success, 3 failure, 4 skipped; 10 more
+/// if it is idle, and had that status before.
+pub type Statuses = Vec<(u16, u8)>;
+
+/// The entries of blackboards, by the name of the blackboard, and their values as text.
+pub type Blackboards = Vec<(String, Vec<(String, String)>)>;
+
+/// A connection to a program.
+#[derive(Debug)]
+pub struct Client {
+    address: String,
+    connection: Connection,
+    asked: u32,
+    /// Which tree the program shows; none before its first reply.
+    tree: Option<TreeId>,
+}
+
+impl Client {
+    /// Connects to a program; `address` is a host and a port.
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn connect(address: &str, patience: Duration) -> Result<Self, GrootError> {
+        let connection = Connection::connect(address, SocketType::Req, patience, MOST_BYTES);
+        let address = address.to_owned();
+        match connection {
+            Ok(connection) => Ok(Self { address, connection, asked: 0, tree: None }),
+            Err(source) => Err(GrootError::Connection { address, source }),
+        }
+    }
+
+    /// The tree.
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn tree(&mut self) -> Result<LoggedTree, GrootError> {
+        let xml = self.ask(RequestKind::FullTree, None)?;
+        let xml = String::from_utf8(xml).map_err(|_| self.foreign("its tree is not UTF-8 text"))?;
+        LoggedTree::read(&xml).map_err(|problem| self.foreign(problem))
+    }
+
+    /// The status of all nodes.
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn statuses(&mut self) -> Result<Statuses, GrootError> {
+        let bytes = self.ask(RequestKind::Status, None)?;
+        let (nodes, []) = bytes.as_chunks::<3>() else { return Err(self.foreign("a status has not three bytes")) };
+        Ok(nodes.iter().map(|[low, high, status]| (u16::from_le_bytes([*low, *high]), *status)).collect())
+    }
+
+    /// The entries of these blackboards. One that the program does not have is left out.
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn blackboards(&mut self, names: &[String]) -> Result<Blackboards, GrootError> {
+        let bytes = self.ask(RequestKind::Blackboard, Some(names.join(";").as_bytes()))?;
+        let mut rest = bytes.as_slice();
+        let value = rmpv::decode::read_value_with_max_depth(&mut rest, MOST_DEPTH);
+        let value = value.map_err(|error| self.foreign(format!("its blackboards are not MessagePack: {error}")))?;
+        let name = |name: &Value| name.as_str().map_or_else(|| name.to_string(), str::to_owned);
+        let entries = |entries: &Value| {
+            let entries = entries.as_map().into_iter().flatten();
+            entries.map(|(key, value)| (name(key), value.to_string())).collect()
+        };
+        // There is no map if none of the blackboards is known.
+        Ok(value.as_map().into_iter().flatten().map(|(board, of)| (name(board), entries(of))).collect())
+    }
+
+    /// Makes the program remember transitions from now on. Returns when that is by its clock, in microseconds since
+    /// 1970. What it has remembered for anybody else is lost.
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn start_recording(&mut self) -> Result<i64, GrootError> {
+        let bytes = self.ask(RequestKind::Recording, Some(b"start"))?;
+        let text = String::from_utf8_lossy(&bytes);
+        text.parse().map_err(|_| self.foreign(format!("the recording began at `{}`", text.escape_debug())))
+    }
+
+    /// Makes the program remember transitions no longer.
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn stop_recording(&mut self) -> Result<(), GrootError> {
+        self.ask(RequestKind::Recording, Some(b"stop")).map(drop)
+    }
+
+    /// The transitions since they were asked for the last time, by anybody, of a recording that began at `began_us`:
+    /// the last [`MOST_TRANSITIONS`].
+    ///
+    /// # Errors
+    /// [`GrootError`].
+    pub fn transitions(&mut self, began_us: i64) -> Result<Vec<LoggedTransition>, GrootError> {
+        let bytes = self.ask(RequestKind::Transitions, None)?;
+        let (all, []) = bytes.as_chunks::<{ LoggedTransition::BYTES }>() else {
+            return Err(self.foreign("a transition has not nine bytes"));
+        };
+        Ok(all.iter().map(|bytes| LoggedTransition::from_bytes(*bytes, began_us)).collect())
+    }
+
+    /// Asks, and returns what the reply says after its header.
+    fn ask(&mut self, kind: RequestKind, about: Option<&[u8]>) -> Result<Vec<u8>, GrootError> {
+        self.asked = self.asked.wrapping_add(1);
+        let request = RequestHeader::new(kind, self.asked);
+        let header = request.bytes();
+        let parts: Vec<&[u8]> = [&b""[..], &header].into_iter().chain(about).collect();
+        let replied = self.connection.send(&parts).and_then(|()| self.connection.receive());
+        let replied = replied.map_err(|source| GrootError::Connection { address: self.address.clone(), source })?;
+        let [empty, parts @ ..] = replied.as_slice() else { return Err(self.foreign("its reply is empty")) };
+        match parts {
+            _ if !empty.is_empty() => Err(self.foreign("its reply has no empty frame first")),
+            [error, reason] if error == b"error" => {
+                let reason = String::from_utf8_lossy(reason).escape_debug().to_string();
+                Err(GrootError::Refused { address: self.address.clone(), reason })
+            }
+            [header, body @ ..] if body.len() < 2 => {
+                let tree = tree_of_reply(request, header);
+                let tree = tree.ok_or_else(|| self.foreign("its reply is not to what was asked"))?;
+                if *self.tree.get_or_insert(tree) != tree {
+                    return Err(GrootError::OtherTree { address: self.address.clone() });
+                }
+                Ok(body.first().cloned().unwrap_or_default())
+            }
+            parts => Err(self.foreign(format!("its reply has {} parts", parts.len()))),
+        }
+    }
+
+    fn foreign(&self, problem: impl Into<String>) -> GrootError {
+        GrootError::Foreign { address: self.address.clone(), problem: problem.into() }
+    }
+}
