@@ -1,0 +1,199 @@
+//! The records of a tree that BehaviorTree.CPP runs, from the changes of status that it tells.
+//!
+//! Every node is a process. Its answers are messages to the tree, like those of a leaf in a simulation; so is its halt,
+//! if it was running. All else that a run has is unknown: ticks, who was asked and skipped, and the answers that repeat
+//! the one before.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bt::{Outcome, Status};
+use channels::{Capacity, Domain, Event, EventKind, FieldKind, Gap, Message, Shape, Topology, Value};
+use monitors::Property;
+use tree_logs::{LoggedNode, LoggedTree, NodeStatus, StatusChange};
+
+use crate::{Doubts, End, Ended, Happening, Header, Judge, Node, Origin, Step, TREE};
+
+/// What has become of the nodes of a tree, and of the properties that it is checked against.
+#[derive(Debug)]
+pub struct TreeRun {
+    topology: Arc<Topology>,
+    judge: Judge,
+    /// For each node, the first one after it that is not below it.
+    ends: Vec<usize>,
+    statuses: Vec<NodeStatus>,
+    outcomes: Vec<Option<Outcome>>,
+    /// By the clock of whoever tells it, in microseconds since 1970.
+    began_us: i64,
+    last_us: i64,
+    time: Duration,
+}
+
+impl TreeRun {
+    /// The processes of a tree's nodes, and from each, in the same order, a channel to the tree.
+    #[must_use]
+    pub fn topology(tree: &LoggedTree) -> Arc<Topology> {
+        wired(tree.nodes())
+    }
+
+    /// Starts at a time, in microseconds since 1970. The topology is [that](Self::topology) of the tree; `about` has a
+    /// name, and says in words who runs it; `doubts` what may be missing. Also returns the first two records.
+    #[must_use]
+    pub fn begin(
+        about: [String; 2],
+        origin: Origin,
+        (tree, topology): (&LoggedTree, &Arc<Topology>),
+        began_us: i64,
+        properties: &[Property],
+        doubts: Doubts,
+    ) -> (Self, Header, Step) {
+        let (judge, header, start) = Judge::begin(about, origin, topology, Duration::ZERO, properties, doubts);
+        let (nodes, count) = (tree.nodes(), tree.nodes().len());
+        let mut ends: Vec<usize> = (1..=count).collect();
+        for node in (1..count).rev() {
+            let parent = nodes[node].parent.unwrap_or_default();
+            ends[parent] = ends[parent].max(ends[node]);
+        }
+        let run = Self {
+            topology: Arc::clone(topology),
+            judge,
+            ends,
+            statuses: vec![NodeStatus::Idle; count],
+            outcomes: vec![None; count],
+            began_us,
+            last_us: began_us,
+            time: Duration::ZERO,
+        };
+        (run, Header { tree: drawn(nodes, topology), ..header }, start)
+    }
+
+    /// The record of a change of status.
+    pub fn step(&mut self, StatusChange { at_us, node, status }: StatusChange, properties: &mut [Property]) -> Step {
+        let back_us = self.last_us.saturating_sub(at_us);
+        self.go_on(at_us);
+        let before = std::mem::replace(&mut self.statuses[node], status);
+        if before == NodeStatus::Idle {
+            // It begins anew: what was answered below it belongs to an earlier time.
+            self.outcomes[node + 1..self.ends[node]].fill(None);
+        }
+        let answer = match status {
+            NodeStatus::Answered(answer) => Some(Outcome::Answered(answer)),
+            NodeStatus::Idle if before == NodeStatus::Answered(Status::Running) => Some(Outcome::Halted),
+            // It was reset after its answer, which remains the last one.
+            NodeStatus::Idle => None,
+        };
+        let mut step = match answer {
+            None => self.quiet(),
+            Some(answer) => {
+                self.outcomes[node] = Some(answer);
+                let channel = self.topology.channels().nth(node).expect("each node has a channel");
+                let message = Message::new([Value::symbol(answer.name())]);
+                let (number, kind) = (self.judge.end().messages + 1, EventKind::Received { channel, message });
+                self.judge.step(Event { step: number, tick: 0, time: self.time, kind }, properties)
+            }
+        };
+        step.details.get_or_insert_default().outcomes = Some(self.outcomes.clone());
+        if back_us > 0 {
+            let back = Duration::from_micros(back_us.unsigned_abs()).as_secs_f64();
+            step.happenings.push(Happening::Moved { words: format!("the clock of the log went back by {back:.6} s") });
+        }
+        step
+    }
+
+    /// The record of a time at which the nodes were found to have these statuses, and to have answered this last. How
+    /// and when they came to it is not known.
+    pub fn find(&mut self, at_us: i64, found: Vec<(NodeStatus, Option<Outcome>)>) -> Step {
+        self.go_on(at_us);
+        (self.statuses, self.outcomes) = found.into_iter().unzip();
+        let mut step = self.quiet();
+        step.details.get_or_insert_default().outcomes = Some(self.outcomes.clone());
+        step
+    }
+
+    /// The statuses of the nodes.
+    #[must_use]
+    pub fn statuses(&self) -> &[NodeStatus] {
+        &self.statuses
+    }
+
+    /// From the last change until now, any may be missing: the verdicts that they could change are unsure.
+    pub fn miss(&mut self, why: &str, properties: &mut [Property]) {
+        for channel in self.topology.channels() {
+            let gap = Gap { why: why.to_owned(), channel: Some(channel), since: None, ends: true };
+            self.judge.miss(&gap, properties);
+            self.judge.resume(channel, properties);
+        }
+    }
+
+    /// The record of something else that happened, in words.
+    pub fn note(&mut self, at_us: i64, words: String) -> Step {
+        self.go_on(at_us);
+        Step { happenings: vec![Happening::Moved { words }], ..self.quiet() }
+    }
+
+    /// The last record.
+    #[must_use]
+    pub fn finish(&self, ended: Ended, properties: &[Property]) -> End {
+        End { ended, ..self.judge.finish(properties) }
+    }
+
+    /// What missing messages make unsure.
+    #[must_use]
+    pub fn doubts(&self) -> &Doubts {
+        self.judge.doubts()
+    }
+
+    /// A run does not go back: after the clock was set back, time stands still until it has caught up.
+    fn go_on(&mut self, at_us: i64) {
+        self.last_us = at_us;
+        let since = u64::try_from(at_us.saturating_sub(self.began_us)).unwrap_or(0);
+        self.time = self.time.max(Duration::from_micros(since));
+    }
+
+    /// A record without a message.
+    fn quiet(&self) -> Step {
+        Step { time: self.time, communications: self.judge.end().messages, ..Step::default() }
+    }
+}
+
+/// The processes of the nodes, and the channel from each to the tree.
+fn wired(nodes: &[LoggedNode]) -> Arc<Topology> {
+    // A leaf has the name that it would have in a simulation, unless that is the tree's.
+    let leaves_first = || {
+        nodes
+            .iter()
+            .enumerate()
+            .filter(|(_, node)| node.is_leaf)
+            .chain(nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf))
+    };
+    let labels: Vec<&str> = std::iter::once(TREE).chain(leaves_first().map(|(_, node)| node.name.as_str())).collect();
+    let mut names = vec![String::new(); nodes.len()];
+    for ((index, _), name) in leaves_first().zip(bt::process_names(&labels).into_iter().skip(1)) {
+        names[index] = name;
+    }
+    let mut topology = Topology::default();
+    let unique = "every name is different, and every channel has ends of its own";
+    let tree = topology.process(TREE).expect(unique);
+    let answers = ["running", "success", "failure", "skipped", "halted"];
+    let reply = Domain::new([Shape::new([("reply", FieldKind::symbols(answers))])]);
+    for name in &names {
+        let node = topology.process(name).expect(unique);
+        topology.channel(node, tree, Capacity::One, reply.clone()).expect(unique);
+    }
+    Arc::new(topology)
+}
+
+/// The nodes as pages and pictures draw them.
+fn drawn(nodes: &[LoggedNode], topology: &Topology) -> Vec<Node> {
+    let processes = topology.processes().skip(1);
+    nodes
+        .iter()
+        .zip(processes)
+        .map(|(node, process)| Node {
+            parent: node.parent,
+            process: topology.name(process).to_owned(),
+            symbol: node.kind.and_then(bt::Kind::symbol).map(str::to_owned),
+            is_leaf: node.is_leaf,
+        })
+        .collect()
+}
