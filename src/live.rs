@@ -11,6 +11,7 @@ use recording::{Recording, RecordingError};
 use runs::{Others, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
+use crate::groot::args::GrootArgs;
 use crate::names::ScenarioName;
 use crate::output::{note, print_wrapped};
 use crate::run::BesideArgs;
@@ -21,7 +22,7 @@ use crate::{browser, interrupt};
 pub(crate) struct LiveArgs {
     /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing, or a log of
     /// BehaviorTree.CPP; two are shown side by side
-    #[arg(value_name = "NAME|FILE", required = true, num_args = 1..=2, value_parser = ScenarioName,
+    #[arg(value_name = "NAME|FILE", required_unless_present = "groot", num_args = 1..=2, value_parser = ScenarioName,
           hide_possible_values = true)]
     runs: Vec<String>,
     /// The root seed; by default the scenario's own
@@ -33,7 +34,9 @@ pub(crate) struct LiveArgs {
     #[command(flatten)]
     beside: BesideArgs,
     #[command(flatten)]
-    page: PageArgs,
+    pub(crate) groot: GrootArgs,
+    #[command(flatten)]
+    pub(crate) page: PageArgs,
 }
 
 /// Where a page is served.
@@ -45,6 +48,24 @@ pub(crate) struct PageArgs {
     /// Does not open the page in the browser
     #[arg(long)]
     no_open: bool,
+}
+
+impl PageArgs {
+    /// The port, or 0 for any.
+    pub(crate) fn port(&self) -> u16 {
+        self.port
+    }
+
+    /// Says where the page is, and opens it.
+    pub(crate) fn announce(&self, cockpit: Result<Cockpit, cockpit::Error>) -> Result<Cockpit, Error> {
+        let cockpit = cockpit.map_err(refused)?;
+        let address = cockpit.address();
+        print_wrapped(format!("{address}\nfor viewers: {}\nCtrl-C ends it.\n", cockpit.address_for_viewers()))?;
+        if !self.no_open {
+            browser::open(&address);
+        }
+        Ok(cockpit)
+    }
 }
 
 /// Whether there is a page, and on which port.
@@ -95,11 +116,7 @@ impl BoardArgs {
     pub(crate) fn follow(&self, recording: &Path) -> Result<(), Error> {
         let cockpit = Cockpit::replay(&[recording.to_owned()], self.port).map_err(refused)?;
         self.show("the page is", &cockpit.address());
-        std::thread::spawn(move || {
-            if let Err(error) = cockpit.serve() {
-                note(&format!("the page is no longer shown: {error}"));
-            }
-        });
+        serve_meanwhile(cockpit);
         Ok(())
     }
 }
@@ -143,15 +160,19 @@ where
 }
 
 fn serve(cockpit: Result<Cockpit, cockpit::Error>, page: &PageArgs) -> Result<ExitCode, Error> {
-    let cockpit = cockpit.map_err(refused)?;
     let interrupted = interrupt::listen();
-    let address = cockpit.address();
-    print_wrapped(format!("{address}\nfor viewers: {}\nCtrl-C ends it.\n", cockpit.address_for_viewers()))?;
-    if !page.no_open {
-        browser::open(&address);
-    }
+    let cockpit = page.announce(cockpit)?;
     cockpit.serve_until(interrupted).map_err(refused)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Serves a page as long as the program goes on.
+pub(crate) fn serve_meanwhile(cockpit: Cockpit) {
+    std::thread::spawn(move || {
+        if let Err(error) = cockpit.serve() {
+            note(&format!("the page is no longer shown: {error}"));
+        }
+    });
 }
 
 /// Whether a file is a recording, will become one, or has the name of one.

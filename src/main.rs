@@ -10,6 +10,7 @@ mod counted;
 mod domain;
 mod entry;
 mod faults;
+mod groot;
 mod help;
 mod hints;
 mod init;
@@ -191,7 +192,10 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Help(args)) => help::help(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Licenses) => print(NOTICES).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
-        Some(Command::Live(args)) => live::live(args),
+        Some(Command::Live(args)) => match &args.groot.groot {
+            Some(address) => groot::live(&args.groot, address, &args.page),
+            None => live::live(args),
+        },
         Some(Command::Localize(args)) => localize::localize(args),
         Some(Command::Man(args)) => man::man(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Map(args)) => map::map(args),

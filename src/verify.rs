@@ -2,18 +2,18 @@
 
 pub(crate) mod announcer;
 pub(crate) mod args;
-mod around;
+pub(crate) mod around;
 pub(crate) mod bag;
 pub(crate) mod growing;
-mod judge;
-mod live_page;
+pub(crate) mod judge;
+pub(crate) mod live_page;
 mod logs;
 #[cfg(test)]
 mod loss;
 pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
-mod tree_log;
+pub(crate) mod tree_log;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;

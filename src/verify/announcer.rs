@@ -97,7 +97,7 @@ impl Announcer {
     }
 
     /// Says what is new after an event, or since messages are missing.
-    pub(super) fn follow(
+    pub(crate) fn follow(
         &mut self,
         time: Duration,
         properties: &[Property],
@@ -167,7 +167,7 @@ impl Announcer {
     }
 
     /// Nothing more has been written.
-    pub(super) fn idle(&mut self, properties: &[Property], around: &Around) {
+    pub(crate) fn idle(&mut self, properties: &[Property], around: &Around) {
         self.has_caught_up = true;
         self.show(properties, around);
         self.publish(properties);

@@ -16,7 +16,7 @@ const OFTEN: Duration = Duration::from_millis(500);
 
 /// What is known of a log beyond its events.
 #[derive(Default)]
-pub(super) struct Around {
+pub(crate) struct Around {
     /// When the events begin, once the first has been read: in nanoseconds since 1970 if their times are.
     pub(super) start_ns: Cell<Option<i64>>,
     /// When the message read last was recorded, in nanoseconds since 1970.

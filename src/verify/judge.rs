@@ -59,6 +59,14 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
 }
 
 impl Verified {
+    /// What was judged until `end`; the notes say what its verdicts leave open.
+    pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts, left_open: String) -> Self {
+        let Judgment { unsure, .. } = &(Judgment::of(end, doubts));
+        let notes = Judgment::of(end, doubts).notes(&properties).into_iter().chain([left_open]).collect();
+        let unheard = vec![None; properties.len()];
+        Self { unsure: unsure.clone(), properties, end, unheard, start_ns: None, notes }
+    }
+
     /// When the log ends.
     pub(super) fn end_time(&self) -> Duration {
         self.end.last.map_or(Duration::ZERO, |last| last.time)
@@ -126,7 +134,7 @@ impl Judgment {
 }
 
 /// The requested properties.
-pub(super) fn load(files: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
+pub(crate) fn load(files: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
     if files.is_empty() {
         let help = "name a file with properties: `--property FILE`; only recordings by steward have properties of \
                     their own";
@@ -213,7 +221,10 @@ impl Judged<'_> {
         let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
         let mut view = RunView::new(header, start).expect(FITS);
         let mut presentation = Presentation::begin(&view, &outputs)?;
-        let mut page = self.board.map(|board| LivePage::begin(&view, board)).transpose()?;
+        let mut page = self.board.map(|_| LivePage::begin(&view)).transpose()?;
+        if let (Some(board), Some(page)) = (self.board, &page) {
+            board.follow(&page.recording())?;
+        }
         let mut events = events.peekable();
         while let Some(event) = events.next() {
             match event? {

@@ -2,45 +2,48 @@
 
 use std::fs::File;
 use std::io;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use campaigns::Error;
 use recording::{Follower as _, RunView, Writer};
 use tempfile::TempDir;
 
-use crate::live::BoardArgs;
-
+const NAME: &str = "watched";
 /// How long the page may be behind.
 const BEHIND: Duration = Duration::from_millis(100);
 
-/// The page, and the recording that it follows.
-pub(super) struct LivePage {
+/// The recording that a page follows.
+pub(crate) struct LivePage {
     writer: Writer<File>,
     flushed: Instant,
-    /// Where the recording is. The page has opened it, and needs no name.
-    _folder: TempDir,
+    /// Where the recording is, until the page has opened it.
+    folder: TempDir,
 }
 
 impl LivePage {
     /// The page of a run at its start.
-    pub(super) fn begin(view: &RunView, board: &BoardArgs) -> Result<Self, Error> {
+    pub(crate) fn begin(view: &RunView) -> Result<Self, Error> {
         let folder = tempfile::tempdir().map_err(unwritten)?;
-        let path = folder.path().join("watched");
-        let file = File::create(&path).map_err(unwritten)?;
-        let mut page = Self { writer: Writer::begin(file, view).map_err(unwritten)?, flushed: now(), _folder: folder };
+        let file = File::create(folder.path().join(NAME)).map_err(unwritten)?;
+        let mut page = Self { writer: Writer::begin(file, view).map_err(unwritten)?, flushed: now(), folder };
         page.writer.flush().map_err(unwritten)?;
-        board.follow(&path)?;
         Ok(page)
     }
 
+    /// The recording, for as long as this lives.
+    pub(crate) fn recording(&self) -> PathBuf {
+        self.folder.path().join(NAME)
+    }
+
     /// Adds what is new.
-    pub(super) fn follow(&mut self, view: &RunView) -> Result<(), Error> {
+    pub(crate) fn follow(&mut self, view: &RunView) -> Result<(), Error> {
         self.writer.follow(view).map_err(unwritten)?;
         self.show()
     }
 
     /// Shows what has been added, if that is due.
-    pub(super) fn show(&mut self) -> Result<(), Error> {
+    pub(crate) fn show(&mut self) -> Result<(), Error> {
         if self.flushed.elapsed() < BEHIND {
             return Ok(());
         }
@@ -49,7 +52,7 @@ impl LivePage {
     }
 
     /// Shows the end, for as long as the program goes on.
-    pub(super) fn finish(mut self, view: &RunView) -> Result<(), Error> {
+    pub(crate) fn finish(mut self, view: &RunView) -> Result<(), Error> {
         view.end().map_or(Ok(()), |end| self.writer.end(end)).map_err(unwritten)?;
         self.writer.flush().map_err(unwritten)
     }

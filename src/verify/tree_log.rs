@@ -8,7 +8,7 @@ pub(super) const LEFT_OPEN: &str = "the log has the changes of status, and not t
                                     what `time_until` waits for is a change; nor does it say whether it is whole";
 
 /// Refuses the properties for which the log does not know enough.
-pub(super) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
+pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
     for property in properties {
         let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(|formula| unknown(formula, false));
         if let Some((message, help)) = unknown {

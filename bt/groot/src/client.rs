@@ -146,7 +146,7 @@ impl Client {
         }
     }
 
-    fn foreign(&self, problem: impl Into<String>) -> GrootError {
+    pub(crate) fn foreign(&self, problem: impl Into<String>) -> GrootError {
         GrootError::Foreign { address: self.address.clone(), problem: problem.into() }
     }
 }

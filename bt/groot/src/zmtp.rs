@@ -263,6 +263,6 @@ fn is_timeout(error: &io::Error) -> bool {
 }
 
 #[expect(clippy::disallowed_methods, reason = "a program elsewhere is waited for in real time")]
-fn now() -> Instant {
+pub(crate) fn now() -> Instant {
     Instant::now()
 }

@@ -10,8 +10,9 @@ pub enum NodeStatus {
 }
 
 impl NodeStatus {
-    /// The status with this number in BehaviorTree.CPP.
-    pub(crate) fn of(number: i64) -> Option<Self> {
+    /// The status with this number in BehaviorTree.CPP; none if there is none.
+    #[must_use]
+    pub fn of(number: i64) -> Option<Self> {
         let answers = [bt::Status::Running, bt::Status::Success, bt::Status::Failure, bt::Status::Skipped];
         match usize::try_from(number).ok()?.checked_sub(1) {
             None => Some(Self::Idle),

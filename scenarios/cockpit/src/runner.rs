@@ -1,6 +1,7 @@
 //! The thread that drives the run on the page: it advances the run, obeys the pilot, and sends browsers what happens.
 
 use std::io;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -22,8 +23,8 @@ pub(crate) struct Request {
 /// Where the records come from.
 pub(crate) enum RunSource {
     Session(Box<Steered>),
-    /// One per run.
-    Recordings(Vec<OpenRecording>),
+    /// One per run; and recordings that are to be shown instead, as they come.
+    Recordings(Vec<OpenRecording>, Option<Receiver<PathBuf>>),
 }
 
 /// Drives what is shown, on its own thread.
@@ -54,7 +55,7 @@ impl Runner {
         around: Option<Broadcast>,
         requests: Receiver<Request>,
     ) -> Self {
-        let is_recorded = matches!(source, RunSource::Recordings(_));
+        let is_recorded = matches!(source, RunSource::Recordings(..));
         let mut runner = Self {
             source,
             runs,
@@ -105,7 +106,7 @@ impl Runner {
     fn wait(&self) -> Duration {
         let source = match &self.source {
             RunSource::Session(steered) => steered.wait(PARTS),
-            RunSource::Recordings(recordings) => {
+            RunSource::Recordings(recordings, _) => {
                 recordings.iter().map(|recording| recording.wait(PARTS)).min().unwrap_or(PARTS)
             }
         };
@@ -119,9 +120,16 @@ impl Runner {
     /// Lets the source go on for at most half the time of a frame.
     fn go_on(&mut self) -> io::Result<()> {
         let deadline = now() + FRAME / 2;
+        if let RunSource::Recordings(recordings, Some(later)) = &mut self.source
+            && let Ok(path) = later.try_recv()
+        {
+            let (recording, start) = OpenRecording::open(&path).map_err(io::Error::other)?;
+            self.runs[0].restart(&start, None)?;
+            (recordings[0], self.past, self.sent) = (recording, None, None);
+        }
         let failures: Vec<String> = match &mut self.source {
             RunSource::Session(steered) => steered.go_on(&mut self.runs[0], deadline)?.into_iter().collect(),
-            RunSource::Recordings(recordings) => {
+            RunSource::Recordings(recordings, _) => {
                 let read = recordings.iter_mut().zip(&mut self.runs);
                 read.filter_map(|(recording, run)| recording.read(run, deadline)).collect()
             }
@@ -178,9 +186,9 @@ impl Runner {
     /// Called when the past has been played to its end.
     fn arrive(&mut self) {
         match &self.source {
-            RunSource::Recordings(_) if self.is_over() => self.clock.hold(),
+            RunSource::Recordings(..) if self.is_over() => self.clock.hold(),
             // The rest has not been read yet.
-            RunSource::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
+            RunSource::Recordings(..) if !self.grows() => self.clock = self.clock.at(self.end()),
             _ => self.follow(),
         }
         self.runs.iter_mut().for_each(ShownRun::stir);
@@ -193,14 +201,14 @@ impl Runner {
 
     /// Whether a recording is still being written, and everything there has been read.
     fn grows(&self) -> bool {
-        let RunSource::Recordings(recordings) = &self.source else { return false };
+        let RunSource::Recordings(recordings, _) = &self.source else { return false };
         recordings.iter().any(OpenRecording::grows)
             && recordings.iter().all(|recording| recording.grows() || recording.has_ended())
     }
 
     /// Whether nothing will be added to the recordings.
     fn is_over(&self) -> bool {
-        matches!(&self.source, RunSource::Recordings(recordings) if recordings.iter().all(OpenRecording::has_ended))
+        matches!(&self.source, RunSource::Recordings(recordings, _) if recordings.iter().all(OpenRecording::has_ended))
     }
 
     /// Shows the past.
@@ -221,7 +229,7 @@ impl Runner {
 
     /// Does what the pilot asks, and returns the answer.
     fn obey(&mut self, command: Command) -> io::Result<Value> {
-        let (end, is_recorded) = (self.end(), matches!(self.source, RunSource::Recordings(_)));
+        let (end, is_recorded) = (self.end(), matches!(self.source, RunSource::Recordings(..)));
         match command {
             Command::Seek { time } => match Duration::try_from_secs_f64(time) {
                 Ok(time) if time < end || self.is_over() => self.seek(time.min(end)),
@@ -250,7 +258,7 @@ impl Runner {
                 if let Err(error) = steered.restart() {
                     return Ok(refused(&error.reasons()));
                 }
-                self.runs[0].restart(steered.session().view(), steered.session().scenario())?;
+                self.runs[0].restart(steered.session().view(), Some(steered.session().scenario()))?;
                 self.past = None;
             }
         }
@@ -275,7 +283,7 @@ impl Runner {
         match &self.source {
             _ if self.past.is_some() => self.clock.is_paused(),
             RunSource::Session(steered) => steered.rests(),
-            RunSource::Recordings(_) => self.is_over(),
+            RunSource::Recordings(..) => self.is_over(),
         }
     }
 

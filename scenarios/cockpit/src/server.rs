@@ -2,7 +2,7 @@
 
 use std::io;
 use std::net::Ipv4Addr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -177,10 +177,29 @@ impl Cockpit {
                     broadcast.greet(&json!({ "greeting": { "sides": recordings.len() } }));
                     broadcast
                 });
-                Ok((RunSource::Recordings(opened), shown, around))
+                Ok((RunSource::Recordings(opened, None), shown, around))
             }
         };
         Self::start(broadcast, sides, begin, port)
+    }
+
+    /// Opens a growing recording, and listens as [`open`](Self::open) does. Each recording that comes later is shown
+    /// instead of the one before.
+    ///
+    /// # Errors
+    /// If the port is not available, or the recording cannot be read.
+    pub fn follow(first: &Path, later: mpsc::Receiver<PathBuf>, port: u16) -> Result<Self, Error> {
+        let broadcast = Broadcast::new();
+        let begin = {
+            let (broadcast, first) = (broadcast.clone(), first.to_owned());
+            move || {
+                let (recording, start) = OpenRecording::open(&first)?;
+                let history = History::begin(start).map_err(move |source| Error::Io { port, source })?;
+                let shown = ShownRun::new(history, broadcast, None, None);
+                Ok((RunSource::Recordings(vec![recording], Some(later)), vec![shown], None))
+            }
+        };
+        Self::start(broadcast, Vec::new(), begin, port)
     }
 
     /// A page that only shows what a broadcast sends.

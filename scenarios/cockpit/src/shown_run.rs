@@ -53,12 +53,12 @@ impl ShownRun {
         shown
     }
 
-    /// Shows the same scenario from its start.
+    /// Shows another run from its start, that of a scenario if a session plays one.
     ///
     /// # Errors
     /// If no temporary file can be made.
-    pub(crate) fn restart(&mut self, start: &RunView, scenario: &Scenario) -> io::Result<()> {
-        *self = Self::new(History::begin(start.clone())?, self.broadcast.clone(), None, Some(scenario));
+    pub(crate) fn restart(&mut self, start: &RunView, scenario: Option<&Scenario>) -> io::Result<()> {
+        *self = Self::new(History::begin(start.clone())?, self.broadcast.clone(), None, scenario);
         Ok(())
     }
 

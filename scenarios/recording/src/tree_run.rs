@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use bt::{Outcome, Status};
 use channels::{Capacity, Domain, Event, EventKind, FieldKind, Gap, Message, Shape, Topology, Value};
-use monitors::Property;
+use monitors::{LogEnd, Property};
 use tree_logs::{LoggedNode, LoggedTree, NodeStatus, StatusChange};
 
 use crate::{Doubts, End, Ended, Happening, Header, Judge, Node, Origin, Step, TREE};
@@ -100,20 +100,19 @@ impl TreeRun {
         step
     }
 
-    /// The record of a time at which the nodes were found to have these statuses, and to have answered this last. How
+    /// The record of a time at which the nodes were found to have these statuses, and the idle ones those before. How
     /// and when they came to it is not known.
-    pub fn find(&mut self, at_us: i64, found: Vec<(NodeStatus, Option<Outcome>)>) -> Step {
+    pub fn find(&mut self, at_us: i64, found: impl Iterator<Item = (NodeStatus, NodeStatus)>) -> Step {
         self.go_on(at_us);
-        (self.statuses, self.outcomes) = found.into_iter().unzip();
+        let outcome = |(status, last)| match (status, last) {
+            (_, NodeStatus::Idle) => None,
+            (NodeStatus::Idle, NodeStatus::Answered(Status::Running)) => Some(Outcome::Halted),
+            (_, NodeStatus::Answered(answer)) => Some(Outcome::Answered(answer)),
+        };
+        (self.statuses, self.outcomes) = found.map(|nodes| (nodes.0, outcome(nodes))).unzip();
         let mut step = self.quiet();
         step.details.get_or_insert_default().outcomes = Some(self.outcomes.clone());
         step
-    }
-
-    /// The statuses of the nodes.
-    #[must_use]
-    pub fn statuses(&self) -> &[NodeStatus] {
-        &self.statuses
     }
 
     /// From the last change until now, any may be missing: the verdicts that they could change are unsure.
@@ -123,6 +122,11 @@ impl TreeRun {
             self.judge.miss(&gap, properties);
             self.judge.resume(channel, properties);
         }
+    }
+
+    /// From now on, any change may be missing.
+    pub fn doubt(&mut self, why: &str, properties: &mut [Property]) {
+        self.judge.miss(&Gap::of_anything(why), properties);
     }
 
     /// The record of something else that happened, in words.
@@ -135,6 +139,12 @@ impl TreeRun {
     #[must_use]
     pub fn finish(&self, ended: Ended, properties: &[Property]) -> End {
         End { ended, ..self.judge.finish(properties) }
+    }
+
+    /// How far it goes.
+    #[must_use]
+    pub fn end(&self) -> LogEnd {
+        self.judge.end()
     }
 
     /// What missing messages make unsure.

@@ -1,0 +1,23 @@
+//! What `steward live --groot` takes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// A program that runs a tree, and what is done with what it tells.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct GrootArgs {
+    /// Shows the tree that a program with BehaviorTree.CPP runs: the host, and the port of its Groot2Publisher
+    #[arg(long, value_name = "HOST[:PORT]", conflicts_with_all = ["runs", "seed", "set", "use_sim_time"])]
+    pub(crate) groot: Option<String>,
+    /// Checks the program against a property file, or a shipped one by its name; may be given more than once
+    #[arg(long = "property", value_name = "FILE", requires = "groot")]
+    pub(crate) properties: Vec<PathBuf>,
+    /// Writes what the program tells to FILE, a recording; after each change of the tree to another, with a number
+    #[arg(long, value_name = "FILE", requires = "groot")]
+    pub(crate) record: Option<PathBuf>,
+    /// Only asks for the statuses of the nodes, a hundred times a second, and leaves transitions to others, such as
+    /// Groot2: what changes in between is not seen
+    #[arg(long, requires = "groot")]
+    pub(crate) passive: bool,
+}
