@@ -198,8 +198,9 @@ pub struct Decision {
 pub struct Details {
     /// The events of the step, in order.
     pub events: Vec<Event>,
-    /// The last outcome of each node of the tree; none if nothing has changed.
-    pub outcomes: Option<Vec<Option<bt::Outcome>>>,
+    /// The nodes of the tree whose last outcome has changed: their index in the [header](crate::Header::tree), and the
+    /// outcome; none if what it was is no longer known.
+    pub outcomes: Vec<(usize, Option<bt::Outcome>)>,
     /// The skills and components that have changed their location: their index in the topology, and the location.
     pub locations: Vec<(usize, String)>,
     /// The monitors that have changed their state: their index in the [header](crate::Header::monitors), and the state.
@@ -220,7 +221,7 @@ impl Details {
     /// Whether outcomes, locations, monitors or navigation have changed.
     pub(crate) fn has_new_states(&self) -> bool {
         let Self { outcomes, locations, monitors, navigation, .. } = self;
-        outcomes.is_some() || !locations.is_empty() || !monitors.is_empty() || navigation.is_some()
+        !outcomes.is_empty() || !locations.is_empty() || !monitors.is_empty() || navigation.is_some()
     }
 }
 

@@ -4,6 +4,7 @@
 //! if it was running. All else that a run has is unknown: ticks, who was asked and skipped, and the answers that repeat
 //! the one before.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -22,7 +23,8 @@ pub struct TreeRun {
     /// For each node, the first one after it that is not below it.
     ends: Vec<usize>,
     statuses: Vec<NodeStatus>,
-    outcomes: Vec<Option<Outcome>>,
+    /// The nodes with a last outcome.
+    answered: BTreeSet<usize>,
     /// By the clock of whoever tells it, in microseconds since 1970.
     began_us: i64,
     last_us: i64,
@@ -59,7 +61,7 @@ impl TreeRun {
             judge,
             ends,
             statuses: vec![NodeStatus::Idle; count],
-            outcomes: vec![None; count],
+            answered: BTreeSet::new(),
             began_us,
             last_us: began_us,
             time: Duration::ZERO,
@@ -72,9 +74,10 @@ impl TreeRun {
         let back_us = self.last_us.saturating_sub(at_us);
         self.go_on(at_us);
         let before = std::mem::replace(&mut self.statuses[node], status);
+        let mut outcomes: Vec<(usize, Option<Outcome>)> = Vec::new();
         if before == NodeStatus::Idle {
             // It begins anew: what was answered below it belongs to an earlier time.
-            self.outcomes[node + 1..self.ends[node]].fill(None);
+            outcomes.extend(self.answered.extract_if(node + 1..self.ends[node], |_| true).map(|below| (below, None)));
         }
         let answer = match status {
             NodeStatus::Answered(answer) => Some(Outcome::Answered(answer)),
@@ -85,14 +88,15 @@ impl TreeRun {
         let mut step = match answer {
             None => self.quiet(),
             Some(answer) => {
-                self.outcomes[node] = Some(answer);
+                self.answered.insert(node);
+                outcomes.push((node, Some(answer)));
                 let channel = self.topology.channels().nth(node).expect("each node has a channel");
                 let message = Message::new([Value::symbol(answer.name())]);
                 let (number, kind) = (self.judge.end().messages + 1, EventKind::Received { channel, message });
                 self.judge.step(Event { step: number, tick: 0, time: self.time, kind }, properties)
             }
         };
-        step.details.get_or_insert_default().outcomes = Some(self.outcomes.clone());
+        step.details.get_or_insert_default().outcomes = outcomes;
         if back_us > 0 {
             let back = Duration::from_micros(back_us.unsigned_abs()).as_secs_f64();
             step.happenings.push(Happening::Moved { words: format!("the clock of the log went back by {back:.6} s") });
@@ -109,9 +113,11 @@ impl TreeRun {
             (NodeStatus::Idle, NodeStatus::Answered(Status::Running)) => Some(Outcome::Halted),
             (_, NodeStatus::Answered(answer)) => Some(Outcome::Answered(answer)),
         };
-        (self.statuses, self.outcomes) = found.map(|nodes| (nodes.0, outcome(nodes))).unzip();
+        let outcomes: Vec<(usize, Option<Outcome>)>;
+        (self.statuses, outcomes) = found.enumerate().map(|(node, found)| (found.0, (node, outcome(found)))).unzip();
+        self.answered = outcomes.iter().filter(|(_, outcome)| outcome.is_some()).map(|(node, _)| *node).collect();
         let mut step = self.quiet();
-        step.details.get_or_insert_default().outcomes = Some(self.outcomes.clone());
+        step.details.get_or_insert_default().outcomes = outcomes;
         step
     }
 

@@ -208,10 +208,11 @@ impl RunView {
             self.heard.note(event, &self.header.topology);
             self.failures.note(event);
         }
-        if let Some(outcomes) = outcomes {
-            check(outcomes.len() == self.header.tree.len())?;
-            self.outcomes.clone_from(outcomes);
-            self.failures.judge(&self.header, outcomes, self.step.ticks.saturating_sub(1), self.step.time);
+        for (node, outcome) in outcomes {
+            *self.outcomes.get_mut(*node).ok_or(Inconsistent)? = *outcome;
+        }
+        if !outcomes.is_empty() {
+            self.failures.judge(&self.header, &self.outcomes, self.step.ticks.saturating_sub(1), self.step.time);
         }
         for (process, location) in locations {
             *self.locations.get_mut(*process).ok_or(Inconsistent)? = Some(location.clone());

@@ -121,7 +121,7 @@ fn step(number: u32) -> Step {
     }
     if number % 50 == 10 {
         details.events = vec![tick(time), level(time, charge_pct)];
-        details.outcomes = Some(vec![None, Some(bt::Outcome::Answered(bt::Status::Running))]);
+        details.outcomes = vec![(1, Some(bt::Outcome::Answered(bt::Status::Running)))];
         details.scene = Some(Arc::new(scene(time)));
         details.navigation = Some(Navigation { status: format!("driving {number}"), ..Navigation::default() });
     }

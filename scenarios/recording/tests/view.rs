@@ -169,7 +169,7 @@ fn records_that_refer_to_what_does_not_exist_are_refused() {
     let scan = LaserScan { time, laser: 1, ranges_m: Vec::new() };
     let scene = Scene { scans: vec![Arc::new(scan)], ..Scene::default() };
     for details in [
-        Details { outcomes: Some(vec![None]), ..Details::default() },
+        Details { outcomes: vec![(2, None)], ..Details::default() },
         Details { locations: vec![(3, "idle".to_owned())], ..Details::default() },
         Details { monitors: vec![(1, MonitorState::default())], ..Details::default() },
         Details { monitors: vec![(0, active)], ..Details::default() },

@@ -123,16 +123,17 @@ impl Run {
         details
     }
 
-    /// The outcomes of the tree's nodes, if one has changed.
-    fn new_outcomes(&mut self) -> Option<Vec<Option<bt::Outcome>>> {
-        let (tree, ids) = self.scenario.tree().zip(self.ids.tree)?;
+    /// The outcomes of the tree's nodes that have changed.
+    fn new_outcomes(&mut self) -> Vec<(usize, Option<bt::Outcome>)> {
+        let Some((tree, ids)) = self.scenario.tree().zip(self.ids.tree) else { return Vec::new() };
         let states = bt::states_in(tree, &self.system, ids.tree);
-        let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
-        let is_new = self.recorded.outcomes != outcomes;
-        is_new.then(|| {
-            self.recorded.outcomes.clone_from(&outcomes);
-            outcomes
-        })
+        self.recorded.outcomes.resize(states.len(), None);
+        let states = states.iter().zip(&mut self.recorded.outcomes).enumerate();
+        let is_new = |(node, (state, recorded)): (usize, (&bt::NodeState, &mut Option<bt::Outcome>))| {
+            let outcome = state.outcome;
+            (std::mem::replace(recorded, outcome) != outcome).then_some((node, outcome))
+        };
+        states.filter_map(is_new).collect()
     }
 
     /// The locations that have changed, among those of the skills and components that may have moved.
