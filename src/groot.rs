@@ -1,7 +1,5 @@
 //! `steward live --groot`: the tree that a program with BehaviorTree.CPP runs, in the browser, and checked meanwhile.
 
-pub(crate) mod args;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -10,13 +8,14 @@ use std::time::Duration;
 
 use campaigns::Error;
 use cockpit::Cockpit;
-use groot::{Found, GrootError, News, Watch};
+use groot::{FoundStatuses, GrootError, TreeNews, TreeWatch};
 use monitors::Property;
 use recording::{Archive, Doubts, Ended, Follower as _, Origin, RunView, Step, TreeRun};
 use runs::FITS;
 use tree_logs::LoggedTree;
 
 use crate::interrupt;
+use crate::live::groot_args::GrootArgs;
 use crate::live::{PageArgs, serve_meanwhile};
 use crate::monitor::System;
 use crate::output::{note, print_wrapped};
@@ -27,7 +26,6 @@ use crate::verify::in_words;
 use crate::verify::judge::{Verified, load};
 use crate::verify::live_page::LivePage;
 use crate::verify::tree_log::refuse_unknown;
-use args::GrootArgs;
 
 /// How long a program may take to answer.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -40,7 +38,7 @@ const PASSIVE: &str = "only the statuses of nodes are asked for, a hundred times
                        not seen, so that verdicts are unsure unless a single message violates a property. Breakpoints \
                        that another client has set stay armed";
 /// What verdicts leave open.
-const LEFT_OPEN: &str = "the program tells changes of status, and not the answers that repeat the one before: what \
+const LEFT_OPEN: &str = "what the program did before it was asked is not judged. It tells changes of status, and not the answers that repeat the one before: what \
                          `time_until` waits for is a change. Changes that it has told to another client are noticed \
                          only if a node then has a status that does not follow";
 
@@ -49,7 +47,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
     interrupt::listen();
     let address = with_port(address);
     note(if args.passive { PASSIVE } else { COST });
-    let (mut program, found) = Watch::begin(&address, args.passive, PATIENCE).map_err(refused)?;
+    let (mut program, found) = TreeWatch::begin(&address, args.passive, PATIENCE).map_err(refused)?;
     let mut watched = Watched::begin(args, &address, program.tree(), found, 1)?;
     let shown = show(page, &watched.shown)?;
     let mut is_bad = false;
@@ -72,7 +70,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
         note("it answers again");
         program = again;
         if *program.tree() == watched.tree {
-            watched.take(News::Missing { why: "the program answers again".to_owned(), found })?;
+            watched.take(TreeNews::Missing { why: "the program answers again".to_owned(), found })?;
         } else {
             note("it runs another tree");
             let next = Watched::begin(args, &address, program.tree(), found, watched.number + 1)?;
@@ -104,9 +102,13 @@ fn show(page: &PageArgs, first: &Path) -> Result<Sender<PathBuf>, Error> {
 }
 
 /// Waits until the program answers again, or somebody presses Ctrl-C.
-fn await_program(address: &str, is_passive: bool, watched: &mut Watched) -> Result<Option<(Watch, Found)>, Error> {
+fn await_program(
+    address: &str,
+    is_passive: bool,
+    watched: &mut Watched,
+) -> Result<Option<(TreeWatch, FoundStatuses)>, Error> {
     while interrupt::flow().is_continue() {
-        if let Ok(again) = Watch::begin(address, is_passive, PATIENCE) {
+        if let Ok(again) = TreeWatch::begin(address, is_passive, PATIENCE) {
             return Ok(Some(again));
         }
         watched.idle()?;
@@ -120,6 +122,7 @@ struct Watched {
     tree: LoggedTree,
     /// How many trees have been shown.
     number: usize,
+    is_passive: bool,
     run: TreeRun,
     view: RunView,
     properties: Vec<Property>,
@@ -129,10 +132,18 @@ struct Watched {
     shown: PathBuf,
     archive: Option<Archive>,
     last_us: i64,
+    /// Why changes may be missing after the last one, if they may.
+    lost: Option<String>,
 }
 
 impl Watched {
-    fn begin(args: &GrootArgs, address: &str, tree: &LoggedTree, found: Found, number: usize) -> Result<Self, Error> {
+    fn begin(
+        args: &GrootArgs,
+        address: &str,
+        tree: &LoggedTree,
+        found: FoundStatuses,
+        number: usize,
+    ) -> Result<Self, Error> {
         let topology = TreeRun::topology(tree);
         let system = System { topology: Arc::clone(&topology), tick: Duration::ZERO };
         let properties = if args.properties.is_empty() { Vec::new() } else { load(&args.properties, &system)? };
@@ -151,29 +162,39 @@ impl Watched {
         let announcer = Announcer::new(false, Reactions::default());
         let (shown, last_us) = (page.recording(), found.at_us);
         let tree = tree.clone();
-        let mut watched = Self { tree, number, run, view, properties, announcer, page, shown, archive, last_us };
+        let (lost, is_passive) = (None, args.passive);
+        let mut watched =
+            Self { tree, number, is_passive, run, view, properties, announcer, page, shown, archive, last_us, lost };
         if args.passive {
             watched.run.doubt(PASSIVE, &mut watched.properties);
+            watched.lost = Some(PASSIVE.to_owned());
         }
         let step = watched.find(&found);
         watched.add(step)?;
         Ok(watched)
     }
 
-    fn find(&mut self, found: &Found) -> Step {
+    fn find(&mut self, found: &FoundStatuses) -> Step {
         self.last_us = found.at_us;
         self.run.find(found.at_us, found.nodes.iter().map(|node| (node.status, node.last)))
     }
 
-    fn take(&mut self, news: News) -> Result<(), Error> {
+    fn take(&mut self, news: TreeNews) -> Result<(), Error> {
         let step = match news {
-            News::Change(change) => {
+            TreeNews::Change(change) => {
                 self.last_us = change.at_us;
+                self.lost = self.lost.take().filter(|_| self.is_passive);
                 self.run.step(change, &mut self.properties)
             }
-            News::Missing { why, found } => {
+            TreeNews::Missing { why, found } => {
                 self.lose(&why)?;
                 self.find(&found)
+            }
+            TreeNews::Blackboards(boards) => {
+                let named = |(board, entries): (String, Vec<(String, String)>)| {
+                    entries.into_iter().map(move |(key, value)| (format!("{board}/{key}"), value))
+                };
+                self.run.read(self.last_us, boards.into_iter().flat_map(named).collect())
             }
             _ => return Ok(()),
         };
@@ -183,6 +204,7 @@ impl Watched {
     /// Changes are missing here.
     fn lose(&mut self, why: &str) -> Result<(), Error> {
         self.run.miss(why, &mut self.properties);
+        self.lost = Some(why.to_owned());
         let step = self.run.note(self.last_us, format!("changes may be missing: {why}"));
         self.add(step)
     }
@@ -205,7 +227,8 @@ impl Watched {
         // The last step is recorded with the end.
         let last = self.run.note(self.last_us, "nobody asks the program any more".to_owned());
         self.view.apply(last).expect(FITS);
-        self.view.finish(self.run.finish(Ended::Recorded, &self.properties)).expect(FITS);
+        let ended = self.lost.take().map_or(Ended::Recorded, Ended::CutOff);
+        self.view.finish(self.run.finish(ended, &self.properties)).expect(FITS);
         self.archive.follow(&self.view)?;
         self.archive.map_or(Ok(()), Archive::finish)?;
         self.page.follow(&self.view)?;

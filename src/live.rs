@@ -1,5 +1,7 @@
 //! `steward live`: a run in the browser, in which a person may intervene, or one or two recordings.
 
+pub(crate) mod groot_args;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -11,11 +13,11 @@ use recording::{Recording, RecordingError};
 use runs::{Others, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
-use crate::groot::args::GrootArgs;
 use crate::names::ScenarioName;
 use crate::output::{note, print_wrapped};
 use crate::run::BesideArgs;
 use crate::{browser, interrupt};
+use groot_args::GrootArgs;
 
 /// The run or runs to show, and where their page is served.
 #[derive(Debug, Args)]

@@ -128,6 +128,8 @@ const ROOMS: [(&str, &[&str]); 34] = [
             "ros_messages",
             "nav",
             "bt",
+            "tree_logs",
+            "groot",
             "explorer",
             "interfaces",
             "skills",

@@ -19,6 +19,7 @@ mod experiments;
 mod fault_combinations;
 mod faults;
 mod following;
+mod groot;
 mod guide;
 mod leaves;
 mod live;

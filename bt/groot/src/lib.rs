@@ -1,8 +1,8 @@
 //! Speaks Groot2's protocol, over which a program with BehaviorTree.CPP (4.6.2 and later) shows a tree that it runs.
 //!
 //! A [`Client`] asks such a program for its tree, the status of all nodes, the transitions since it asked the last
-//! time, and its blackboards. It never asks for a hook, which could stop the tree or replace its answers. A [`Watch`] asks
-//! again and again, and knows what is missing.
+//! time, and its blackboards. It never asks for a hook, which could stop the tree or replace its answers. A
+//! [`TreeWatch`] asks again and again, and knows what is missing.
 //!
 //! # Inside
 //! `protocol` has the requests and replies, and `zmtp` what carries them: the part of ZeroMQ's protocol that is needed
@@ -18,5 +18,5 @@ mod zmtp;
 pub use client::{Blackboards, Client, MOST_TRANSITIONS, Statuses};
 pub use error::GrootError;
 pub use protocol::{PORT, RequestHeader, RequestKind, TreeId, reply_header};
-pub use watch::{Found, News, Standing, Watch};
+pub use watch::{FoundStatuses, Standing, TreeNews, TreeWatch};
 pub use zmtp::{Connection, SocketType, ZmtpError};

@@ -19,7 +19,7 @@ const WAS: u8 = 10;
 /// What is new.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum News {
+pub enum TreeNews {
     /// A node got another status.
     Change(StatusChange),
     /// Changes since the last one are missing.
@@ -27,7 +27,7 @@ pub enum News {
         /// Why, in words.
         why: String,
         /// What is found after them.
-        found: Found,
+        found: FoundStatuses,
     },
     /// The entries of all blackboards, which have changed.
     Blackboards(Blackboards),
@@ -35,7 +35,7 @@ pub enum News {
 
 /// The status of all nodes at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct FoundStatuses {
     /// By the clock of the program, in microseconds since 1970.
     pub at_us: i64,
     /// For each node, in the order of the tree.
@@ -78,7 +78,7 @@ impl Standing {
 /// ask, too, what they were told is missing here. That is noticed if a node then has a status that it cannot have: at
 /// its next transition, or when all statuses are compared, once a second.
 #[derive(Debug)]
-pub struct Watch {
+pub struct TreeWatch {
     client: Client,
     tree: LoggedTree,
     /// Whether nothing but statuses and blackboards is asked for.
@@ -88,18 +88,18 @@ pub struct Watch {
     last_us: i64,
     nodes: Vec<Standing>,
     boards: Blackboards,
-    news: VecDeque<News>,
+    news: VecDeque<TreeNews>,
     checked: Instant,
     read: Option<Instant>,
 }
 
-impl Watch {
+impl TreeWatch {
     /// Asks a program for its tree and its statuses, and makes it remember transitions from then on, unless this is
     /// `passive`: then changes are found by comparing statuses, and have the times at which they were found.
     ///
     /// # Errors
     /// [`GrootError`].
-    pub fn begin(address: &str, is_passive: bool, patience: Duration) -> Result<(Self, Found), GrootError> {
+    pub fn begin(address: &str, is_passive: bool, patience: Duration) -> Result<(Self, FoundStatuses), GrootError> {
         let mut client = Client::connect(address, patience)?;
         let tree = client.tree()?;
         let nodes = vec![Standing::NEW; tree.nodes().len()];
@@ -121,7 +121,7 @@ impl Watch {
     ///
     /// # Errors
     /// [`GrootError`]. After any, there is no more news.
-    pub fn news(&mut self) -> Result<Option<News>, GrootError> {
+    pub fn news(&mut self) -> Result<Option<TreeNews>, GrootError> {
         if self.news.is_empty() {
             self.ask()?;
         }
@@ -132,7 +132,7 @@ impl Watch {
     ///
     /// # Errors
     /// [`GrootError`].
-    pub fn end(&mut self) -> Result<Vec<News>, GrootError> {
+    pub fn end(&mut self) -> Result<Vec<TreeNews>, GrootError> {
         self.ask()?;
         if !self.is_passive {
             self.client.stop_recording()?;
@@ -155,7 +155,7 @@ impl Watch {
             self.read = Some(now());
             let boards = self.client.blackboards(self.tree.blackboards())?;
             if boards != self.boards {
-                self.news.push_back(News::Blackboards(boards.clone()));
+                self.news.push_back(TreeNews::Blackboards(boards.clone()));
                 self.boards = boards;
             }
         }
@@ -170,7 +170,7 @@ impl Watch {
     }
 
     /// Finds out the statuses of all nodes, whatever has been told: those at any time, and what has changed since.
-    fn find(&mut self) -> Result<Found, GrootError> {
+    fn find(&mut self) -> Result<FoundStatuses, GrootError> {
         let asked = self.client.statuses()?;
         self.nodes = self.by_node(&asked)?;
         if !self.is_passive {
@@ -184,13 +184,13 @@ impl Watch {
                 self.nodes[change.node].take(change.status);
             }
         }
-        Ok(Found { at_us: self.last_us, nodes: self.nodes.clone() })
+        Ok(FoundStatuses { at_us: self.last_us, nodes: self.nodes.clone() })
     }
 
     /// Finds out where the nodes are after changes have been missed.
     fn miss(&mut self, why: impl Into<String>) -> Result<(), GrootError> {
         let found = self.find()?;
-        self.news.push_back(News::Missing { why: why.into(), found });
+        self.news.push_back(TreeNews::Missing { why: why.into(), found });
         Ok(())
     }
 
@@ -210,7 +210,7 @@ impl Watch {
             }
             self.last_us = change.at_us;
             self.nodes[change.node].take(change.status);
-            self.news.push_back(News::Change(change));
+            self.news.push_back(TreeNews::Change(change));
         }
         Ok(())
     }
@@ -243,7 +243,7 @@ impl Watch {
             for status in [found.last, found.status] {
                 if status != self.nodes[node].status {
                     self.nodes[node].take(status);
-                    self.news.push_back(News::Change(StatusChange { at_us, node, status }));
+                    self.news.push_back(TreeNews::Change(StatusChange { at_us, node, status }));
                 }
             }
         }

@@ -8,9 +8,10 @@ use std::net::{TcpListener, TcpStream};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use groot::{Client, GrootError, ZmtpError};
+use bt::Status;
+use groot::{Client, GrootError, Standing, TreeNews, TreeWatch, ZmtpError};
 use proptest::prelude::*;
-use tree_logs::LoggedTransition;
+use tree_logs::{LoggedTransition, NodeStatus, StatusChange};
 
 const PATIENCE: Duration = Duration::from_millis(500);
 
@@ -198,6 +199,117 @@ fn another_tree_is_noticed() {
     let mut client = Client::connect(&address, PATIENCE).unwrap();
     client.tree().unwrap();
     assert!(matches!(client.statuses(), Err(GrootError::OtherTree { .. })));
+}
+
+const TREE: &[u8] =
+    br#"<root><BehaviorTree ID="Main" _fullpath=""><Inverter name="not" _uid="1"><Act name="act" _uid="2"/>
+    </Inverter></BehaviorTree></root>"#;
+
+/// The bytes of a reply to a request.
+fn to(request: &[u8], body: &[u8]) -> Vec<u8> {
+    let long = (body.len() as u64).to_be_bytes();
+    [b"\x01\x00\x01\x16", request, b"0123456789abcdef\x02", &long, body].concat()
+}
+
+/// A program with the tree that answers the requests of each kind in turn, and goes on with the last answer.
+fn scripted(answers: &[(u8, &[&[u8]])]) -> String {
+    let mut answers: Vec<(u8, VecDeque<Vec<u8>>)> =
+        answers.iter().map(|(kind, of)| (*kind, of.iter().map(|body| body.to_vec()).collect())).collect();
+    answers.extend([(b'T', VecDeque::from([TREE.to_vec()])), (b'B', VecDeque::from([vec![0xc0]]))]);
+    program(captured().0, move |stream, parts| {
+        let (_, of) = answers.iter_mut().find(|(kind, _)| *kind == parts[1][1]).unwrap();
+        let body = if of.len() > 1 { of.pop_front().unwrap() } else { of[0].clone() };
+        let _ = stream.write_all(&to(&parts[1], &body));
+    })
+    .0
+}
+
+/// Transitions of nodes to statuses, at so many microseconds.
+fn transitions(all: &[(u8, u8, u8)]) -> Vec<u8> {
+    all.iter().flat_map(|(at_us, uid, status)| [*at_us, 0, 0, 0, 0, 0, *uid, 0, *status]).collect()
+}
+
+const RUNNING: NodeStatus = NodeStatus::Answered(Status::Running);
+const SUCCESS: NodeStatus = NodeStatus::Answered(Status::Success);
+
+/// The next news.
+fn next(watch: &mut TreeWatch) -> TreeNews {
+    loop {
+        if let Some(news) = watch.news().unwrap() {
+            return news;
+        }
+    }
+}
+
+#[test]
+fn a_watch_begins_with_all_that_had_changed_before() {
+    // The second node succeeds after the statuses were told, and is reset.
+    let told = transitions(&[(5, 2, 1), (6, 2, 2), (7, 2, 0)]);
+    let address =
+        scripted(&[(b'r', &[b"1000"]), (b'S', &[&[1, 0, 1, 2, 0, 1]]), (b't', &[&told, &transitions(&[(8, 1, 2)])])]);
+    let (mut watch, found) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
+    let nodes = vec![Standing { status: RUNNING, last: RUNNING }, Standing { status: NodeStatus::Idle, last: SUCCESS }];
+    assert_eq!((found.at_us, found.nodes), (1007, nodes));
+    assert_eq!(next(&mut watch), TreeNews::Change(StatusChange { at_us: 1008, node: 0, status: SUCCESS }));
+}
+
+#[test]
+fn what_is_missing_is_noticed() {
+    let idle: &[u8] = &[1, 0, 0, 2, 0, 0];
+    let many = transitions(&[(1, 1, 1), (2, 1, 0)]).repeat(500);
+    let twice = transitions(&[(1, 1, 1), (2, 1, 1)]);
+    let back = transitions(&[(9, 1, 1), (1, 1, 0)]);
+    for (told, why) in [(many, "more changed at once"), (twice, "somebody else, who asks"), (back, "begin anew")] {
+        let address =
+            scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 12, 2, 0, 1]]), (b't', &[b"", &told, b""])]);
+        let (mut watch, _) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
+        loop {
+            match next(&mut watch) {
+                TreeNews::Missing { why: said, found } => {
+                    assert!(said.contains(why), "{said}");
+                    let nodes = [(NodeStatus::Idle, SUCCESS), (RUNNING, RUNNING)];
+                    assert_eq!(found.nodes, nodes.map(|(status, last)| Standing { status, last }));
+                    break;
+                }
+                TreeNews::Change(change) => assert_eq!(change.node, 0),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    // Nothing is told, but a node has another status: somebody else was told why.
+    let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 2, 2, 0, 0]]), (b't', &[b""])]);
+    let (mut watch, _) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
+    assert!(matches!(next(&mut watch), TreeNews::Missing { why, .. } if why.contains("somebody else")));
+}
+
+#[test]
+fn a_passive_watch_finds_changes_between_statuses() {
+    let address = scripted(&[(b'S', &[&[1, 0, 0, 2, 0, 0], &[1, 0, 1, 2, 0, 12], &[1, 0, 11, 2, 0, 12]])]);
+    let (mut watch, found) = TreeWatch::begin(&address, true, PATIENCE).unwrap();
+    assert!(found.nodes.iter().all(|node| node.status == NodeStatus::Idle));
+    let seen: Vec<(usize, NodeStatus)> = (0..4)
+        .map(|_| match next(&mut watch) {
+            TreeNews::Change(change) => (change.node, change.status),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(seen, [(0, RUNNING), (1, SUCCESS), (1, NodeStatus::Idle), (0, NodeStatus::Idle)]);
+}
+
+#[test]
+fn statuses_that_cannot_be_are_refused() {
+    for (statuses, why) in [
+        (&[1, 0, 0][..], "not tell the statuses of all nodes"),
+        (&[1, 0, 0, 2, 0, 5], "no status with the number 5"),
+        (&[1, 0, 0, 2, 0, 10], "no status with the number 10"),
+        (&[1, 0, 0, 2, 0, 21], "no status with the number 21"),
+        (&[1, 0, 0, 9, 0, 1], "no node with the number 9"),
+        (&[1, 0], "not three bytes"),
+    ] {
+        let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[statuses]), (b't', &[b""])]);
+        let error = TreeWatch::begin(&address, false, PATIENCE).unwrap_err().to_string();
+        assert!(error.contains(why), "{error}");
+    }
 }
 
 proptest! {

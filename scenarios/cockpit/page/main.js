@@ -106,8 +106,19 @@ function state(frame) {
     $('doing').textContent = [frame.doing, frame.navigation && `navigation: ${frame.navigation}`].filter(Boolean).join(' · ');
   }
   for (const part of [hand, messages, machines, tree]) part.show(frame);
+  if ('entries' in frame) blackboard(Object.entries(frame.entries));
   happenings(frame);
   details.refresh();
+}
+
+function blackboard(entries) {
+  const row = ([name, value]) =>
+    element('tr', {}, element('th', { scope: 'row', textContent: name }), element('td', { textContent: value }));
+  $('entries').replaceChildren(...entries.map(row));
+  if ($('blackboard').hidden === Boolean(entries.length)) {
+    $('blackboard').hidden = !entries.length;
+    arrange();
+  }
 }
 
 function happenings({ happenings, anew }) {

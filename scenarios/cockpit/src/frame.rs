@@ -119,7 +119,7 @@ pub(crate) struct Update {
     happenings: Vec<Value>,
     /// Whether this replaces what the page has, instead of adding to it.
     anew: bool,
-    /// Whether tree, skills, components or monitors may have changed.
+    /// Whether tree, blackboards, skills, components or monitors may have changed.
     stirred: bool,
     /// Whether a monitor has given its verdict.
     pub(crate) decided: bool,
@@ -146,7 +146,7 @@ impl Update {
 
     /// Adds the last step.
     pub(crate) fn note(&mut self, view: &RunView) {
-        self.stirred |= view.events().iter().any(|event| !event.is_shown(view.topology()));
+        self.stirred |= view.has_new_states();
         self.messages.extend(view.events().iter().filter_map(|event| message(event, view.topology())));
         for happening in view.happenings() {
             self.decided |= matches!(happening, Happening::Verdict { .. });
@@ -209,6 +209,7 @@ pub(crate) fn state(view: &RunView, opened: &BTreeSet<usize>, update: Update) ->
         state["locations"] = names.map(|name| (name.clone(), json!(view.location(name)))).collect();
         state["tree"] = live::tree(view, opened).into();
         state["outcomes"] = things::outcomes(view);
+        state["entries"] = json!(view.entries());
         state["running"] = view.running().collect();
     }
     state

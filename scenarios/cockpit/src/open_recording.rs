@@ -14,6 +14,7 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// A recording that is being read.
 pub(crate) struct OpenRecording {
+    name: String,
     recording: Recording,
     state: ReadState,
 }
@@ -36,17 +37,20 @@ impl OpenRecording {
         loop {
             let unfinished = if path.exists() { None } else { Unfinished::of(path) };
             let file = unfinished.as_deref().unwrap_or(path);
-            match Self::begin(file) {
+            match begin(file) {
                 Err(error) if unfinished.is_some() && may_come(&error) => pause(),
-                begun => return begun,
+                begun => {
+                    let (recording, start) = begun?;
+                    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                    return Ok((Self { name, recording, state: ReadState::Reading }, start));
+                }
             }
         }
     }
 
-    fn begin(path: &Path) -> Result<(Self, RunView), RecordingError> {
-        let mut recording = Recording::open(path)?;
-        let start = recording.begin()?;
-        Ok((Self { recording, state: ReadState::Reading }, start))
+    /// The name of its file.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
     }
 
     /// Whether its run has ended, or the file cannot be read any further.
@@ -99,6 +103,12 @@ impl OpenRecording {
         }
         None
     }
+}
+
+fn begin(path: &Path) -> Result<(Recording, RunView), RecordingError> {
+    let mut recording = Recording::open(path)?;
+    let start = recording.begin()?;
+    Ok((recording, start))
 }
 
 /// Whether a file that cannot be read yet may become readable.

@@ -124,7 +124,7 @@ impl Runner {
             && let Ok(path) = later.try_recv()
         {
             let (recording, start) = OpenRecording::open(&path).map_err(io::Error::other)?;
-            self.runs[0].restart(&start, None)?;
+            self.runs[0].restart(start, Some(recording.name()), None)?;
             (recordings[0], self.past, self.sent) = (recording, None, None);
         }
         let failures: Vec<String> = match &mut self.source {
@@ -258,7 +258,8 @@ impl Runner {
                 if let Err(error) = steered.restart() {
                     return Ok(refused(&error.reasons()));
                 }
-                self.runs[0].restart(steered.session().view(), Some(steered.session().scenario()))?;
+                let session = steered.session();
+                self.runs[0].restart(session.view().clone(), None, Some(session.scenario()))?;
                 self.past = None;
             }
         }

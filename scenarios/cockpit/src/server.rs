@@ -167,10 +167,9 @@ impl Cockpit {
                 for (index, path) in recordings.iter().enumerate() {
                     let (recording, start) = OpenRecording::open(path)?;
                     let history = History::begin(start).map_err(failed)?;
-                    let name = path.file_name().unwrap_or_default().to_string_lossy();
                     // A single run is sent to the page itself. Of several, each has a page inside the page.
                     let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
-                    shown.push(ShownRun::new(history, broadcast.clone(), Some(&name), None));
+                    shown.push(ShownRun::new(history, broadcast.clone(), Some(recording.name()), None));
                     opened.push(recording);
                 }
                 let around = (!broadcasts.is_empty()).then(|| {
@@ -195,7 +194,7 @@ impl Cockpit {
             move || {
                 let (recording, start) = OpenRecording::open(&first)?;
                 let history = History::begin(start).map_err(move |source| Error::Io { port, source })?;
-                let shown = ShownRun::new(history, broadcast, None, None);
+                let shown = ShownRun::new(history, broadcast, Some(recording.name()), None);
                 Ok((RunSource::Recordings(vec![recording], Some(later)), vec![shown], None))
             }
         };

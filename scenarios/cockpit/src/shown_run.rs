@@ -53,12 +53,17 @@ impl ShownRun {
         shown
     }
 
-    /// Shows another run from its start, that of a scenario if a session plays one.
+    /// Shows another run from its start; the rest is as in [`new`](Self::new).
     ///
     /// # Errors
     /// If no temporary file can be made.
-    pub(crate) fn restart(&mut self, start: &RunView, scenario: Option<&Scenario>) -> io::Result<()> {
-        *self = Self::new(History::begin(start.clone())?, self.broadcast.clone(), None, scenario);
+    pub(crate) fn restart(
+        &mut self,
+        start: RunView,
+        file: Option<&str>,
+        scenario: Option<&Scenario>,
+    ) -> io::Result<()> {
+        *self = Self::new(History::begin(start)?, self.broadcast.clone(), file, scenario);
         Ok(())
     }
 

@@ -201,6 +201,8 @@ pub struct Details {
     /// The nodes of the tree whose last outcome has changed: their index in the [header](crate::Header::tree), and the
     /// outcome; none if what it was is no longer known.
     pub outcomes: Vec<(usize, Option<bt::Outcome>)>,
+    /// The entries of blackboards that have changed: the name, `Main/goal`, and the value as text; none if it is gone.
+    pub entries: Vec<(String, Option<String>)>,
     /// The skills and components that have changed their location: their index in the topology, and the location.
     pub locations: Vec<(usize, String)>,
     /// The monitors that have changed their state: their index in the [header](crate::Header::monitors), and the state.
@@ -218,10 +220,11 @@ impl Details {
         self.events.is_empty() && !self.has_new_states() && self.scene.is_none()
     }
 
-    /// Whether outcomes, locations, monitors or navigation have changed.
+    /// Whether outcomes, entries, locations, monitors or navigation have changed.
     pub(crate) fn has_new_states(&self) -> bool {
-        let Self { outcomes, locations, monitors, navigation, .. } = self;
-        !outcomes.is_empty() || !locations.is_empty() || !monitors.is_empty() || navigation.is_some()
+        let Self { outcomes, entries, locations, monitors, navigation, .. } = self;
+        let is_still = outcomes.is_empty() && entries.is_empty() && locations.is_empty() && monitors.is_empty();
+        !is_still || navigation.is_some()
     }
 }
 

@@ -4,7 +4,7 @@
 //! if it was running. All else that a run has is unknown: ticks, who was asked and skipped, and the answers that repeat
 //! the one before.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -25,6 +25,10 @@ pub struct TreeRun {
     statuses: Vec<NodeStatus>,
     /// The nodes with a last outcome.
     answered: BTreeSet<usize>,
+    /// How often changes were missing: each time, a step has no event, by which whoever reads the records knows it.
+    gaps: u64,
+    /// The entries of blackboards.
+    entries: BTreeMap<String, String>,
     /// By the clock of whoever tells it, in microseconds since 1970.
     began_us: i64,
     last_us: i64,
@@ -62,6 +66,8 @@ impl TreeRun {
             ends,
             statuses: vec![NodeStatus::Idle; count],
             answered: BTreeSet::new(),
+            gaps: 0,
+            entries: BTreeMap::new(),
             began_us,
             last_us: began_us,
             time: Duration::ZERO,
@@ -92,7 +98,8 @@ impl TreeRun {
                 outcomes.push((node, Some(answer)));
                 let channel = self.topology.channels().nth(node).expect("each node has a channel");
                 let message = Message::new([Value::symbol(answer.name())]);
-                let (number, kind) = (self.judge.end().messages + 1, EventKind::Received { channel, message });
+                let number = self.judge.end().messages + self.gaps + 1;
+                let kind = EventKind::Received { channel, message };
                 self.judge.step(Event { step: number, tick: 0, time: self.time, kind }, properties)
             }
         };
@@ -121,8 +128,22 @@ impl TreeRun {
         step
     }
 
+    /// The record of a time at which the blackboards were found to have these entries: their names, `Main/goal`, and
+    /// their values as text.
+    pub fn read(&mut self, at_us: i64, entries: BTreeMap<String, String>) -> Step {
+        self.go_on(at_us);
+        let gone = self.entries.keys().filter(|name| !entries.contains_key(*name)).map(|name| (name.clone(), None));
+        let new = entries.iter().filter(|(name, value)| self.entries.get(*name) != Some(value));
+        let changed = gone.chain(new.map(|(name, value)| (name.clone(), Some(value.clone())))).collect();
+        self.entries = entries;
+        let mut step = self.quiet();
+        step.details.get_or_insert_default().entries = changed;
+        step
+    }
+
     /// From the last change until now, any may be missing: the verdicts that they could change are unsure.
     pub fn miss(&mut self, why: &str, properties: &mut [Property]) {
+        self.gaps += 1;
         for channel in self.topology.channels() {
             let gap = Gap { why: why.to_owned(), channel: Some(channel), since: None, ends: true };
             self.judge.miss(&gap, properties);
@@ -132,6 +153,7 @@ impl TreeRun {
 
     /// From now on, any change may be missing.
     pub fn doubt(&mut self, why: &str, properties: &mut [Property]) {
+        self.gaps += 1;
         self.judge.miss(&Gap::of_anything(why), properties);
     }
 

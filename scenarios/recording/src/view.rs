@@ -1,5 +1,6 @@
 //! A run as its readers see it: the state after the records read so far.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -34,6 +35,7 @@ pub struct RunView {
     /// What the last step changed in it, apart from the battery's charge.
     changes: RobotState,
     outcomes: Vec<Option<bt::Outcome>>,
+    entries: BTreeMap<String, String>,
     /// By the index of the process in the topology.
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
@@ -77,6 +79,7 @@ impl RunView {
         let mut view = Self {
             step: Step::default(),
             outcomes: vec![None; header.tree.len()],
+            entries: BTreeMap::new(),
             locations: vec![None; header.topology.processes().count()],
             monitors: vec![MonitorState::default(); header.monitors.len()],
             decisions: vec![None; header.monitors.len()],
@@ -202,7 +205,7 @@ impl RunView {
 
     fn take_details(&mut self, details: &Details) -> Result<(), Inconsistent> {
         self.has_new_states |= details.has_new_states();
-        let Details { events, outcomes, locations, monitors, navigation, scene } = details;
+        let Details { events, outcomes, entries, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
         for event in events {
             self.heard.note(event, &self.header.topology);
@@ -213,6 +216,12 @@ impl RunView {
         }
         if !outcomes.is_empty() {
             self.failures.judge(&self.header, &self.outcomes, self.step.ticks.saturating_sub(1), self.step.time);
+        }
+        for (name, value) in entries {
+            match value {
+                Some(value) => drop(self.entries.insert(name.clone(), value.clone())),
+                None => drop(self.entries.remove(name)),
+            }
         }
         for (process, location) in locations {
             *self.locations.get_mut(*process).ok_or(Inconsistent)? = Some(location.clone());
@@ -346,6 +355,12 @@ impl RunView {
         &self.outcomes
     }
 
+    /// The entries of blackboards that are known: their names, `Main/goal`, and their values as text.
+    #[must_use]
+    pub fn entries(&self) -> &BTreeMap<String, String> {
+        &self.entries
+    }
+
     /// Says when a recording of something else began.
     pub fn set_began(&mut self, began: Option<DateTime<Utc>>) {
         Arc::make_mut(&mut self.header).origin.began = began;
@@ -430,7 +445,7 @@ impl RunView {
     }
 
     /// Whether outcomes, locations, monitors or navigation may have changed in the last step.
-    pub(crate) fn has_new_states(&self) -> bool {
+    pub fn has_new_states(&self) -> bool {
         self.has_new_states
     }
 
@@ -525,7 +540,7 @@ impl RunView {
 
     /// The places by name, with the time at which the robot was first at each, at rest or on its way: its true position
     /// was within the area, or within the tolerance of the point. Headings do not matter.
-    pub fn entries(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
+    pub fn entered(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
         self.header.places().iter().zip(&self.entered).map(|(place, entered)| (place.name.as_str(), *entered))
     }
 

@@ -44,7 +44,7 @@ fn a_fault_that_has_not_been_due_is_absent() {
 #[test]
 fn a_place_is_entered_on_the_way_without_an_arrival() {
     let view = until(300);
-    let entries: Vec<_> = view.entries().map(|(name, at)| (name, at.unwrap().as_secs_f64())).collect();
+    let entries: Vec<_> = view.entered().map(|(name, at)| (name, at.unwrap().as_secs_f64())).collect();
     // Half a meter per second: the hall begins at 1 m, the kitchen at 3 m with a tolerance of 0.3 m.
     assert_eq!(entries[0], ("start", 0.0));
     assert!((entries[1].1 - 2.0).abs() < 0.03 && (entries[2].1 - 5.4).abs() < 0.03, "{entries:?}");

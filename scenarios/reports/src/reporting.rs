@@ -54,7 +54,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         said: view.said().iter().map(said).collect(),
         battery: battery(view),
         robot: robot(view),
-        places: view.visits().zip(view.entries()).map(|(visit, (_, entered))| place(view, visit, entered)).collect(),
+        places: view.visits().zip(view.entered()).map(|(visit, (_, entered))| place(view, visit, entered)).collect(),
         snapshots,
         timing: TimingReport { wall_time_s, real_time_factor: sim_time_s / wall_time_s },
     }
@@ -127,7 +127,7 @@ fn places(view: &RunView) -> Vec<ExpectationReport> {
         expectation(format!("the robot to come to rest at {place}"), Some(met), missed.then_some(difference))
     });
     let avoided = expected.not_reached.iter().map(|place| {
-        let entered = view.entries().find_map(|(name, at)| at.filter(|_| name == place));
+        let entered = view.entered().find_map(|(name, at)| at.filter(|_| name == place));
         let difference = entered.map(|at| {
             let at_s = at.as_secs_f64();
             format!("the robot was expected never to be at {place} and was there at {at_s:.2} s")

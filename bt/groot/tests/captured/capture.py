@@ -47,7 +47,7 @@ with open(sys.argv[1], "w") as file:
         client.recv_multipart()
         file.write(b" ".join([kind, *more]).decode() + " " + heard.hex() + "\n")
 
-    for request in [(b"T",), (b"B", b"nobody"), (b"?",), (b"r", b"start"), (b"S",)]:
+    for request in [(b"T",), (b"B", b"nobody"), (b"?",), (b"r", b"start"), (b"S",), (b"t",)]:
         ask(*request)
     program.stdin.write(b"\n")
     program.stdin.flush()

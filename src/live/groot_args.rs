@@ -11,13 +11,13 @@ pub(crate) struct GrootArgs {
     #[arg(long, value_name = "HOST[:PORT]", conflicts_with_all = ["runs", "seed", "set", "use_sim_time"])]
     pub(crate) groot: Option<String>,
     /// Checks the program against a property file, or a shipped one by its name; may be given more than once
-    #[arg(long = "property", value_name = "FILE", requires = "groot")]
+    #[arg(long = "property", value_name = "FILE", conflicts_with = "runs")]
     pub(crate) properties: Vec<PathBuf>,
     /// Writes what the program tells to FILE, a recording; after each change of the tree to another, with a number
-    #[arg(long, value_name = "FILE", requires = "groot")]
+    #[arg(long, value_name = "FILE", conflicts_with = "runs")]
     pub(crate) record: Option<PathBuf>,
     /// Only asks for the statuses of the nodes, a hundred times a second, and leaves transitions to others, such as
     /// Groot2: what changes in between is not seen
-    #[arg(long, requires = "groot")]
+    #[arg(long, conflicts_with = "runs")]
     pub(crate) passive: bool,
 }
