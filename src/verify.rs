@@ -1,6 +1,7 @@
 //! `steward verify LOG… [--property FILE.scope]`: checks recorded runs and robots against properties.
 
 pub(crate) mod announcer;
+mod answers;
 pub(crate) mod args;
 pub(crate) mod around;
 pub(crate) mod bag;
@@ -39,6 +40,7 @@ use crate::counted::counted;
 use crate::interrupt;
 use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, print_json_line, print_wrapped};
+use answers::Answers;
 use around::Around;
 use growing::{Growing, STILL_WRITTEN};
 use judge::{Judged, Judgment, Verified, load, recorded, unheard};
@@ -189,6 +191,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
     };
+    let has_tree = of_recording.is_some() && folder.is_some() && args.scenario.is_none();
+    let answers = if has_tree { Answers::of(path) } else { None };
     let judged = Judged {
         command: args.command(path),
         name: judge::name(path),
@@ -196,7 +200,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         about,
         mapping: String::new(),
         system: &system,
-        around: &Around::default(),
+        around: &Around { answers, ..Around::default() },
         announcer: args.announcer(),
         board: None,
     };

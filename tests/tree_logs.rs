@@ -78,6 +78,14 @@ fn a_report_of_a_log_does_not_claim_what_the_log_does_not_know() {
     for claim in ["never ticked", "not ticked", "0 ticks", "seed", "A tick is"] {
         assert!(!said.contains(claim) && !page.contains(claim), "{claim}");
     }
+    let outline = |page: &str| {
+        page.split_once("The tree at the end: ").map(|(_, rest)| rest.split_once("</section>").unwrap().0.to_owned())
+    };
+    assert!(outline(&page).is_some_and(|outline| outline.contains("Drive_2")));
+    let (file, judged) = (out.path().join("p.scope"), out.path().join("judged"));
+    fs::write(&file, "property p := eventually (Lift, BT, reply = <failure>)").unwrap();
+    steward(&["verify", &whole, "--property", file.to_str().unwrap(), "--out", judged.to_str().unwrap()]);
+    assert_eq!(outline(&fs::read_to_string(judged.join("report.html")).unwrap()), outline(&page));
     let cut = out.path().join("cut.btlog");
     let bytes = fs::read(&whole).unwrap();
     fs::write(&cut, &bytes[..bytes.len() - 5]).unwrap();

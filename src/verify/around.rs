@@ -11,6 +11,8 @@ use robot::LaserScan;
 use trials::replay::sight::{Glance, Sight};
 use trials::replay::way::{Way, WayPlace};
 
+use super::answers::Answers;
+
 /// How often a page shows what a robot sees: a page that is open for days keeps it all.
 const OFTEN: Duration = Duration::from_millis(500);
 
@@ -25,6 +27,8 @@ pub(crate) struct Around {
     pub(super) way: Option<Way>,
     /// Where the robot is, if it runs and is shown.
     pub(super) sight: Option<Rc<RefCell<Sight>>>,
+    /// What the nodes of a tree answered, if that is recorded.
+    pub(super) answers: Option<Answers>,
     /// Whether the events have the times of the log, and not stamps.
     pub(super) is_by_log: bool,
 }
@@ -38,6 +42,7 @@ impl Around {
     }
 
     pub(super) fn describe(&self, header: &mut Header) {
+        self.answers.iter().for_each(|answers| answers.describe(header));
         if let Some(sight) = &self.sight {
             let mut sight = sight.borrow_mut();
             let Some(map) = sight.map().cloned().map(Arc::new) else { return };

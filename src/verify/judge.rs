@@ -240,7 +240,10 @@ impl Judged<'_> {
                         presentation.follow(&view)?;
                         page.iter_mut().try_for_each(|page| page.follow(&view))?;
                     }
-                    view.apply(judge.step(event, properties)).expect(FITS);
+                    let number = event.step;
+                    let mut step = judge.step(event, properties);
+                    around.answers.iter().for_each(|answers| answers.add(number, &mut step));
+                    view.apply(step).expect(FITS);
                     if let Some(page) = &mut page {
                         page.follow(&view)?;
                     }

@@ -27,7 +27,8 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// # let map = Arc::new(MapPicture::new(&maps::house::draw()));
 /// # let scene = Scene::new(map, maps::pose(0.0, 0.0, 0.0), 0.3);
 /// # let mut frame = Frame {
-/// #     scenario: "nominal".to_owned(), seed: 1, caption: String::new(), time: std::time::Duration::ZERO, tick: 0,
+/// #     scenario: "nominal".to_owned(), seed: Some(1), caption: String::new(),
+/// #     time: std::time::Duration::ZERO, tick: Some(0),
 /// #     scene: Some(scene), battery: Some(BatteryHistory::default()), tree: Vec::new(), monitors: Vec::new(),
 /// # };
 /// use std::time::Duration;

@@ -228,6 +228,13 @@ impl Canvas {
         self.elements += "</g>\n";
     }
 
+    /// Gives the part that is being drawn a text that a page shows under the pointer.
+    pub fn title(&mut self, text: &str) {
+        if self.letters == Letters::Browser {
+            self.elements += &format!("<title>{}</title>\n", shown(text));
+        }
+    }
+
     /// Makes what has been drawn a group with this id, to which a page can refer.
     pub fn name(&mut self, id: &str) {
         self.elements = format!("<g id=\"{id}\">\n{}</g>\n", self.elements);

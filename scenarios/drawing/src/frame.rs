@@ -15,14 +15,14 @@ use super::map_picture::MapPicture;
 pub struct Frame {
     /// Name of the scenario: the title.
     pub scenario: String,
-    /// The run's root seed.
-    pub seed: u64,
+    /// The run's root seed, if it is known.
+    pub seed: Option<u64>,
     /// One sentence that says what is happening or why the picture was taken; may be empty.
     pub caption: String,
     /// Simulated time since the start of the run.
     pub time: Duration,
-    /// Number of the last tick generated.
-    pub tick: u64,
+    /// Number of the last tick generated, if it is known.
+    pub tick: Option<u64>,
     /// The map and everything on it, if there is a map.
     pub scene: Option<Scene>,
     /// The battery's level over time, if there is a battery.

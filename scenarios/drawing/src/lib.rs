@@ -16,10 +16,10 @@
 //! scene.laser_hits.push(maps::Point::new(1.0, 2.0));
 //! let frame = Frame {
 //!     scenario: "nominal".to_owned(),
-//!     seed: 1,
+//!     seed: Some(1),
 //!     caption: "The robot sets off.".to_owned(),
 //!     time: Duration::from_millis(20),
-//!     tick: 0,
+//!     tick: Some(0),
 //!     scene: Some(scene),
 //!     battery: Some(BatteryHistory { level_pct: 83.0, ..BatteryHistory::default() }),
 //!     tree: Vec::new(),

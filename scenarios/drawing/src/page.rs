@@ -77,7 +77,7 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
         }
         None => large,
     };
-    tree_panel::draw(&mut canvas, tree, &frame.tree);
+    tree_panel::draw(&mut canvas, tree, &frame.tree, frame.tick.is_some());
     monitor_panel::draw(&mut canvas, rest, &frame.monitors);
     canvas.finish(width, height)
 }
@@ -119,9 +119,9 @@ fn header(canvas: &mut Canvas, area: Area, frame: &Frame) {
     let time = format!("{:.2} s", frame.time.as_secs_f64());
     let right = area.right();
     canvas.centered_text((right, first), &time, TextStyle::new(title, theme::INK).anchored(Anchor::End));
-    let tick = format!("tick {} of the tree", frame.tick);
+    let tick = frame.tick.map_or(String::new(), |tick| format!("tick {tick} of the tree"));
     canvas.centered_text((right, second), &tick, muted.anchored(Anchor::End));
-    let seed = format!("seed {}", frame.seed);
+    let seed = frame.seed.map_or(String::new(), |seed| format!("seed {seed}"));
     let room = right - title.width(&time) - 40.0 - area.x;
     let name = title.fit(&frame.scenario, room - detail.width(&seed) - 18.0);
     canvas.centered_text((area.x, first), &name, TextStyle::new(title, theme::INK));

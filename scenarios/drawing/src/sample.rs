@@ -15,11 +15,11 @@ use super::map_picture::MapPicture;
 pub(super) fn frame() -> Frame {
     Frame {
         scenario: "battery_fault".into(),
-        seed: 7,
+        seed: Some(7),
         caption: "The level was set to 10 % on the way. phi1 is violated at the first level that BatteryLevel reads."
             .into(),
         time: Duration::from_millis(67_020),
-        tick: 67,
+        tick: Some(67),
         scene: Some(scene()),
         battery: Some(battery()),
         tree: paper_tree(),
@@ -308,10 +308,10 @@ pub(super) fn empty_frame() -> Frame {
     let grid = OccupancyGrid::new(0, 0, 0.05, pose(0.0, 0.0, 0.0));
     Frame {
         scenario: String::new(),
-        seed: 0,
+        seed: Some(0),
         caption: String::new(),
         time: Duration::ZERO,
-        tick: 0,
+        tick: Some(0),
         scene: Some(Scene {
             estimate: Some(pose(0.0, 0.0, f64::INFINITY)),
             laser_hits: vec![Point::new(f64::NAN, 0.0)],

@@ -116,6 +116,36 @@ impl Font {
         fitting.checked_sub(1).map_or(String::new(), shortened)
     }
 
+    /// The text in two lines of at most `room` pixels, the longer one as short as possible; broken between words, also
+    /// those of a `camelCase` or `snake_case` name, or where these are too long, anywhere. None if it does not fit.
+    ///
+    /// ```
+    /// use drawing::text::Font;
+    ///
+    /// let font = Font::regular(14.0);
+    /// let [first, second] = font.halved("NavigateToTheChargingStation", 130.0).unwrap();
+    /// assert_eq!((first.as_str(), second.as_str()), ("NavigateToThe", "ChargingStation"));
+    /// assert_eq!(font.halved("NavigateToTheChargingStation", 60.0), None);
+    /// ```
+    pub fn halved(self, text: &str, room: f64) -> Option<[String; 2]> {
+        let text = text.trim();
+        // A line may lose the space at its end, but no more.
+        if self.width(text) > 2.0 * room + self.width(" ") {
+            return None;
+        }
+        let letters: Vec<(usize, char)> = text.char_indices().collect();
+        let is_word_end =
+            |before: char, after: char| !before.is_alphanumeric() || after.is_uppercase() && !before.is_uppercase();
+        let longest = |lines: &[String; 2]| lines.iter().map(|line| self.width(line)).fold(0.0, f64::max);
+        let best = |is_allowed: &dyn Fn(char, char) -> bool| {
+            let ends = letters.windows(2).filter(|pair| is_allowed(pair[0].1, pair[1].1)).map(|pair| pair[1].0);
+            let lines = ends.map(|end| [text[..end].trim_end().to_owned(), text[end..].trim_start().to_owned()]);
+            let shortest = lines.min_by(|a, b| longest(a).total_cmp(&longest(b)));
+            shortest.filter(|lines| longest(lines) <= room)
+        };
+        best(&is_word_end).or_else(|| best(&|_, _| true))
+    }
+
     /// The text in at most `lines` lines of at most `room` pixels, broken between words; what does not fit ends in an
     /// ellipsis.
     pub fn wrap(self, text: &str, room: f64, lines: usize) -> Vec<String> {

@@ -23,8 +23,8 @@ impl FoldedTree {
         Self { nodes: tree.to_vec(), numbers: (0..tree.len()).collect() }
     }
 
-    /// A tree in at most `rows` rows, if the way to what is active needs no more. Of the nodes that somebody has
-    /// `opened`, by their index, all children are shown in any case.
+    /// A tree in at most `rows` rows, if the way to what is running, or to why the tree has failed, needs no more. Of
+    /// the nodes that somebody has `opened`, by their index, all children are shown in any case.
     ///
     /// ```
     /// use std::collections::BTreeSet;
@@ -42,6 +42,19 @@ impl FoldedTree {
     /// ```
     #[must_use]
     pub fn new(tree: &[TreeNode], rows: usize, opened: &BTreeSet<usize>) -> Self {
+        let folded = Self::around(tree, rows, opened);
+        let excess = folded.rows().saturating_sub(rows);
+        // The way to what is active needs rows that others have taken. What somebody has opened does not fold the rest.
+        if excess == 0 || !opened.is_empty() { folded } else { Self::around(tree, rows.saturating_sub(excess), opened) }
+    }
+
+    /// How many rows it takes.
+    fn rows(&self) -> usize {
+        Family::of(&self.nodes).children.iter().filter(|children| children.is_empty()).count()
+    }
+
+    /// The same, but without room for what must be opened although all rows are taken.
+    fn around(tree: &[TreeNode], rows: usize, opened: &BTreeSet<usize>) -> Self {
         let tree = Tree::of(tree, opened);
         let mut shown: Vec<Option<BTreeSet<usize>>> = vec![None; tree.nodes.len()];
         let mut free = rows.saturating_sub(tree.roots.len());
@@ -53,7 +66,7 @@ impl FoldedTree {
             // The first child takes the row of its parent.
             let (children, room) = (&tree.children[node], free + 1);
             let fits = children.len() <= room || opened.contains(&node);
-            if children.is_empty() || (!fits && interest < Interest::Failed) {
+            if children.is_empty() || (!fits && interest < tree.least) {
                 continue;
             }
             let some = if fits { children.iter().copied().collect() } else { tree.most_interesting(children, room) };
@@ -101,6 +114,9 @@ struct Tree<'t> {
     /// The number of nodes of each subtree, its root included.
     sizes: Vec<usize>,
     interest: Vec<Interest>,
+    /// The least interest for which there are more rows than wanted: the way to what is running; in a tree that has
+    /// failed, to why. While it is running, what failed before has been dealt with.
+    least: Interest,
 }
 
 impl<'t> Tree<'t> {
@@ -120,8 +136,10 @@ impl<'t> Tree<'t> {
                 }
             }
         }
-        let roots = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
-        Self { nodes, roots, parents, children, depths, sizes, interest }
+        let roots: Vec<usize> = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
+        let is_running = roots.iter().any(|&root| nodes[root].status == NodeStatus::Running);
+        let least = if is_running { Interest::Running } else { Interest::Failed };
+        Self { nodes, roots, parents, children, depths, sizes, interest, least }
     }
 
     /// The children to show where not all fit into this many rows: the most interesting ones, at least one, and all
@@ -262,6 +280,21 @@ mod tests {
             let most = 1 + chance.below(50);
             assert!(rows(&FoldedTree::new(&tree, most, &BTreeSet::new()).nodes) <= most);
         }
+    }
+
+    #[test]
+    fn what_failed_before_takes_no_more_rows_than_there_are_while_the_tree_is_running() {
+        let node = |parent, status| TreeNode { parent, label: String::new(), status };
+        let mut tree = vec![node(None, NodeStatus::Running)];
+        for room in 0..40 {
+            let status = if room == 30 { NodeStatus::Running } else { NodeStatus::Failure };
+            let parent = tree.len();
+            tree.push(node(Some(0), status));
+            tree.extend((0..20).map(|step| node(Some(parent), if step == 7 { status } else { NodeStatus::Failure })));
+        }
+        let folded = FoldedTree::new(&tree, 16, &BTreeSet::new());
+        assert!(rows(&folded.nodes) <= 16);
+        assert!(folded.numbers.contains(&(30 * 21 + 2 + 7)));
     }
 
     #[test]

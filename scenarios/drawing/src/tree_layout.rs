@@ -7,7 +7,9 @@ use super::text::Font;
 
 /// Height of a row if there is room, and the minimum for legible labels, in pixels.
 const ROW: f64 = 36.0;
-const READABLE_ROW: f64 = 21.0;
+pub(super) const READABLE_ROW: f64 = 21.0;
+/// Height of a row in which names may have two lines, in pixels.
+pub(super) const WRAPPED_ROW: f64 = 33.0;
 /// Height of a node, as a fraction of a row.
 const NODE_HEIGHT: f64 = 0.82;
 /// The longest label that is shown in full at all, in pixels.
@@ -32,7 +34,9 @@ pub struct TreeLayout {
     pub width: f64,
     /// Extent downwards.
     pub height: f64,
-    /// Size of the labels' font.
+    /// Height of a row.
+    pub row_px: f64,
+    /// Size of the font of labels in one line.
     pub font_px: f64,
 }
 
@@ -41,8 +45,10 @@ pub struct TreeLayout {
 pub struct PlacedNode {
     /// Its box.
     pub area: Area,
-    /// The part of its label that fits.
-    pub label: String,
+    /// Its label in lines; if it has no room, as much of it as fits.
+    pub lines: Vec<String>,
+    /// Whether that is not all of it.
+    pub is_cut: bool,
     /// Whether it has no children.
     pub leaf: bool,
 }
@@ -71,7 +77,7 @@ impl TreeLayout {
         let nodes: Vec<PlacedNode> = (0..tree.len()).map(|i| columns.place(tree, &shape, i, row, font)).collect();
         let links = (0..tree.len()).filter_map(|i| columns.link(&shape, &nodes, i)).collect();
         let right = nodes.iter().map(|node| node.area.right()).fold(0.0, f64::max);
-        Self { nodes, links, width: right, height: row * shape.rows as f64, font_px: font.size }
+        Self { nodes, links, width: right, height: row * shape.rows as f64, row_px: row, font_px: font.size }
     }
 
     /// The height at which a tree is not squeezed, and the minimum at which it is still legible, in pixels.
@@ -80,11 +86,6 @@ impl TreeLayout {
         let rows = Shape::of(tree).rows as f64;
         (rows * ROW, rows * READABLE_ROW)
     }
-}
-
-/// How many rows are legible in this height, in pixels.
-pub(super) fn readable_rows(height: f64) -> usize {
-    (height / READABLE_ROW) as usize
 }
 
 /// How the nodes of a tree are related, by their indices.
@@ -164,27 +165,35 @@ struct Columns {
 }
 
 impl Columns {
-    /// The widest columns and gaps that fit: first long labels shrink, then those of inner nodes, then the gaps, then
-    /// inner nodes show only their signs, then the leaves' labels shrink, then everything.
+    /// The widest columns and gaps that fit. First gaps shrink, then labels are wrapped, if rows are high enough. If
+    /// that is not enough, long labels are shortened, then those of inner nodes, until these show only their signs;
+    /// then those of leaves, then everything.
     fn fitting(tree: &[TreeNode], shape: &Shape, font: Font, row: f64, width: f64) -> Self {
         let depth = |i: usize| shape.depths[i];
         let count = (0..tree.len()).filter(|&i| !shape.leaf[i]).map(|i| depth(i) + 1).max().unwrap_or(0);
-        let mut widths = vec![0.0_f64; count];
         let mut signs = vec![0.0_f64; count];
-        let mut leaves = 0.0_f64;
-        for (i, node) in tree.iter().enumerate() {
-            match shape.leaf[i] {
-                true => leaves = leaves.max(leaf_width(&node.label, font, row).min(LONGEST_EVER)),
-                false => {
-                    widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row).min(LONGEST_EVER));
-                    signs[depth(i)] =
-                        signs[depth(i)].max(inner_width(sign(&node.label), font, row).min(LONGEST_INNER[1]));
-                }
+        let wanted = |is_wrapped: bool| {
+            let (mut widths, mut leaves) = (vec![0.0_f64; count], 0.0_f64);
+            for (i, node) in tree.iter().enumerate() {
+                let column = if shape.leaf[i] { &mut leaves } else { &mut widths[depth(i)] };
+                *column = column.max(node_width(&node.label, shape.leaf[i], font, row, is_wrapped).min(LONGEST_EVER));
             }
+            (widths, leaves)
+        };
+        for (i, node) in tree.iter().enumerate().filter(|&(i, _)| !shape.leaf[i]) {
+            signs[depth(i)] = signs[depth(i)].max(inner_width(sign(&node.label), font, row).min(LONGEST_INNER[1]));
         }
+        let is_too_wide = |widths: &[f64], leaves: f64, gap: f64| {
+            widths.iter().sum::<f64>() + leaves + gap * row * count as f64 > width
+        };
+        let (mut widths, mut leaves) = wanted(false);
+        if row >= WRAPPED_ROW && is_too_wide(&widths, leaves, LEAST_GAP) {
+            (widths, leaves) = wanted(true);
+        }
+        let is_cut = is_too_wide(&widths, leaves, LEAST_GAP);
         let limits = std::iter::once(LONGEST).chain(LONGEST_INNER).zip([2.0, 2.0, LEAST_GAP, LEAST_GAP]);
         for (longest, gap) in limits {
-            if widths.iter().sum::<f64>() + leaves + gap * row * count as f64 > width {
+            if is_cut && is_too_wide(&widths, leaves, gap) {
                 widths.iter_mut().zip(&signs).for_each(|(width, sign)| *width = width.min(longest.max(*sign)));
                 leaves = leaves.min(LONGEST);
             }
@@ -212,15 +221,22 @@ impl Columns {
         let label = &tree[i].label;
         let leaf = shape.leaf[i];
         let (x, room) = if leaf { self.leaves } else { self.inner[shape.depths[i]] };
-        let width = if leaf { leaf_width(label, font, row) } else { inner_width(label, font, row) }.min(room);
+        let width = node_width(label, leaf, font, row, false).min(room);
         let height = row * NODE_HEIGHT;
         let padding = if leaf { leaf_padding(row) } else { inner_padding(row) };
         let (font, room) = (if leaf { font } else { symbol_font(font) }, width - padding + 0.01);
+        let area = Area::new(x, shape.middles[i] * row - height / 2.0, width, height);
+        if font.width(label) > room
+            && row >= WRAPPED_ROW
+            && let Some(lines) = lines_font(row).halved(label, room)
+        {
+            return PlacedNode { area, lines: lines.into(), is_cut: false, leaf };
+        }
         let fitted = font.fit_ends(label, room);
         // A sign says more than a sign with two letters of a name.
         let is_stump = !leaf && fitted != *label && fitted.chars().count() < MOST_STUMP + sign(label).chars().count();
-        let label = if is_stump { font.fit_ends(sign(label), room) } else { fitted };
-        PlacedNode { area: Area::new(x, shape.middles[i] * row - height / 2.0, width, height), label, leaf }
+        let line = if is_stump { font.fit_ends(sign(label), room) } else { fitted };
+        PlacedNode { area, is_cut: line != *label, lines: vec![line], leaf }
     }
 
     fn link(&self, shape: &Shape, nodes: &[PlacedNode], child: usize) -> Option<Link> {
@@ -247,13 +263,29 @@ fn inner_padding(row: f64) -> f64 {
     row * 0.55
 }
 
+/// The font of names in two lines.
+pub(super) fn lines_font(row: f64) -> Font {
+    Font::regular(row * NODE_HEIGHT / 2.0 / Font::regular(1.0).line_height())
+}
+
 /// The font of texts in inner nodes: mostly a single sign.
 pub(super) fn symbol_font(font: Font) -> Font {
     font.scaled(1.12)
 }
 
-fn leaf_width(label: &str, font: Font, row: f64) -> f64 {
-    font.width(label) + leaf_padding(row)
+/// The width of a node that shows its whole label: in one line, or where it is long and may be wrapped, in two.
+fn node_width(label: &str, leaf: bool, font: Font, row: f64, is_wrapped: bool) -> f64 {
+    let whole = if leaf { font.width(label) + leaf_padding(row) } else { inner_width(label, font, row) };
+    let lines_font = lines_font(row);
+    let is_long = whole > LONGEST_INNER[1];
+    match lines_font.halved(label, LONGEST_EVER).filter(|_| is_wrapped && is_long) {
+        Some(lines) => {
+            let padding = if leaf { leaf_padding(row) } else { inner_padding(row) };
+            let longest = lines.iter().map(|line| lines_font.width(line)).fold(0.0, f64::max);
+            whole.min(longest + padding)
+        }
+        None => whole,
+    }
 }
 
 fn inner_width(label: &str, font: Font, row: f64) -> f64 {
@@ -271,7 +303,8 @@ mod tests {
         assert_eq!(layout.nodes.len(), tree.len());
         for (i, node) in layout.nodes.iter().enumerate() {
             assert!(page.encloses(&node.area), "{node:?} leaves {width} × {height}");
-            assert!(Font::regular(layout.font_px).width(&node.label) <= node.area.width, "{node:?}");
+            let font = if node.lines.len() > 1 { lines_font(layout.row_px) } else { Font::regular(layout.font_px) };
+            assert!(node.lines.iter().all(|line| font.width(line) <= node.area.width), "{node:?}");
             for other in &layout.nodes[..i] {
                 assert!(!node.area.overlaps(&other.area), "{node:?} overlaps {other:?}");
             }
@@ -291,7 +324,7 @@ mod tests {
     fn the_tree_of_the_paper_keeps_its_labels() {
         check(&paper_tree(), 570.0, 252.0);
         let layout = TreeLayout::new(&paper_tree(), 570.0, 252.0);
-        assert!(layout.nodes.iter().zip(paper_tree()).all(|(placed, node)| placed.label == node.label));
+        assert!(layout.nodes.iter().zip(paper_tree()).all(|(placed, node)| placed.lines == [node.label]));
         assert_eq!(layout.links.len(), 12);
     }
 
@@ -305,12 +338,12 @@ mod tests {
         let tree: Vec<TreeNode> = (0..13).map(chain).collect();
         let labels = |width| {
             let layout = TreeLayout::new(&tree, width, 300.0);
-            layout.nodes.into_iter().map(|node| node.label).collect::<Vec<_>>()
+            layout.nodes.into_iter().map(|node| node.lines.concat()).collect::<Vec<_>>()
         };
         assert_eq!(labels(f64::INFINITY), tree.iter().map(|node| node.label.clone()).collect::<Vec<_>>());
         let narrow = labels(830.0);
         assert!(narrow[..12].iter().all(|label| label == "▸"), "{narrow:?}");
-        assert_eq!(narrow[12], "GoToTheCh…ngStation");
+        assert_eq!(narrow[12], "GoToTheChargingStation", "in two lines");
     }
 
     #[test]

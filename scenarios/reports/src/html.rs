@@ -193,7 +193,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
     // The page has no section for what did not happen, and a link must lead somewhere.
     let is_there = |id| {
         (id != "violations" || violated)
-            && (id != "way" || !recorded || has_map)
+            && (id != "way" || !recorded || has_map || tree::is_known(view))
             && (id != "pictures" || report.snapshots.iter().any(|snapshot| snapshot.violated.is_none()))
     };
     html! {
@@ -232,9 +232,13 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     section("way", if scene.is_some() { "Where the robot went" } else { "What the tree did" }, content)
 }
 
-/// The section with the map of a recording, if it has one.
+/// The section with the map of a recording, if it has one, or else its tree.
 fn recorded_way(view: &RunView, timeline: &Timeline) -> Markup {
-    let Some(scene) = map::scene(view, timeline) else { return html! {} };
+    let Some(scene) = map::scene(view, timeline) else {
+        let outline = tree::outline(view);
+        let content = html! { @if tree::is_known(view) { div.panel { (outline) } } };
+        return section("way", "What the tree did", content);
+    };
     let odometry = &view.header().origin.odometry;
     let label = "Map with the robot's path";
     let content = html! {

@@ -8,7 +8,8 @@ use channels::Verdict;
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use recording::{
-    Argument, FaultCourse, Follower, Graph, Happening, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
+    Argument, Decision, FaultCourse, Follower, Graph, Happening, MachineState, MonitorState, MonitorView, Node,
+    Premises, RunView,
 };
 
 use crate::bounds;
@@ -66,14 +67,14 @@ impl Camera {
     pub fn frame(&self, view: &RunView, caption: &str) -> Frame {
         Frame {
             scenario: view.header().scenario.clone(),
-            seed: view.header().seed,
+            seed: Some(view.header().seed).filter(|_| view.header().knows_ticks()),
             caption: caption.to_owned(),
             time: view.time(),
-            tick: view.ticks().saturating_sub(1),
+            tick: Some(view.ticks().saturating_sub(1)).filter(|_| view.header().knows_ticks()),
             scene: self.scene(view),
             battery: self.battery(view),
             tree: tree_nodes(&view.header().tree, view.outcomes()),
-            monitors: view.monitors().map(|watched| monitor(watched, view.end().is_some())).collect(),
+            monitors: view.monitors().map(|watched| monitor(watched, view)).collect(),
         }
     }
 
@@ -246,13 +247,17 @@ fn state(states: &[MachineState], index: usize) -> drawing::State {
     }
 }
 
-/// A property as pictures show it; `over` says whether the run has ended.
-pub fn monitor(monitor: MonitorView<'_>, over: bool) -> drawing::Monitor {
+/// A property of a run as pictures show it.
+pub fn monitor(monitor: MonitorView<'_>, view: &RunView) -> drawing::Monitor {
+    let when = |decision: &Decision| match view.header().knows_ticks() {
+        true => format!("tick {}", decision.event.tick),
+        false => format!("{} s", recording::decimals(decision.event.time.as_secs_f64(), 2)),
+    };
     drawing::Monitor {
         name: monitor.name().to_owned(),
         description: monitor.about.summary.clone(),
-        verdict: verdict(monitor.state, over),
-        note: monitor.decision.map_or_else(String::new, |decision| format!("tick {}", decision.event.tick)),
+        verdict: verdict(monitor.state, view.end().is_some()),
+        note: monitor.decision.map_or_else(String::new, when),
         diagram: match (&monitor.about.graph, monitor.state.active) {
             (Some(graph), Some(active)) => diagram(graph, active),
             _ => drawing::Diagram::default(),

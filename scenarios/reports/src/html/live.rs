@@ -100,7 +100,7 @@ pub fn verdicts(view: &RunView, timeline: &Timeline) -> String {
 }
 
 fn line(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_>>) -> Markup {
-    let picture: Monitor = pictures::monitor(*monitor, view.end().is_some());
+    let picture: Monitor = pictures::monitor(*monitor, view);
     let look = Look::of_verdict(picture.verdict);
     let class = match picture.verdict {
         Verdict::Violated => Outcome::Violated,

@@ -4,6 +4,8 @@
 const explore = (() => {
   const LANE = 20, LINE = 16, HEAD = 28, PLOT = 90, SIGN = 7, MARGIN = 14, CLOSEST_S = 0.05;
   const FACE = '12px Ubuntu,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"Liberation Sans",sans-serif';
+  // A group with more lanes is folded at first.
+  const MOST_LANES = 100;
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
   /** The first index from which on a sorted list is greater than a value. */
@@ -88,6 +90,15 @@ const explore = (() => {
       return from + (to - from) * clamp((place - a) / (b - a || 1), 0, 1);
     }
 
+    /** A name, or its beginning and its end: names that begin alike stay different. */
+    function fitEnds(name, room) {
+      if (width(name) <= room) return name;
+      const short = (kept) => `${name.slice(0, Math.ceil(kept / 2))}…${name.slice(name.length - Math.floor(kept / 2))}`;
+      let kept = Math.floor((name.length * room) / width(name));
+      while (kept > 0 && pen.measureText(short(kept)).width > room) kept--;
+      return short(kept);
+    }
+
     function fit(text, room) {
       if (width(text) <= room) return text;
       let end = Math.floor((text.length * room) / width(text));
@@ -111,10 +122,17 @@ const explore = (() => {
       write(text, x, y, ink, align);
     }
 
+    /** The width of the longest name of a lane that is shown. */
+    function longest() {
+      const shown = groups.filter(({ title }) => !folded.has(title));
+      return shown.flatMap(({ lanes }) => lanes).reduce((most, { name }) => Math.max(most, width(name)), 0);
+    }
+
     /** The rows from the top, for this width. */
     function arrange() {
       const narrow = size.width < 600;
-      left = narrow ? MARGIN : 170;
+      // As wide as the longest name, but the bars get most of it.
+      left = narrow ? MARGIN : clamp(Math.ceil(longest()) + 24, 170, size.width * 0.35);
       let y = 0;
       rows = [];
       const row = (kind, height, more) => {
@@ -259,8 +277,8 @@ const explore = (() => {
 
     function drawLane({ lane, y, narrow }) {
       const top = y + (narrow ? LINE : 0);
-      if (narrow) write(lane.name, left, y + LINE / 2, "--muted", "left", size.width - left);
-      else write(lane.name, left - 10, y + LANE / 2, "--muted", "right", left - 14);
+      if (narrow) write(fitEnds(lane.name, size.width - left), left, y + LINE / 2, "--muted");
+      else write(fitEnds(lane.name, left - 14), left - 10, y + LANE / 2, "--muted", "right");
       const [low, high] = [left, size.width - MARGIN];
       let crowd = null;
       const crowded = () => {
@@ -328,7 +346,7 @@ const explore = (() => {
         if (row.kind === "ticks") for (const [place, text] of ticks()) write(text, place, LINE / 2, "--muted", "center");
         if (row.kind === "events") drawEvents(row);
         if (row.kind === "plot") drawPlot(row);
-        if (row.kind === "head") write(`${folded.has(row.group.title) ? "▸" : "▾"} ${row.group.title}`, 1, row.y + HEAD / 2, "--ink");
+        if (row.kind === "head") write(`${folded.has(row.group.title) ? `▸ ${row.group.title}: ${row.group.lanes.length}` : `▾ ${row.group.title}`}`, 1, row.y + HEAD / 2, "--ink");
         if (row.kind === "lane") drawLane(row);
         if (row.kind === "rest") write(row.text, left, row.y + LINE / 2, "--muted");
       }
@@ -419,6 +437,7 @@ const explore = (() => {
       canvas.style.cursor = row?.kind === "head" || eventAt(spot)?.anchor ? "pointer" : fingers.size ? "grabbing" : "grab";
       pointer = spot.x < left ? null : { at: seconds(clamp(at(spot.x), 0, 1)) };
       if (pointer) say(pointer.at, row);
+      else if (row?.kind === "lane") output.textContent = row.lane.name;
       redraw();
     });
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
@@ -480,6 +499,7 @@ const explore = (() => {
     new ResizeObserver(redraw).observe(stage);
     root.classList.add("explored");
     take(first);
+    for (const { title, lanes } of groups) if (lanes.length > MOST_LANES) folded.add(title);
     draw();
     return take;
   }

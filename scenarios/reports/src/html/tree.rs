@@ -1,6 +1,5 @@
 //! The tree with the last answer of each node, as an outline that one unfolds: browsers search folded text, too.
 
-use drawing::icons::Look;
 use drawing::{Family, NodeStatus, TreeNode};
 use maud::{Markup, html};
 use recording::RunView;
@@ -12,39 +11,67 @@ use crate::pictures;
 /// Browsers do not nest elements without end.
 const DEEPEST: usize = 100;
 
-/// The outline; empty without a tree, or if its answers are not known.
+/// Whether there is a tree with answers.
+pub(super) fn is_known(view: &RunView) -> bool {
+    view.outcomes().iter().any(Option::is_some)
+}
+
+/// The outline; empty if no answer is known.
 pub(super) fn outline(view: &RunView) -> Markup {
     let nodes = pictures::tree_nodes(&view.header().tree, view.outcomes());
     let Family { children, .. } = Family::of(&nodes);
-    let is_known = view.outcomes().iter().any(Option::is_some);
     html! {
-        @if is_known {
+        @if is_known(view) {
             details.tree {
                 summary { "The tree at the end: " (words::count(nodes.len(), "node")) }
-                (branch(&nodes, &children, 0, 0))
+                (Outline { nodes: &nodes, children, open: open(&nodes, view), view }.branch(0, 0))
             }
         }
     }
 }
 
-/// A node with everything below it. What ran or failed last is open.
-fn branch(nodes: &[TreeNode], children: &[Vec<usize>], number: usize, depth: usize) -> Markup {
-    let node = &nodes[number];
-    let (sign, class, is_open) = match node.status {
-        NodeStatus::Success => ("✓", "good", false),
-        NodeStatus::Failure => ("✗", "bad", true),
-        NodeStatus::Running => ("▸", "busy", true),
-        NodeStatus::NotTicked => ("–", "quiet", false),
-    };
-    let line = html! { span.(class) title=(Look::of_status(node.status).words) { (sign) } " " (text(&node.label)) };
-    let below = &children[number];
-    html! {
-        @if below.is_empty() { div { (line) } }
-        @else if depth == DEEPEST { div { (line) " … the nodes below are too deep to be shown" } }
-        @else {
-            details open[is_open] {
-                summary { (line) }
-                @for &child in below { (branch(nodes, children, child, depth + 1)) }
+/// For each node whether what is below it is shown at first: the way to what is running, or to why the tree has failed.
+fn open(nodes: &[TreeNode], view: &RunView) -> Vec<bool> {
+    let mut open: Vec<bool> = nodes.iter().map(|node| node.status == NodeStatus::Running).collect();
+    let failure = view.tree_failure().filter(|failure| failure.lasts);
+    let mut cause = failure.map(|failure| failure.node);
+    while let Some(node) = cause {
+        open[node] = true;
+        cause = nodes[node].parent;
+    }
+    open
+}
+
+/// What is needed to write a tree.
+struct Outline<'t> {
+    nodes: &'t [TreeNode],
+    children: Vec<Vec<usize>>,
+    open: Vec<bool>,
+    view: &'t RunView,
+}
+
+impl Outline<'_> {
+    /// A node with everything below it.
+    fn branch(&self, number: usize, depth: usize) -> Markup {
+        let node = &self.nodes[number];
+        let (sign, class) = match node.status {
+            NodeStatus::Success => ("✓", "good"),
+            NodeStatus::Failure => ("✗", "bad"),
+            NodeStatus::Running => ("▸", "busy"),
+            NodeStatus::NotTicked => ("–", "quiet"),
+        };
+        let nothing = if self.view.header().knows_ticks() { "not ticked" } else { "no answer is known" };
+        let words = self.view.outcomes()[number].map_or(nothing, bt::Outcome::name);
+        let line = html! { span.(class) title=(words) { (sign) } " " (text(&node.label)) };
+        let below = &self.children[number];
+        html! {
+            @if below.is_empty() { div { (line) } }
+            @else if depth == DEEPEST { div { (line) " … the nodes below are too deep to be shown" } }
+            @else {
+                details open[self.open[number]] {
+                    summary { (line) }
+                    @for &child in below { (self.branch(child, depth + 1)) }
+                }
             }
         }
     }

@@ -301,6 +301,9 @@ fn bars<S>(name: &str, track: &Track<S>, end: Duration, show: impl Fn(&S) -> (St
     Bars { name: name.to_owned(), bars: track.spans(end).map(bar).collect() }
 }
 
+/// The most lanes of a group in the drawing; the script shows all.
+const MOST_LANES: usize = 100;
+
 /// A narrower bar is drawn together with its neighbors, in pixels.
 const NARROWEST: f64 = 8.0;
 
@@ -316,12 +319,15 @@ impl Chart {
     pub(super) fn group(&mut self, group: &Group) {
         self.breaks.push(self.y);
         self.heading(group.title);
-        for (number, lane) in group.lanes.iter().enumerate() {
+        for (number, lane) in group.lanes.iter().take(MOST_LANES).enumerate() {
             // A title alone at the end would belong to nothing.
             if number > 0 {
                 self.breaks.push(self.y);
             }
             self.lane(lane);
+        }
+        if let Some(more) = group.lanes.len().checked_sub(MOST_LANES).filter(|more| *more > 0) {
+            self.resting(&format!("{more} more are not drawn on paper, or without scripts"));
         }
         let (what, names) = &group.resting;
         if !names.is_empty() {
@@ -348,11 +354,11 @@ impl Chart {
         let top = if sizes.names_above {
             let room = sizes.width - self.plot.x;
             let at = (self.plot.x, self.y + sizes.font.line_height() / 2.0);
-            self.canvas.centered_text(at, &sizes.font.fit(&lane.name, room), name_style.with_halo());
+            self.canvas.centered_text(at, &sizes.font.fit_ends(&lane.name, room), name_style.with_halo());
             self.y + sizes.font.line_height() + 1.0
         } else {
             let at = (self.plot.x - 10.0, self.y + sizes.lane / 2.0);
-            let name = sizes.font.fit(&lane.name, self.plot.x - 14.0);
+            let name = sizes.font.fit_ends(&lane.name, self.plot.x - 14.0);
             self.canvas.centered_text(at, &name, name_style.anchored(Anchor::End));
             self.y
         };
