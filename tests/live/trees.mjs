@@ -38,6 +38,7 @@ export async function trees(steward, chromium) {
   await cockpit.close();
   live.stop();
   await beside(steward, chromium, folder);
+  await aligned(steward, chromium, folder);
   await rm(folder, { recursive: true });
 }
 
@@ -56,6 +57,58 @@ async function beside(steward, chromium, folder) {
   const { width } = await canvas.boundingBox();
   await canvas.click({ position: { x: width * 0.7, y: 8 } });
   await page.waitForFunction(() => Number(document.getElementById('when').value) > 0);
+  await page.close();
+  live.stop();
+}
+
+// A log of BehaviorTree.CPP: the clock of its robot is ahead by seconds, and the third leaf says this at last.
+async function log(file, { ahead, last }) {
+  const leaves = Array.from({ length: 30 }, (_, leaf) => `<Work name="Leaf${leaf}" _uid="${leaf + 2}"/>`).join('');
+  const xml = Buffer.from(`<root BTCPP_format="4"><BehaviorTree ID="Main" _fullpath=""><Sequence name="all" _uid="1">${
+    leaves}</Sequence></BehaviorTree></root>`);
+  const size = Buffer.alloc(5);
+  size.writeInt8(1);
+  size.writeInt32LE(xml.length, 1);
+  const began = Buffer.alloc(8);
+  began.writeBigInt64LE(1795779814000000n);
+  const [RUNNING, SUCCESS] = [1, 2];
+  const changes = [[0, 1, RUNNING], [0, 2, RUNNING], [1, 2, SUCCESS], [1, 3, RUNNING], [2, 3, SUCCESS], [2, 4, RUNNING],
+    [3, 4, last], [4, 5, RUNNING]].map(([second, uid, status]) => {
+    const change = Buffer.alloc(9);
+    change.writeUIntLE((second + ahead) * 1_000_000, 0, 6);
+    change.writeUInt16LE(uid, 6);
+    change.writeUInt8(status, 8);
+    return change;
+  });
+  await writeFile(file, Buffer.concat([Buffer.from('BTCPP4-FileLogger2'), size, xml, began, ...changes]));
+}
+
+// Two logs are shown where they agree; the first result that differs is marked in both trees and named.
+async function aligned(steward, chromium, folder) {
+  const files = ['good', 'bad'].map(name => path.join(folder, `${name}.btlog`));
+  await log(files[0], { ahead: 0, last: 2 });
+  await log(files[1], { ahead: 10, last: 3 });
+  const live = await Live.start(steward, files[0], files[1]);
+  const page = await chromium.newPage({ viewport: { width: 1366, height: 768 } });
+  await page.goto(live.address);
+  const compared = page.locator('#compared');
+  await compared.getByText(/Leaf2, success at 3.00 s in good.btlog, failure at 13.00 s in bad.btlog/).waitFor();
+  await compared.getByText(/Aligned where all first answered running: 0.00 s in good.btlog, 10.00 s in bad/).waitFor();
+  const sides = [0, 1].map(side => page.frameLocator('iframe').nth(side));
+  for (const side of sides) await side.locator('#tree .differing').getByText('Leaf2', { exact: true }).waitFor();
+  await page.locator('#go').click();
+  await page.locator('#differ').click();
+  for (const [side, clock] of [[sides[0], '3.00 s'], [sides[1], '13.00 s']]) {
+    await side.locator('#clock').getByText(clock, { exact: true }).waitFor();
+  }
+  await page.locator('#aligns').uncheck();
+  await compared.getByText(/each is shown from its own start/).waitFor();
+  // At that time after its start, the first log has ended.
+  await sides[0].locator('#clock').getByText('4.00 s', { exact: true }).waitFor();
+  // A name that is found in one tree is shown in both.
+  await sides[0].locator('#find').fill('leaf29');
+  await sides[0].locator('#find').press('Enter');
+  for (const side of sides) await side.locator('#tree').getByText('Leaf29', { exact: true }).waitFor();
   await page.close();
   live.stop();
 }

@@ -1,6 +1,6 @@
 // Several runs side by side: each has its own page inside this one, which has one slider for all of them.
 
-import { element } from './dom.js';
+import { $, element } from './dom.js';
 
 export function beside(count) {
   const pages = Array.from({ length: count }, (_, side) => {
@@ -28,4 +28,24 @@ function join(page) {
     if (target.closest('input, select, textarea, button, summary')) return;
     document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
   });
+}
+
+// How the runs are aligned, and where they first differ.
+export class Comparison {
+  constructor(link, transport) {
+    this.place = $('beside');
+    [this.aligns, this.words] = [$('aligns'), $('compared')];
+    this.aligns.onchange = () => link.ask('align', { on: this.aligns.checked });
+    // The slider has steps.
+    $('differ').onclick = () => transport.go(Math.ceil(this.differs * 50) / 50);
+  }
+
+  show({ can_align: canAlign, aligns, words, difference_s: differs }) {
+    this.place.hidden = false;
+    this.aligns.parentElement.hidden = !canAlign;
+    this.aligns.checked = aligns;
+    this.words.textContent = words;
+    this.differs = differs;
+    $('differ').hidden = differs == null;
+  }
 }

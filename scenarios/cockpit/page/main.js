@@ -3,7 +3,7 @@
 /* global explore */
 
 import { $, drawn, element, notice } from './dom.js';
-import { beside } from './beside.js';
+import { beside, Comparison } from './beside.js';
 import { Details } from './details.js';
 import { arrange, dock } from './dock.js';
 import { Floor } from './floor.js';
@@ -24,12 +24,15 @@ const hand = new Hand(link, acts, thing => details.open(about(thing, floor, hand
 const floor = new Floor(hand);
 const details = new Details();
 const ask = describe => details.open(describe);
+const comparison = new Comparison(link, transport);
 const messages = new Messages(ask);
 const machines = new Machines(ask);
-const tree = new Tree(ask, (node, open) => transport.steers && link.ask('unfold', { node, open }));
+const tree = new Tree(ask, unfold);
 let recorded = true;
 let past = false;
 let ended = false;
+// Whether the run knows its ticks: a log does not.
+let ticks = true;
 // Shows other data on the timeline.
 let course;
 let latest = {};
@@ -53,6 +56,7 @@ function take(frame) {
   }
   if (frame.failed) notice(`The run cannot continue: ${frame.failed}`, true);
   if ('at' in frame) transport.show(frame);
+  if (frame.beside) comparison.show(frame.beside);
   // The path comes first: what is shown is not a continuation of the path up to another moment.
   if ('trail' in frame) floor.way(frame.trail);
   if ('scene' in frame) floor.show(frame);
@@ -79,14 +83,18 @@ function rest() {
 function greet(greeting) {
   recorded = !('scenario' in greeting) || greeting.file !== null;
   document.body.classList.toggle('recorded', recorded);
-  if (greeting.sides) return beside(greeting.sides);
+  if (greeting.sides) {
+    transport.greet(greeting);
+    return beside(greeting.sides);
+  }
   details.close();
   const name = recorded ? `${greeting.scenario} · ${greeting.file}` : greeting.scenario;
   document.title = `${name} · live`;
   $('scenario').textContent = name;
-  $('scenario').title = `${greeting.about} Seed ${greeting.seed}.`;
+  ticks = greeting.ticks;
+  $('scenario').title = `${greeting.about}${ticks ? ` Seed ${greeting.seed}.` : ''}`;
   floor.greet(greeting);
-  for (const part of [transport, hand, machines, tree]) part.greet(greeting);
+  for (const part of [transport, hand, messages, machines, tree]) part.greet(greeting);
   arrange();
 }
 
@@ -94,7 +102,7 @@ function state(frame) {
   latest = { ...latest, ...frame };
   past = frame.past && !recorded;
   for (const place of ['hand', 'tools']) $(place).inert = past || Boolean(frame.end);
-  $('clock').textContent = `${frame.time.toFixed(2)} s · tick ${Math.max(0, frame.ticks - 1)}`;
+  $('clock').textContent = `${frame.time.toFixed(2)} s${ticks ? ` · tick ${Math.max(0, frame.ticks - 1)}` : ''}`;
   const { battery, end } = frame;
   $('battery').textContent = battery ? `battery ${battery.pct.toFixed(1)} %${battery.charging ? ', charging' : ''}` : '';
   $('end').disabled = Boolean(end) || past;
@@ -133,13 +141,24 @@ function happenings({ happenings, anew }) {
 function parts(frame) {
   const opened = [...$('verdicts').querySelectorAll('[open]')].map(line => line.dataset.name);
   for (const part of ['verdicts', 'stories']) drawn($(part), frame[part]);
+  if ($('verdicts').hidden !== !frame.verdicts) {
+    $('verdicts').hidden = !frame.verdicts;
+    arrange();
+  }
   if (course) course(frame.course);
   else course = explore($('course'), frame.course, time => transport.go(time));
   for (const line of $('verdicts').children) line.open = opened.includes(line.dataset.name);
 }
 
-// A run beside others leaves the choice of the moment to the outer page.
+// A run beside others leaves the choice of the moment and of the open nodes to the outer page, which shows all alike.
 addEventListener('go', ({ detail }) => transport.go(detail));
+addEventListener('unfold', ({ detail }) => unfold(detail.node, detail.open, detail.side));
+
+function unfold(node, open, side = Number(new URLSearchParams(location.search).get('side'))) {
+  if (transport.steers) link.ask('unfold', { node, open, side });
+  else if (isSide) parent.dispatchEvent(new CustomEvent('unfold', { detail: { node, open, side } }));
+}
+
 $('end').onclick = () => link.ask('end');
 $('restart').onclick = () => link.ask('restart');
 $('save').onclick = () => download('save', 'scenario', 'application/toml', 'session.toml');

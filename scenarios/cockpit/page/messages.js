@@ -17,11 +17,16 @@ export class Messages {
     this.names = new Set();
     this.filter.addEventListener('input', () => this.draw());
     this.between.addEventListener('change', () => this.draw());
-    this.parts = parts(this.chart, 'data-message', number => this.ask(about(this.all.find(message => message.at(-1) === number))));
+    this.parts = parts(this.chart, 'data-message', number => this.ask(this.about(this.all.find(message => message.at(-1) === number))));
     this.chart.addEventListener('click', ({ clientX, clientY }) => {
       const name = document.elementFromPoint(clientX, clientY)?.closest('[data-process]');
       if (name) this.only(name.dataset.process);
     });
+  }
+
+  // `ticks` says whether the run knows its ticks.
+  greet({ ticks }) {
+    this.ticks = ticks;
   }
 
   show({ messages, anew }) {
@@ -75,14 +80,14 @@ export class Messages {
     const svg = shape('svg', { width, height, role: 'img', 'aria-label': 'The latest messages' });
     for (const name of names) {
       const title = shape('title', {}, `${name}: click to show only its messages`);
-      const text = shape('text', { x: x(name), y: 16, class: 'name', 'data-process': name }, short(name, gap), title);
+      const text = shape('text', { x: x(name), y: 16, class: 'name', 'data-process': name }, short(name, gap - 14), title);
       head.append(text);
       svg.append(shape('line', { x1: x(name), x2: x(name), y1: 0, y2: height, class: 'life' }));
     }
     let tick = null;
     messages.forEach(([, at, from, to, text, number], row) => {
       const y = ROW * (row + 0.8);
-      if (at !== tick) svg.append(shape('text', { x: 2, y: y + 4, class: 'tick' }, `tick ${at}`));
+      if (this.ticks && at !== tick) svg.append(shape('text', { x: 2, y: y + 4, class: 'tick' }, `tick ${at}`));
       tick = at;
       const [a, b] = [x(from), x(to)];
       const words = shape('text', { x: (a + b) / 2, y: y - 4, class: 'message' }, short(text, Math.abs(b - a)));
@@ -95,15 +100,16 @@ export class Messages {
     this.parts.mark();
     this.chart.scrollTop = this.chart.scrollHeight;
   }
+
+  about([step, tick, from, to, text]) {
+    const when = [['tick', this.ticks ? tick : null], ['communication', step]];
+    const rows = [['message', text], ['sender', from], ['receiver', to], ...when];
+    return () => [`${from} → ${to}`, rows];
+  }
 }
 
-function about([step, tick, from, to, text]) {
-  const rows = [['message', text], ['sender', from], ['receiver', to], ['tick', tick], ['communication', step]];
-  return () => [`${from} → ${to}`, rows];
-}
-
-// A text, shortened to the room.
+// A text, shortened to the room; names that begin alike stay different.
 function short(text, room) {
-  const letters = Math.max(6, Math.floor(room / 7));
-  return text.length > letters ? `${text.slice(0, letters - 1)}…` : text;
+  const letters = Math.max(6, Math.floor(room / 7)), end = Math.floor((letters - 1) / 2);
+  return text.length > letters ? `${text.slice(0, letters - 1 - end)}…${text.slice(-end)}` : text;
 }

@@ -15,14 +15,16 @@ export class Transport {
     addEventListener('keydown', event => this.key(event));
   }
 
-  // `paced` says whether others set the pace of the run.
-  greet({ paced }) {
+  // `paced` says whether others set the pace of the run, `ticks` whether it knows its ticks.
+  greet({ paced, ticks }) {
     this.paced = paced;
+    $('tick').hidden = !ticks;
   }
 
   // `at` is the moment shown, `past` whether it is before the newest, `grows` whether there will be more, `waits` whether
-  // the run waits for others.
-  show({ at, to, paused, past, grows, speed, waits, end }) {
+  // the run waits for others, `delay` how long after the others a run beside them begins.
+  show({ at, to, paused, past, grows, speed, waits, end, delay = 0 }) {
+    this.delay = delay;
     this.paused = paused;
     $('go').textContent = paused ? 'Go' : 'Pause';
     $('speed').value = speed ?? '';
@@ -51,7 +53,7 @@ export class Transport {
 
   // Shows another moment, unless only another person may.
   go(time) {
-    if (!this.steers && parent !== window) parent.dispatchEvent(new CustomEvent('go', { detail: time }));
+    if (!this.steers && parent !== window) parent.dispatchEvent(new CustomEvent('go', { detail: time + this.delay }));
     if (!this.steers) return;
     $('when').value = time;
     this.seek();

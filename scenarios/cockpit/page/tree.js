@@ -33,14 +33,17 @@ export class Tree {
     $('behavior').hidden = !nodes.length;
   }
 
-  show({ tree, outcomes, locations }) {
+  show({ tree, outcomes, locations, differing }) {
     if (tree === undefined) return;
-    [this.outcomes, this.locations] = [outcomes, locations];
+    [this.outcomes, this.locations, this.differing] = [outcomes, locations, differing];
     drawn(this.place, tree);
     const picture = this.place.querySelector('svg');
     picture.id = 'whole-tree';
     for (const side of ['width', 'height']) picture.style.setProperty(`--${side}`, `${picture.getAttribute(side)}px`);
     this.parts.mark();
+    for (const part of this.place.querySelectorAll('[data-node]')) {
+      part.classList.toggle('differing', Number(part.dataset.node) === differing);
+    }
     if (this.sought == null) this.follow();
     else if (this.place.querySelector(`[data-node="${this.sought}"]`)) {
       this.parts.choose(this.sought);
@@ -104,6 +107,7 @@ export class Tree {
       ['skill is in', this.locations[name]],
       ['parent', parent == null ? 'none: this is the root' : this.nodes[parent].name],
       ['children', children.join(', ')],
+      ['beside', number === this.differing ? 'the first result that differs from that of another run' : null],
       ['kept open', this.opened.has(number) ? 'a click, or Enter, lets it be folded again' : null],
     ]];
   }

@@ -43,8 +43,16 @@ pub(crate) enum Command {
     Unfold {
         /// The node, by its index.
         node: usize,
+        /// The run in whose tree it is, if there are several. In the others, the node of the same name is meant.
+        #[serde(default)]
+        side: usize,
         /// Whether it is opened, or folded again where there is no room.
         open: bool,
+    },
+    /// Aligns recordings beside each other where they agree, or shows each from its own start.
+    Align {
+        /// Whether they are aligned.
+        on: bool,
     },
     /// Asks for a scenario that repeats the session.
     Save,

@@ -35,6 +35,7 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>, scenario: Option<&Sce
             "file": file,
             "about": header.about,
             "seed": header.seed,
+            "ticks": header.knows_ticks(),
             "paced": scenario.is_some() && header.has_others(),
             "tick_s": header.tick.as_secs_f64(),
             "floor": floor,

@@ -26,8 +26,10 @@
 //! temporary file, and a playback shows any moment of it. The `server` passes frames on to pages (`broadcast`), and the
 //! pilot's actions back to the runner. A page gets what the records contain (`frame`), and the report's own verdicts
 //! and charts (`html/live.rs` in `reports`). Each act is a fault at the current step, so a session is always a
-//! scenario. A `Board` shows the progress of a campaign.
+//! scenario. Recordings beside each other are aligned and compared
+//! (`beside`). A `Board` shows the progress of a campaign.
 
+mod beside;
 mod board;
 mod broadcast;
 mod clock;

@@ -72,8 +72,13 @@ impl OpenRecording {
         }
     }
 
-    /// Reads what is there, until the deadline. Returns the reason if it cannot read on.
-    pub(crate) fn read(&mut self, shown: &mut ShownRun, deadline: Instant) -> Option<String> {
+    /// Reads what is there, until the deadline, and shows each step to `note`. Returns the reason if it cannot read on.
+    pub(crate) fn read(
+        &mut self,
+        shown: &mut ShownRun,
+        deadline: Instant,
+        mut note: impl FnMut(&RunView),
+    ) -> Option<String> {
         if self.has_ended() || !self.wait(LOOK).is_zero() {
             return None;
         }
@@ -84,7 +89,13 @@ impl OpenRecording {
                 match record {
                     Some(record) => {
                         let is_end = matches!(record, Record::End(_));
-                        shown.push(record).map(|()| if is_end { ReadState::Ended } else { ReadState::Reading })
+                        shown.push(record).map(|()| match is_end {
+                            true => ReadState::Ended,
+                            false => {
+                                note(shown.newest());
+                                ReadState::Reading
+                            }
+                        })
                     }
                     None => Ok(ReadState::Waiting(now())),
                 }

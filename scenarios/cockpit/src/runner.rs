@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use recording::RunView;
 use serde_json::{Map, Value, json};
 
+use crate::beside::Beside;
 use crate::broadcast::Broadcast;
 use crate::clock::{Clock, FRAME, now};
 use crate::command::Command;
@@ -31,8 +33,8 @@ pub(crate) enum RunSource {
 pub(crate) struct Runner {
     source: RunSource,
     runs: Vec<ShownRun>,
-    /// The broadcast to the page around several runs, for what they have in common.
-    around: Option<Broadcast>,
+    /// The broadcast to the page around several runs, for what they have in common, and how they compare.
+    around: Option<(Broadcast, Beside)>,
     requests: Receiver<Request>,
     /// The moment of the past that is shown; none while the newest moment is shown.
     past: Option<Duration>,
@@ -52,7 +54,7 @@ impl Runner {
     pub(crate) fn new(
         source: RunSource,
         runs: Vec<ShownRun>,
-        around: Option<Broadcast>,
+        around: Option<(Broadcast, Beside)>,
         requests: Receiver<Request>,
     ) -> Self {
         let is_recorded = matches!(source, RunSource::Recordings(..));
@@ -130,15 +132,33 @@ impl Runner {
         let failures: Vec<String> = match &mut self.source {
             RunSource::Session(steered) => steered.go_on(&mut self.runs[0], deadline)?.into_iter().collect(),
             RunSource::Recordings(recordings, _) => {
-                let read = recordings.iter_mut().zip(&mut self.runs);
-                read.filter_map(|(recording, run)| recording.read(run, deadline)).collect()
+                let mut failures = Vec::new();
+                for (index, (recording, run)) in recordings.iter_mut().zip(&mut self.runs).enumerate() {
+                    let note = |view: &RunView| self.around.iter_mut().for_each(|(_, beside)| beside.note(index, view));
+                    failures.extend(recording.read(run, deadline, note));
+                }
+                failures
             }
         };
+        self.align();
         if self.grows() && std::mem::take(&mut self.opens) {
             self.follow();
         }
         failures.iter().for_each(|reason| self.fail(reason));
         Ok(())
+    }
+
+    /// Shows several runs as they compare by now.
+    fn align(&mut self) {
+        let Some((_, beside)) = &self.around else { return };
+        let mut is_moved = false;
+        for (index, (run, delay)) in self.runs.iter_mut().zip(beside.delays()).enumerate() {
+            is_moved |= run.set_delay(delay);
+            run.set_differing(beside.differing(index));
+        }
+        if let Some(time) = self.past.filter(|_| is_moved) {
+            self.seek(time.min(self.end()));
+        }
     }
 
     /// Plays the past for at most half the time of a frame.
@@ -196,7 +216,7 @@ impl Runner {
 
     /// How far the runs are.
     fn end(&self) -> Duration {
-        self.runs.iter().map(|run| run.newest().time()).max().unwrap_or_default()
+        self.runs.iter().map(ShownRun::end).max().unwrap_or_default()
     }
 
     /// Whether a recording is still being written, and everything there has been read.
@@ -237,7 +257,19 @@ impl Runner {
                 Err(_) => return Ok(refused(&format!("{time:?} s is no time in a run"))),
             },
             Command::Now => self.follow(),
-            Command::Unfold { node, open } => self.runs.iter_mut().for_each(|run| run.unfold(node, open)),
+            Command::Unfold { node, side, open } => {
+                let known = self.runs.get(side).and_then(|run| run.newest().header().tree.get(node));
+                if let Some(name) = known.map(|node| node.process.clone()) {
+                    self.runs.iter_mut().for_each(|run| run.unfold(&name, open));
+                }
+            }
+            Command::Align { on } => match &mut self.around {
+                Some((_, beside)) => {
+                    beside.aligns = on;
+                    self.align();
+                }
+                None => return Ok(refused("there is one run, and nothing to align it with")),
+            },
             Command::Report => {
                 return Ok(match self.runs.first().and_then(ShownRun::report) {
                     Some(page) => json!({ "page": page }),
@@ -323,7 +355,8 @@ impl Runner {
         for run in &mut self.runs {
             run.send(&common, rests);
         }
-        if let Some(broadcast) = &self.around {
+        if let Some((broadcast, beside)) = &self.around {
+            common.insert("beside".to_owned(), beside.describe(over));
             broadcast.send(common);
         }
         (self.last_frame, self.sent) = (now(), Some((end, over)));
@@ -332,7 +365,7 @@ impl Runner {
 
     fn fail(&self, reason: &str) {
         let failed = Map::from_iter([("failed".to_owned(), reason.into())]);
-        self.around.iter().for_each(|broadcast| broadcast.send(failed.clone()));
+        self.around.iter().for_each(|(broadcast, _)| broadcast.send(failed.clone()));
         self.runs.iter().for_each(|run| run.send_alone(failed.clone()));
     }
 }

@@ -22,13 +22,14 @@ use axum::routing::{any, get};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use recording::RecordingError;
+use recording::{RecordingError, RunView};
 use runs::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, broadcast, oneshot};
 
+use crate::beside::Beside;
 use crate::broadcast::Broadcast;
 use crate::command::Command;
 use crate::history::History;
@@ -163,7 +164,7 @@ impl Cockpit {
         let begin = {
             let (broadcast, broadcasts, recordings) = (broadcast.clone(), sides.clone(), recordings.to_vec());
             move || {
-                let (mut opened, mut shown) = (Vec::new(), Vec::new());
+                let (mut opened, mut shown, mut names) = (Vec::new(), Vec::new(), Vec::new());
                 for (index, path) in recordings.iter().enumerate() {
                     let (recording, start) = OpenRecording::open(path)?;
                     let history = History::begin(start).map_err(failed)?;
@@ -171,10 +172,13 @@ impl Cockpit {
                     let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
                     shown.push(ShownRun::new(history, broadcast.clone(), Some(recording.name()), None));
                     opened.push(recording);
+                    names.push(name.into_owned());
                 }
                 let around = (!broadcasts.is_empty()).then(|| {
-                    broadcast.greet(&json!({ "greeting": { "sides": recordings.len() } }));
-                    broadcast
+                    let starts: Vec<&RunView> = shown.iter().map(ShownRun::newest).collect();
+                    let ticks = starts.iter().any(|start| start.header().knows_ticks());
+                    broadcast.greet(&json!({ "greeting": { "sides": recordings.len(), "ticks": ticks } }));
+                    (broadcast, Beside::new(names, &starts))
                 });
                 Ok((RunSource::Recordings(opened, None), shown, around))
             }
@@ -208,7 +212,7 @@ impl Cockpit {
 
     fn start<F>(broadcast: Broadcast, sides: Vec<Broadcast>, begin: F, port: u16) -> Result<Self, Error>
     where
-        F: FnOnce() -> Result<(RunSource, Vec<ShownRun>, Option<Broadcast>), Error> + Send + 'static,
+        F: FnOnce() -> Result<(RunSource, Vec<ShownRun>, Option<(Broadcast, Beside)>), Error> + Send + 'static,
     {
         let (cockpit, requests) = Self::listen(RUNS, broadcast, sides, port)?;
         let (made, is_made) = mpsc::channel();

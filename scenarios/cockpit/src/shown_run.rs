@@ -28,6 +28,10 @@ pub(crate) struct ShownRun {
     update: Update,
     /// The nodes of the tree that somebody wants to see with all their children.
     opened: BTreeSet<usize>,
+    /// How long after the start of the page it begins.
+    delay: Duration,
+    /// The node of its tree that first gave another result than in another run.
+    differing: Option<usize>,
     /// Whether anything is new since the last frame or drawing.
     is_new: bool,
     parts_are_old: bool,
@@ -45,6 +49,8 @@ impl ShownRun {
             jumps: false,
             update: Update::default(),
             opened: BTreeSet::new(),
+            delay: Duration::ZERO,
+            differing: None,
             is_new: true,
             parts_are_old: true,
             last_parts: now(),
@@ -112,27 +118,51 @@ impl ShownRun {
         }
     }
 
-    /// Starts a jump to a time; [`play`](Self::play) completes it.
+    /// Sets how long after the start of the page it begins. Times of the page contain this delay. Returns whether it is
+    /// another one than before.
+    pub(crate) fn set_delay(&mut self, delay: Duration) -> bool {
+        std::mem::replace(&mut self.delay, delay) != delay
+    }
+
+    /// Marks the node of its tree that first gave another result than in another run.
+    pub(crate) fn set_differing(&mut self, node: Option<usize>) {
+        if self.differing != node {
+            self.differing = node;
+            self.update.stir();
+            self.is_new = true;
+        }
+    }
+
+    /// How far the run is, as a time of the page.
+    pub(crate) fn end(&self) -> Duration {
+        self.newest().time() + self.delay
+    }
+
+    /// Starts a jump to a time of the page; [`play`](Self::play) completes it.
     pub(crate) fn seek(&mut self, time: Duration) {
+        let time = time.saturating_sub(self.delay);
         self.playback = Some(Playback::towards(time, self.playback.take(), &self.history));
         self.jumps = true;
     }
 
-    /// The time of the next record of the past; none at the end, or while the newest moment is shown.
+    /// The time of the page of the next record of the past; none at the end, or while the newest moment is shown.
     ///
     /// # Errors
     /// If the store cannot be read.
     pub(crate) fn next_time(&mut self) -> io::Result<Option<Duration>> {
-        self.playback.as_mut().map_or(Ok(None), |playback| playback.next_time(&mut self.history))
+        let next = self.playback.as_mut().map_or(Ok(None), |playback| playback.next_time(&mut self.history))?;
+        Ok(next.map(|next| next + self.delay))
     }
 
-    /// Plays the past up to `time`, but stops at the `deadline`. Returns whether it got there.
+    /// Plays the past up to a time of the page, but stops at the `deadline`. Returns whether it got there.
     ///
     /// # Errors
     /// If the store cannot be read.
     pub(crate) fn play(&mut self, time: Duration, deadline: Instant) -> io::Result<bool> {
         let Some(playback) = &mut self.playback else { return Ok(true) };
-        while playback.next_time(&mut self.history)?.is_some_and(|next| next <= time) {
+        let has_begun = time >= self.delay;
+        let time = time.saturating_sub(self.delay);
+        while has_begun && playback.next_time(&mut self.history)?.is_some_and(|next| next <= time) {
             if now() >= deadline {
                 return Ok(false);
             }
@@ -155,10 +185,11 @@ impl ShownRun {
         self.jumps
     }
 
-    /// Shows all children of a node of the tree, or no longer.
-    pub(crate) fn unfold(&mut self, node: usize, open: bool) {
+    /// Shows all children of the node of the tree with this name, or no longer.
+    pub(crate) fn unfold(&mut self, name: &str, open: bool) {
+        let Some(node) = self.newest().header().tree.iter().position(|node| node.process == name) else { return };
         self.opened.remove(&node);
-        if open && node < self.newest().header().tree.len() {
+        if open {
             self.opened.insert(node);
         }
         self.update.stir();
@@ -187,8 +218,11 @@ impl ShownRun {
             let update = std::mem::take(&mut self.update);
             // A violation is shown as soon as it happens.
             is_due |= update.decided;
-            add(&mut frame, frame::state(self.shown(), &self.opened, update));
+            let opened: BTreeSet<usize> = self.opened.iter().copied().chain(self.differing).collect();
+            add(&mut frame, frame::state(self.shown(), &opened, update));
             frame.extend(common.clone());
+            frame.insert("differing".to_owned(), self.differing.into());
+            frame.insert("delay".to_owned(), self.delay.as_secs_f64().into());
         }
         if is_due && std::mem::take(&mut self.parts_are_old) {
             add(&mut frame, self.parts());
