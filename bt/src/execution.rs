@@ -7,7 +7,9 @@ use channels::NormalForm;
 
 use crate::engine::{Context, Later, Now, TreeState};
 use crate::shared::Shared;
-use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Progress, Reply, Status, Tree};
+use crate::{
+    Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Progress, Reply, Status, Transition, Tree,
+};
 
 /// A running tree: the tree and the status of each of its nodes.
 ///
@@ -80,6 +82,18 @@ impl Execution {
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         self.state.faults()
+    }
+
+    /// From now on, changes of status are noted until they are [taken](Self::take_transitions).
+    pub fn note_transitions(&mut self) {
+        self.state.begin_journal();
+    }
+
+    /// The changes of status since the last call, in the order in which a logger of BehaviorTree.CPP hears them; none
+    /// if they are not [noted](Self::note_transitions). There is one other order: if the last child of a reactive node
+    /// is skipped although it counts as running, the library resets it before the other children, not after them.
+    pub fn take_transitions(&mut self) -> Vec<Transition> {
+        self.state.take_transitions()
     }
 
     /// Everything that has happened to nodes in the last tick. Nodes within their tick count as running.

@@ -64,6 +64,7 @@ mod engine;
 mod error;
 mod execution;
 mod hooks;
+mod journal;
 mod kind;
 mod leaf;
 mod library;
@@ -86,6 +87,7 @@ pub use call::{Call, Fault, Progress, Reply, Request};
 pub use direction::Direction;
 pub use error::TreeError;
 pub use execution::Execution;
+pub use journal::Transition;
 pub use kind::{Category, Item, Kind};
 pub use leaf::{Leaf, Leaves, PortError};
 pub use mutation::{Mutant, mutants};
@@ -93,8 +95,8 @@ pub use node::{Node, NodeId, one_line, process_names};
 pub use ports::{Port, Source};
 pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
-    blackboard_in_mut, declare_channels, faults_in, faults_known_to, node_processes, outcomes_known_to, reply_domain,
-    request_domain, states_in, tick_domain,
+    blackboard_in_mut, declare_channels, faults_in, faults_known_to, node_processes, note_transitions_in,
+    outcomes_known_to, reply_domain, request_domain, states_in, take_transitions_in, tick_domain,
 };
 pub use rehearsal::{Cue, Inputs, LeafBehavior, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};

@@ -22,8 +22,8 @@ mod whole;
 
 pub use board::BlackboardProcess;
 pub use composed::{
-    WiredProcess, blackboard_in, blackboard_in_mut, faults_in, faults_known_to, node_processes, outcomes_known_to,
-    states_in,
+    WiredProcess, blackboard_in, blackboard_in_mut, faults_in, faults_known_to, node_processes, note_transitions_in,
+    outcomes_known_to, states_in, take_transitions_in,
 };
 pub use leaf::LeafProcess;
 pub use node::NodeProcess;

@@ -12,7 +12,7 @@ use crate::tree::MAX_XML_BYTES;
 /// The first bytes of the file.
 pub(crate) const MAGIC: &[u8] = b"BTCPP4-FileLogger2";
 /// The version of what follows.
-const PROTOCOL: u8 = 1;
+pub(crate) const PROTOCOL: u8 = 1;
 
 /// The transitions of a file.
 #[derive(Debug)]

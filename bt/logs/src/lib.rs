@@ -1,4 +1,4 @@
-//! Reads the logs of trees that BehaviorTree.CPP has run: which node got which status when.
+//! Logs of trees in the formats of BehaviorTree.CPP: which node got which status when.
 //!
 //! A [`Log`] is what the loggers of BehaviorTree.CPP write since version 4.6.2: `FileLogger2`, a file `.btlog`; or,
 //! with the feature `sqlite`, `SqliteLogger`, a file `.db3` or `.btdb`, which has a session for each time that a
@@ -18,9 +18,12 @@
 //! # Ok::<(), tree_logs::LogError>(())
 //! ```
 //!
+//! A [`LogWriter`] writes a file `.btlog` of a tree that was run here.
+//!
 //! # Inside
 //! `tree` reads the XML of a log, which is not that of an ordinary file: it has a tree for each place where one is
 //! used. `file_logger` and `sqlite` read the two formats. Both are written by programs that may be killed at any time.
+//! `writer` writes the first of them.
 
 mod error;
 mod file_logger;
@@ -28,6 +31,7 @@ mod file_logger;
 mod sqlite;
 mod status;
 mod tree;
+mod writer;
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -37,6 +41,7 @@ use file_logger::FileLog;
 pub use error::LogError;
 pub use status::{LoggedTransition, NodeStatus, StatusChange};
 pub use tree::{LoggedNode, LoggedTree};
+pub use writer::LogWriter;
 
 /// A log of BehaviorTree.CPP, read from start to end in constant memory.
 #[derive(Debug)]

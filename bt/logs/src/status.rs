@@ -10,6 +10,18 @@ pub enum NodeStatus {
 }
 
 impl NodeStatus {
+    /// Its number in BehaviorTree.CPP.
+    #[must_use]
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Idle => 0,
+            Self::Answered(bt::Status::Running) => 1,
+            Self::Answered(bt::Status::Success) => 2,
+            Self::Answered(bt::Status::Failure) => 3,
+            Self::Answered(bt::Status::Skipped) => 4,
+        }
+    }
+
     /// The status with this number in BehaviorTree.CPP; none if there is none.
     #[must_use]
     pub fn of(number: i64) -> Option<Self> {
@@ -57,5 +69,15 @@ impl LoggedTransition {
         let unused = i64::BITS - 8 * 6;
         let at_us = began_us.saturating_add(time << unused >> unused);
         Self { at_us, uid: u16::from_le_bytes([uid_low, uid_high]).into(), status: status.into() }
+    }
+
+    /// The bytes of it; none if it does not fit in them.
+    #[must_use]
+    pub fn to_bytes(self, began_us: i64) -> Option<[u8; Self::BYTES]> {
+        let since_us = self.at_us.checked_sub(began_us)?;
+        let [a, b, c, d, e, f, ..] = since_us.to_le_bytes();
+        let [low, high] = u16::try_from(self.uid).ok()?.to_le_bytes();
+        let bytes = [a, b, c, d, e, f, low, high, u8::try_from(self.status).ok()?];
+        (Self::from_bytes(bytes, began_us) == self).then_some(bytes)
     }
 }

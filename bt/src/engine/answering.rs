@@ -13,7 +13,7 @@ impl TreeState {
     /// Handles the root's answer: returns the next action, or the tree's answer.
     pub(super) fn finish(&mut self, status: Status) -> Result<Next, Status> {
         if status.is_completed() {
-            self.marks[0] = Mark::Idle;
+            self.mark(0, Mark::Idle);
         }
         if status == Status::Running && std::mem::take(&mut self.again) {
             if self.repeats < MAX_REPEATS {
@@ -40,7 +40,7 @@ impl TreeState {
             status = self.run_exit_scripts(context.program(), node, status);
         }
         let mark = self.marks[node as usize];
-        self.marks[node as usize] = mark.answered(status);
+        self.mark(node, mark.answered(status));
         self.outcomes[node as usize].note(Outcome::Answered(status));
         if node == 0 {
             return self.finish(status);
@@ -153,12 +153,11 @@ impl TreeState {
     fn reset_idle(&mut self, program: &Program, start: u32, end: u32, spared: u32) -> Option<u32> {
         let mut child = start;
         while child < end {
-            let mark = &mut self.marks[child as usize];
             if child != spared {
-                if mark.is_running() {
+                if self.marks[child as usize].is_running() {
                     return Some(child);
                 }
-                *mark = Mark::Idle;
+                self.mark(child, Mark::Idle);
             }
             child = program.ops[child as usize].end;
         }
@@ -183,7 +182,7 @@ impl TreeState {
             }
             Then::Answer(status) => Next::Answer(node, status),
             Then::Skip => {
-                self.marks[node as usize] = Mark::Started;
+                self.mark(node, Mark::Started);
                 Next::Answer(node, Status::Skipped)
             }
             Then::Again => {

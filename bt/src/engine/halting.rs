@@ -51,7 +51,7 @@ impl TreeState {
                     halting.cursor = self.climb(context.program(), halting.start, node);
                 }
             } else {
-                self.marks[node as usize] = Mark::Idle;
+                self.mark(node, Mark::Idle);
                 halting.cursor = self.climb(context.program(), halting.start, node);
             }
         }
@@ -87,7 +87,7 @@ impl TreeState {
             if parent < start || program.ops[parent as usize].end != cursor {
                 break;
             }
-            self.run_halted_script(program, parent);
+            self.end_halt(program, parent);
             below = parent;
         }
     }
@@ -95,7 +95,7 @@ impl TreeState {
     /// Records that a node has been halted, with everything below it.
     pub(super) fn halted(&mut self, program: &Program, node: u32) {
         self.mark_halted(program, node);
-        self.run_halted_script(program, node);
+        self.end_halt(program, node);
     }
 
     #[inline]
@@ -120,6 +120,13 @@ impl TreeState {
                 self.resume[node as usize] = 0;
             }
         }
+    }
+
+    /// A node becomes idle for loggers after everything below it.
+    #[inline]
+    fn end_halt(&mut self, program: &Program, node: u32) {
+        self.run_halted_script(program, node);
+        self.journal.note(node, None);
     }
 
     #[inline]

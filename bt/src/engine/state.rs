@@ -4,10 +4,11 @@ use channels::NormalForm;
 
 use super::reset::Halting;
 use crate::blackboard::Blackboard;
+use crate::journal::Journal;
 use crate::program::{Op, Program};
 use crate::semantics::Memory;
 use crate::status::{Mark, Outcomes};
-use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status};
+use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status, Transition};
 
 /// The state of a tree's nodes, and the position within a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -29,6 +30,7 @@ pub(crate) struct TreeState {
     pub(super) outer: Vec<Halting>,
     pub(super) last: Option<Status>,
     pub(super) faults: Vec<Fault>,
+    pub(super) journal: Journal,
 }
 
 /// The point at which an execution is suspended.
@@ -74,6 +76,7 @@ impl TreeState {
             outer: Vec::new(),
             last: None,
             faults: Vec::new(),
+            journal: Journal::default(),
         }
     }
 
@@ -110,6 +113,23 @@ impl TreeState {
         let known = (0..).zip(&self.outcomes).flat_map(|(node, outcomes)| outcomes.iter().map(move |it| (node, it)));
         let under_way = self.under_way(ops).map(|node| (node, Outcome::Answered(Status::Running)));
         known.chain(under_way).map(|(node, outcome)| (NodeId(node), outcome)).collect()
+    }
+
+    /// From now on, changes of status are noted.
+    pub(crate) fn begin_journal(&mut self) {
+        self.journal.begin(self.marks.iter().map(|mark| mark.told()));
+    }
+
+    /// The changes of status since the last call.
+    pub(crate) fn take_transitions(&mut self) -> Vec<Transition> {
+        self.journal.take()
+    }
+
+    /// Gives a node a mark, and notes its status.
+    #[inline]
+    pub(super) fn mark(&mut self, node: u32, mark: Mark) {
+        self.marks[node as usize] = mark;
+        self.journal.note(node, mark.told());
     }
 
     /// The nodes within their tick.

@@ -40,9 +40,8 @@ impl TreeState {
     #[inline]
     pub(super) fn begin<A: Answers>(&mut self, context: &mut Context<'_, A>, node: u32) -> Option<Next> {
         let Op { kind, .. } = context.op(node);
-        let mark = &mut self.marks[node as usize];
-        let was = *mark;
-        *mark = was.entered();
+        let was = self.marks[node as usize];
+        self.marks[node as usize] = was.entered();
         if kind.is_leaf() {
             let leaf = Leaf { id: NodeId(node), tree: context.tree, board: &mut self.board, now: context.now };
             return Some(Next::Answer(node, context.leaves.tick(leaf)?));
@@ -51,7 +50,7 @@ impl TreeState {
             return Some(self.begin_with_settings(context, node, was));
         }
         // Such a node always ticks a child.
-        *mark = was.entered().begun();
+        self.mark(node, was.entered().begun());
         let memory = &mut self.memories[context.op(node).place as usize];
         let first = match begin_plain(kind, memory, was == Mark::Idle) {
             Which::Resumed => self.resume[node as usize].max(node + 1),
@@ -76,7 +75,7 @@ impl TreeState {
         let beginning = Beginning { was: was.status(), reading, now: context.now, child_runs };
         let reaction = begin(kind, memory, beginning);
         if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
-            self.marks[node as usize] = self.marks[node as usize].begun();
+            self.mark(node, self.marks[node as usize].begun());
         }
         self.carry_out(context, node, 0, reaction)
     }

@@ -14,7 +14,7 @@ use super::whole::TreeProcess;
 use crate::blackboard::Blackboard;
 use crate::program::Flags;
 use crate::semantics::PortReading;
-use crate::{Fault, Kind, Node, NodeId, NodeState, Outcome, Tree};
+use crate::{Fault, Kind, Node, NodeId, NodeState, Outcome, Transition, Tree};
 
 /// A process and its id in the topology, as a channel system expects them.
 pub type WiredProcess = (ProcessId, Box<dyn Process>);
@@ -117,6 +117,19 @@ pub fn faults_known_to(process: &dyn Process) -> Vec<Fault> {
     let of_leaf = || process.downcast_ref().map(LeafProcess::faults);
     let several = of_tree().or_else(of_board).or_else(of_leaf).unwrap_or_default();
     several.iter().cloned().chain(process.downcast_ref().and_then(NodeProcess::fault)).collect()
+}
+
+/// Begins to note the changes of status of a tree that is the process `bt` of a system. If the tree's nodes are
+/// processes, nothing is noted: they tell each other only what they need.
+pub fn note_transitions_in(system: &mut ChannelSystem, bt: ProcessId) {
+    if let Some(process) = system.process_mut::<TreeProcess>(bt) {
+        process.execution_mut().note_transitions();
+    }
+}
+
+/// The changes of status that have been [noted](note_transitions_in) since the last call.
+pub fn take_transitions_in(system: &mut ChannelSystem, bt: ProcessId) -> Vec<Transition> {
+    system.process_mut::<TreeProcess>(bt).map_or_else(Vec::new, |process| process.execution_mut().take_transitions())
 }
 
 /// The blackboard of a tree that is the process `bt` of a system, in either form. `None` if the tree's nodes are

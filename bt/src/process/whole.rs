@@ -116,6 +116,11 @@ impl TreeProcess {
         self.execution.blackboard_mut()
     }
 
+    /// The running tree, for noting changes of status.
+    pub(super) fn execution_mut(&mut self) -> &mut Execution {
+        &mut self.execution
+    }
+
     /// The states of all nodes, in document order.
     #[must_use]
     pub fn states(&self) -> Vec<NodeState> {

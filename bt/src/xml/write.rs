@@ -8,7 +8,7 @@ use diagnostics::markup::{attribute, text};
 use super::nav2::nav2_model;
 use super::ports::is_port_name;
 use super::vocabulary;
-use crate::library::{Definition, Model, PortModel, Scanned};
+use crate::library::{Definition, Library, Model, PortModel, Scanned};
 use crate::{Category, Direction, Kind, Tree};
 
 impl Tree {
@@ -49,7 +49,7 @@ impl Tree {
     #[must_use]
     pub fn to_xml(&self) -> String {
         let definitions = &self.library.definitions;
-        let mut xml = Xml { text: "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(), depth: 0 };
+        let mut xml = Xml::new();
         let known = [("BTCPP_format", "4"), ("main_tree_to_execute", self.name())];
         xml.open("root", known.into_iter().chain(pairs(&self.library.kept)));
         let others = definitions.iter().enumerate().filter(|(place, _)| *place != self.main);
@@ -57,34 +57,33 @@ impl Tree {
         for (_, definition) in others {
             xml.tree(definition.id.as_deref().unwrap_or_default(), definition);
         }
-        xml.open("TreeNodesModel", []);
-        let mut used = used_ports(definitions);
-        for (id, model) in &self.library.models {
-            let undeclared = used.remove(id.as_str()).unwrap_or_default();
-            if model.category != Category::SubTree || model.declares_more() {
-                xml.model(id, model, undeclared.into_iter().filter(|port| model.port(port).is_none()));
-            }
-        }
-        // Groot does not know them.
-        let used = definitions.iter().flat_map(|definition| &definition.nodes).map(|node| node.kind);
-        let used: BTreeSet<&str> = used.filter(|kind| kind.is_of_nav2()).map(Kind::name).collect();
-        for id in used.into_iter().filter(|id| !self.library.models.contains_key(*id)) {
-            xml.model(id, nav2_model(id).expect("Nav2's model has all its nodes"), std::iter::empty());
-        }
-        xml.close("TreeNodesModel");
+        xml.models(&self.library);
         xml.close("root");
-        xml.text
+        xml.into_text()
     }
 }
 
 /// A document that is being written.
-struct Xml {
+pub(super) struct Xml {
     text: String,
     depth: usize,
 }
 
 impl Xml {
-    fn tag<'a>(&mut self, element: &str, attributes: impl IntoIterator<Item = (&'a str, &'a str)>, end: &str) {
+    pub(super) fn new() -> Self {
+        Self { text: "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(), depth: 0 }
+    }
+
+    pub(super) fn into_text(self) -> String {
+        self.text
+    }
+
+    pub(super) fn tag<'a>(
+        &mut self,
+        element: &str,
+        attributes: impl IntoIterator<Item = (&'a str, &'a str)>,
+        end: &str,
+    ) {
         self.put(format_args!("{:indent$}<{element}", "", indent = 2 * self.depth));
         for (name, value) in attributes {
             self.put(format_args!(" {name}=\"{}\"", attribute(value)));
@@ -92,12 +91,12 @@ impl Xml {
         self.put(format_args!("{end}\n"));
     }
 
-    fn open<'a>(&mut self, element: &str, attributes: impl IntoIterator<Item = (&'a str, &'a str)>) {
+    pub(super) fn open<'a>(&mut self, element: &str, attributes: impl IntoIterator<Item = (&'a str, &'a str)>) {
         self.tag(element, attributes, ">");
         self.depth += 1;
     }
 
-    fn close(&mut self, element: &str) {
+    pub(super) fn close(&mut self, element: &str) {
         self.depth -= 1;
         self.put(format_args!("{:indent$}</{element}>\n", "", indent = 2 * self.depth));
     }
@@ -134,6 +133,25 @@ impl Xml {
         let id =
             matches!(element_of(node), "SubTree" | "Action" | "Condition").then_some(("ID", node.type_id.as_str()));
         self.tag(element_of(node), id.into_iter().chain(node.kept_attributes()), end);
+    }
+
+    /// The declarations of leaves, and of Nav2's nodes.
+    pub(super) fn models(&mut self, library: &Library) {
+        self.open("TreeNodesModel", []);
+        let mut used = used_ports(&library.definitions);
+        for (id, model) in &library.models {
+            let undeclared = used.remove(id.as_str()).unwrap_or_default();
+            if model.category != Category::SubTree || model.declares_more() {
+                self.model(id, model, undeclared.into_iter().filter(|port| model.port(port).is_none()));
+            }
+        }
+        // Groot does not know them.
+        let used = library.definitions.iter().flat_map(|definition| &definition.nodes).map(|node| node.kind);
+        let used: BTreeSet<&str> = used.filter(|kind| kind.is_of_nav2()).map(Kind::name).collect();
+        for id in used.into_iter().filter(|id| !library.models.contains_key(*id)) {
+            self.model(id, nav2_model(id).expect("Nav2's model has all its nodes"), std::iter::empty());
+        }
+        self.close("TreeNodesModel");
     }
 
     /// The declaration of a node, and its undeclared ports.
@@ -190,6 +208,11 @@ fn pairs(kept: &[(String, String)]) -> impl Iterator<Item = (&str, &str)> {
 /// The element of a node. An ID that cannot be the name of an element, or that has another meaning, is written in
 /// explicit form.
 fn element_of(node: &Scanned) -> &str {
+    element(node.kind, &node.type_id)
+}
+
+/// The element of a node of this kind and with this ID.
+pub(super) fn element(kind: Kind, type_id: &str) -> &str {
     let is_name = |id: &str| {
         id.starts_with(|c: char| c.is_alphabetic() || c == '_')
             && id.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'))
@@ -197,10 +220,10 @@ fn element_of(node: &Scanned) -> &str {
             && vocabulary::builtin(id).is_none()
             && vocabulary::explicit(id).is_none()
     };
-    match node.kind {
+    match kind {
         Kind::SubTree => "SubTree",
         kind if !kind.is_leaf() => kind.name(),
-        _ if is_name(&node.type_id) => &node.type_id,
+        _ if is_name(type_id) => type_id,
         kind => kind.name(),
     }
 }

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use diagnostics::Unfinished;
 
 use crate::mcap_file::McapWriter;
+use crate::tree_log_writer::TreeLogWriter;
 use crate::{EventLogWriter, Follower, RunView, Writer};
 
-/// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.mcap` a recording that other tools can open, too, and
-/// any other file a recording. If it is not finished, nothing remains of it.
+/// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.btlog` a log of BehaviorTree.CPP, `FILE.mcap` a
+/// recording that other tools can open, too, and any other file a recording. If it is not finished, nothing remains of it.
 pub struct Archive {
     path: PathBuf,
     form: Form,
@@ -17,6 +18,7 @@ pub struct Archive {
 
 enum Form {
     Log(EventLogWriter<Unfinished>),
+    TreeLog(TreeLogWriter<Unfinished>),
     Mcap(Box<McapWriter<Unfinished>>),
     Recording(Writer<Unfinished>),
 }
@@ -31,6 +33,8 @@ impl Archive {
         let is = |ending: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
         let form = if is("jsonl") {
             EventLogWriter::begin(output, view).map(Form::Log)
+        } else if is("btlog") {
+            TreeLogWriter::begin(output, view).map(Form::TreeLog)
         } else if is("mcap") {
             McapWriter::begin(output, view).map(|writer| Form::Mcap(Box::new(writer)))
         } else {
@@ -46,6 +50,7 @@ impl Archive {
     pub fn finish(self) -> Result<(), diagnostics::Error> {
         let output = match self.form {
             Form::Log(log) => log.finish(),
+            Form::TreeLog(log) => log.finish(),
             Form::Mcap(writer) => writer.finish(),
             Form::Recording(writer) => writer.finish(),
         };
@@ -59,6 +64,7 @@ impl Follower for Archive {
     fn follow(&mut self, view: &RunView) -> Result<(), diagnostics::Error> {
         let written = match &mut self.form {
             Form::Log(log) => log.follow(view),
+            Form::TreeLog(log) => log.follow(view),
             Form::Mcap(writer) => writer.follow(view),
             Form::Recording(writer) => writer.follow(view),
         };

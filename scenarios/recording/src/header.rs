@@ -41,6 +41,11 @@ pub struct Header {
     pub topology: Arc<Topology>,
     /// The nodes of the behavior tree, in document order.
     pub tree: Vec<Node>,
+    /// The tree in the form in which BehaviorTree.CPP tells it; none if the changes of status of its nodes are not
+    /// known.
+    pub tree_xml: Option<String>,
+    /// The names of the tree's blackboards: the ID of the main tree, and the paths of the subtrees.
+    pub blackboards: Vec<String>,
     /// The processes that are skills, by name.
     pub skills: Vec<String>,
     /// The processes that are components, by name.

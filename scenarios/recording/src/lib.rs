@@ -115,6 +115,7 @@ mod topics;
 mod trace_hash;
 mod tree_failure;
 mod tree_log;
+mod tree_log_writer;
 mod tree_run;
 mod view;
 mod violations_file;
@@ -142,10 +143,13 @@ pub use record_store::RecordStore;
 pub use recording::{Recording, RecordingError};
 pub use run_comparison::{Agreement, Difference, RunComparison};
 pub use scene_clock::SceneClock;
-pub use step::{Battery, Body, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth};
+pub use step::{
+    Battery, Body, Decision, Detail, Details, EntryValue, Happening, Navigation, RobotState, Scene, Step, Truth,
+};
 pub use tally::{BatteryTally, LocalizationError, Tally};
 pub use trace_hash::TraceHash;
 pub use tree_failure::TreeFailure;
+pub use tree_log_writer::logged_transitions;
 pub use tree_logs::LogError;
 pub use tree_run::TreeRun;
 pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError};

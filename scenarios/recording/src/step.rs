@@ -201,8 +201,13 @@ pub struct Details {
     /// The nodes of the tree whose last outcome has changed: their index in the [header](crate::Header::tree), and the
     /// outcome; none if what it was is no longer known.
     pub outcomes: Vec<(usize, Option<bt::Outcome>)>,
-    /// The entries of blackboards that have changed: the name, `Main/goal`, and the value as text; none if it is gone.
-    pub entries: Vec<(String, Option<String>)>,
+    /// The changes of status in the tree, in order: the node's index in the [header](crate::Header::tree), and the
+    /// status in BehaviorTree.CPP's sense, none if it is idle. Empty unless the header has the
+    /// [tree's XML](crate::Header::tree_xml).
+    pub transitions: Vec<(usize, Option<bt::Status>)>,
+    /// The entries of the tree's blackboards that have changed: the index of the blackboard in the
+    /// [header](crate::Header::blackboards), the key, and the value, none if there is no longer any.
+    pub entries: Vec<(usize, String, Option<EntryValue>)>,
     /// The skills and components that have changed their location: their index in the topology, and the location.
     pub locations: Vec<(usize, String)>,
     /// The monitors that have changed their state: their index in the [header](crate::Header::monitors), and the state.
@@ -217,7 +222,7 @@ impl Details {
     /// Whether there are no details.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.events.is_empty() && !self.has_new_states() && self.scene.is_none()
+        self.events.is_empty() && !self.has_new_states() && self.scene.is_none() && self.transitions.is_empty()
     }
 
     /// Whether outcomes, entries, locations, monitors or navigation have changed.
@@ -225,6 +230,30 @@ impl Details {
         let Self { outcomes, entries, locations, monitors, navigation, .. } = self;
         let is_still = outcomes.is_empty() && entries.is_empty() && locations.is_empty() && monitors.is_empty();
         !is_still || navigation.is_some()
+    }
+}
+
+/// The value of an entry of a blackboard.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum EntryValue {
+    /// A whole number, or 0 and 1 for false and true.
+    Whole(i64),
+    /// A real number.
+    Real(f64),
+    /// A string.
+    Text(String),
+    /// The items of a queue, as text.
+    List(Vec<String>),
+}
+
+impl From<&bt::Value> for EntryValue {
+    fn from(value: &bt::Value) -> Self {
+        match value {
+            bt::Value::Int(number) => Self::Whole(*number),
+            bt::Value::Real(number) => Self::Real(*number),
+            bt::Value::Text(text) => Self::Text(text.to_string()),
+            bt::Value::List(items) => Self::List(items.iter().map(ToString::to_string).collect()),
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use monitors::Outcome;
 use crate::heard::{Heard, HeardLevels};
 use crate::tree_failure::{self, Failures, TreeFailure};
 use crate::{
-    Decision, Details, End, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
+    Decision, Details, EntryValue, End, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
     RobotState, Scene, Step, Tally, UndoneFault,
 };
 
@@ -35,7 +35,8 @@ pub struct RunView {
     /// What the last step changed in it, apart from the battery's charge.
     changes: RobotState,
     outcomes: Vec<Option<bt::Outcome>>,
-    entries: BTreeMap<String, String>,
+    /// By the index of the blackboard in the header, and the key.
+    entries: BTreeMap<(usize, String), EntryValue>,
     /// By the index of the process in the topology.
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
@@ -205,7 +206,7 @@ impl RunView {
 
     fn take_details(&mut self, details: &Details) -> Result<(), Inconsistent> {
         self.has_new_states |= details.has_new_states();
-        let Details { events, outcomes, entries, locations, monitors, navigation, scene } = details;
+        let Details { events, outcomes, transitions, entries, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
         for event in events {
             self.heard.note(event, &self.header.topology);
@@ -217,10 +218,13 @@ impl RunView {
         if !outcomes.is_empty() {
             self.failures.judge(&self.header, &self.outcomes, self.step.ticks.saturating_sub(1), self.step.time);
         }
-        for (name, value) in entries {
+        check(transitions.iter().all(|(node, _)| *node < self.header.tree.len()))?;
+        for (board, key, value) in entries {
+            check(*board < self.header.blackboards.len())?;
+            let entry = (*board, key.clone());
             match value {
-                Some(value) => drop(self.entries.insert(name.clone(), value.clone())),
-                None => drop(self.entries.remove(name)),
+                Some(value) => drop(self.entries.insert(entry, value.clone())),
+                None => drop(self.entries.remove(&entry)),
             }
         }
         for (process, location) in locations {
@@ -355,10 +359,10 @@ impl RunView {
         &self.outcomes
     }
 
-    /// The entries of blackboards that are known: their names, `Main/goal`, and their values as text.
-    #[must_use]
-    pub fn entries(&self) -> &BTreeMap<String, String> {
-        &self.entries
+    /// The entries of blackboards that are known: the name of the blackboard, the key, and the value.
+    pub fn entries(&self) -> impl Iterator<Item = (&str, &str, &EntryValue)> {
+        let named = |((board, key), value)| (self.header.blackboards[*board].as_str(), key.as_str(), value);
+        self.entries.iter().map(named)
     }
 
     /// Says when a recording of something else began.

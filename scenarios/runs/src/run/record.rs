@@ -1,5 +1,6 @@
 //! The records of a run.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -7,11 +8,12 @@ use channels::{Event, Monitor, ProcessId};
 use maps::{Place, Places};
 use programs::ProgramProcess;
 use recording::{
-    Detail, Details, End, Ended, Expected, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step,
+    Detail, Details, End, Ended, EntryValue, Expected, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene,
+    Step,
 };
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
-use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario};
+use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario, TreeForm};
 
 use super::Run;
 use crate::machines;
@@ -37,6 +39,8 @@ impl Run {
             unwatched: self.recorded.monitors.is_empty() && !file.properties.is_empty(),
             topology: Arc::clone(self.system.topology()),
             tree: self.scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
+            tree_xml: self.told_tree().map(|tree| tree.to_instance_xml()),
+            blackboards: self.scenario.tree().map_or_else(Vec::new, |tree| tree.blackboard_names()),
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
             remote: self.scenario.remote_components().map(|(name, _)| name.to_owned()).collect(),
@@ -63,6 +67,9 @@ impl Run {
     pub fn record(&mut self, detail: Detail) -> Step {
         if detail > Detail::Verdicts {
             self.kind.refine();
+        }
+        if let Some(ids) = self.ids.tree.filter(|_| detail > Detail::Verdicts && self.time().is_zero()) {
+            bt::note_transitions_in(&mut self.system, ids.tree);
         }
         let mut robot = self.world.robot_state();
         if self.kind.has_schedule() {
@@ -109,6 +116,8 @@ impl Run {
         let components = &scenario.components;
         if stirs {
             details.outcomes = self.new_outcomes();
+            details.transitions = self.new_transitions();
+            details.entries = self.new_entries();
         }
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
@@ -134,6 +143,33 @@ impl Run {
             (std::mem::replace(recorded, outcome) != outcome).then_some((node, outcome))
         };
         states.filter_map(is_new).collect()
+    }
+
+    /// The tree, if it tells how the statuses of its nodes change.
+    fn told_tree(&self) -> Option<&Arc<bt::Tree>> {
+        self.scenario.tree().filter(|_| self.scenario.file.execution.tree == TreeForm::Whole)
+    }
+
+    /// The changes of status in the tree since they were last recorded.
+    fn new_transitions(&mut self) -> Vec<(usize, Option<bt::Status>)> {
+        let Some(ids) = self.ids.tree else { return Vec::new() };
+        let transitions = bt::take_transitions_in(&mut self.system, ids.tree);
+        transitions.iter().map(|transition| (transition.node.index(), transition.status)).collect()
+    }
+
+    /// The entries of the tree's blackboards that have changed.
+    fn new_entries(&mut self) -> Vec<(usize, String, Option<EntryValue>)> {
+        let Some(board) = self.ids.tree.and_then(|ids| bt::blackboard_in(&self.system, ids.tree)) else {
+            return Vec::new();
+        };
+        let entries = board.entries().map(|(place, key, value)| ((place, key.to_owned()), value.clone()));
+        let entries: BTreeMap<(usize, String), bt::Value> = entries.collect();
+        let before = std::mem::replace(&mut self.recorded.entries, entries);
+        let entries = &self.recorded.entries;
+        let new = entries.iter().filter(|(at, value)| before.get(at) != Some(value));
+        let new = new.map(|((place, key), value)| (*place, key.clone(), Some(EntryValue::from(value))));
+        let gone = before.keys().filter(|at| !entries.contains_key(at));
+        new.chain(gone.map(|(place, key)| (*place, key.clone(), None))).collect()
     }
 
     /// The locations that have changed, among those of the skills and components that may have moved.

@@ -1,11 +1,15 @@
 //! What has been recorded of a run.
 
+use std::collections::BTreeMap;
+
 use recording::{MonitorLog, Navigation, RobotState};
 
 /// The contents of earlier records: only changes must be recorded again.
 #[derive(Debug, Default)]
 pub(super) struct Recorded {
     pub(super) outcomes: Vec<Option<bt::Outcome>>,
+    /// The entries of the tree's blackboards, by the number of the blackboard and the key.
+    pub(super) entries: BTreeMap<(usize, String), bt::Value>,
     /// The locations of skills and components, in the order of their names in the header.
     pub(super) locations: Vec<Option<String>>,
     pub(super) monitors: MonitorLog,

@@ -1,0 +1,82 @@
+//! The changes of status in our own runs of trees: those that BehaviorTree.CPP logged for the same tree and answers.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::Arc;
+use std::time::Duration;
+
+use bt::{Execution, Leaf, Leaves, NodeId, Status, Tree};
+use tree_logs::{Log, LogWriter, LoggedTransition, NodeStatus};
+
+use crate::{captured, heard, read};
+
+/// Leaves that answer one after the other what their port `answers` says.
+#[derive(Default)]
+struct Scripted(BTreeMap<NodeId, usize>);
+
+impl Leaves for Scripted {
+    fn tick(&mut self, leaf: Leaf<'_>) -> Status {
+        let answers = leaf.node().attribute("answers").unwrap().as_bytes();
+        let next = self.0.entry(leaf.node().id()).or_default();
+        *next += 1;
+        match answers[(*next - 1) % answers.len()] {
+            b'r' => Status::Running,
+            b's' => Status::Success,
+            b'f' => Status::Failure,
+            _ => Status::Skipped,
+        }
+    }
+
+    fn halt(&mut self, _: Leaf<'_>) {}
+}
+
+const MODEL: &str = r#"<TreeNodesModel> <Action ID="Scripted"> <input_port name="answers" type="std::string"/> </Action>
+</TreeNodesModel> </root>"#;
+
+fn fetch() -> Arc<Tree> {
+    let text = fs::read_to_string(captured("fetch.xml")).unwrap();
+    let text = text.replace("</root>", MODEL);
+    Arc::new(Tree::from_xml("fetch.xml", &text).unwrap())
+}
+
+/// The changes in this many ticks, and in a halt after them.
+fn run(tree: &Arc<Tree>, ticks: u64) -> Vec<(u16, i64)> {
+    let (mut execution, mut leaves) = (Execution::new(Arc::clone(tree)), Scripted::default());
+    execution.note_transitions();
+    for tick in 0..ticks {
+        execution.tick(Duration::from_millis(20 * tick), &mut leaves);
+    }
+    execution.halt(Duration::from_millis(20 * ticks), &mut leaves);
+    let number = |status: Option<Status>| status.map_or(NodeStatus::Idle, NodeStatus::Answered).number();
+    let told = execution.take_transitions().into_iter();
+    told.map(|told| (u16::try_from(told.node.index() + 1).unwrap(), number(told.status).into())).collect()
+}
+
+#[test]
+fn the_changes_in_our_run_of_a_tree_are_those_that_the_library_logged() {
+    for (session, ticks) in [(1, 12), (2, 8)] {
+        let heard = heard("fetch.txt", session).into_iter().map(|(_, uid, status)| (uid, status));
+        assert_eq!(run(&fetch(), ticks), heard.collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_log_of_our_own_is_read_back() {
+    let (tree, changes) = (fetch(), run(&fetch(), 12));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.btlog");
+    let times = (0..).map(|place| 5_000_000 + 100_000 * place);
+    let changes: Vec<(i64, u16, i64)> = times.zip(changes).map(|(at, (uid, status))| (at, uid, status)).collect();
+    let mut writer = LogWriter::begin(fs::File::create(&path).unwrap(), &tree.to_instance_xml(), 5_000_000).unwrap();
+    for (at_us, uid, status) in &changes {
+        writer.write(LoggedTransition { at_us: *at_us, uid: (*uid).into(), status: *status }).unwrap();
+    }
+    let unfit = LoggedTransition { at_us: 5_000_000 + (1 << 47), uid: 1, status: 1 };
+    assert!(writer.write(unfit).unwrap_err().to_string().contains("does not fit the format"));
+    writer.finish().unwrap();
+    let (read, error) = read(&path);
+    assert!(error.is_none() && read == changes);
+    // The tree is put together to what the library's own log of it gives.
+    let [own, theirs] = [path, captured("fetch.btlog")].map(|path| Log::open(&path).unwrap());
+    assert_eq!(own.tree(), theirs.tree());
+}
