@@ -215,8 +215,14 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     let scenario = Arc::new(as_experiment(Scenario::load(plan.scenario(), &run.overrides(plan))?));
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
     let _ = interrupt::listen();
-    let report =
-        run_and_report(Run::new(scenario, run.seed, true)?, Detail::Full, &outputs, None, |_| interrupt::flow())?;
+    let report = run_and_report(
+        Run::new(scenario, run.seed, true)?,
+        Detail::Full,
+        &outputs,
+        None,
+        |_| {},
+        |_| interrupt::flow(),
+    )?;
     summary::print(&report, folder, quiet)
 }
 

@@ -4,6 +4,7 @@ pub(crate) mod groot_args;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use campaigns::Error;
 use clap::Args;
@@ -13,6 +14,7 @@ use recording::{Recording, RecordingError};
 use runs::{Others, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
+use crate::groot::serve::{self, ServeGrootArgs};
 use crate::names::ScenarioName;
 use crate::output::{note, print_wrapped};
 use crate::run::BesideArgs;
@@ -35,6 +37,8 @@ pub(crate) struct LiveArgs {
     set: Vec<String>,
     #[command(flatten)]
     beside: BesideArgs,
+    #[command(flatten)]
+    serve: ServeGrootArgs,
     #[command(flatten)]
     pub(crate) groot: GrootArgs,
     #[command(flatten)]
@@ -131,12 +135,17 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
                 let help = "leave `--seed`, `--set` and `--use-sim-time` out, or name a scenario";
                 return Err(Error::refused("a recording cannot be changed", help));
             }
+            if args.serve.is_given() {
+                return Err(Error::refused("`--serve-groot` is for the run of a scenario", "name a scenario"));
+            }
             let recordings: Vec<PathBuf> = recordings.iter().map(PathBuf::from).collect();
-            serve(Cockpit::replay(&recordings, args.page.port), &args.page)
+            serve_page(Cockpit::replay(&recordings, args.page.port), &args.page)
         }
         [scenario] => {
             let beside = args.beside.clone();
-            session(find::find(scenario)?, &args.set, args.seed, &args.page, move |scenario| beside.join(scenario))
+            let found = find::find(scenario)?;
+            let join = move |scenario: &Scenario| beside.join(scenario);
+            session(found, &args.set, args.seed, &args.page, &args.serve, join)
         }
         _ => {
             let help = "record each run: `steward run NAME --record NAME.rec`";
@@ -152,16 +161,24 @@ pub(crate) fn session<J>(
     set: &[String],
     seed: Option<u64>,
     page: &PageArgs,
+    serve: &ServeGrootArgs,
     join: J,
 ) -> Result<ExitCode, Error>
 where
     J: Fn(&Scenario) -> Result<Others, scenarios::Error> + Send + 'static,
 {
     let set = set.to_vec();
-    serve(Cockpit::open(move || Session::among(&found, &set, seed, &join), page.port), page)
+    let server = serve.open()?;
+    let begin = move || {
+        let session = Session::among(&found, &set, seed, &join)?;
+        let Some(server) = &server else { return Ok(session) };
+        serve::check(session.view().header())?;
+        Ok(session.told_to(serve::teller(Arc::clone(server))))
+    };
+    serve_page(Cockpit::open(begin, page.port), page)
 }
 
-fn serve(cockpit: Result<Cockpit, cockpit::Error>, page: &PageArgs) -> Result<ExitCode, Error> {
+fn serve_page(cockpit: Result<Cockpit, cockpit::Error>, page: &PageArgs) -> Result<ExitCode, Error> {
     let interrupted = interrupt::listen();
     let cockpit = page.announce(cockpit)?;
     cockpit.serve_until(interrupted).map_err(refused)?;

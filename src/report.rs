@@ -22,7 +22,7 @@ pub(crate) struct ReportArgs {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
-    /// Records the run again: `FILE.jsonl`, `FILE.mcap` and others, as with `steward run`
+    /// Records the run again: `FILE.jsonl`, `FILE.btlog`, `FILE.mcap` and others, as with `steward run`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Opens the report in the browser

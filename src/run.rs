@@ -24,6 +24,7 @@ use serde_json::json;
 use monitors::Warnings;
 
 use crate::domain::DomainArgs;
+use crate::groot::serve::{self, ServeGrootArgs};
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
@@ -49,6 +50,8 @@ pub(crate) struct RunArgs {
     options: RunOptions,
     #[command(flatten)]
     beside: BesideArgs,
+    #[command(flatten)]
+    serve: ServeGrootArgs,
 }
 
 /// How to find the nodes of ROS 2 that are components of a scenario.
@@ -80,8 +83,9 @@ pub(crate) struct RunOptions {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
-    /// Records the run: `FILE.jsonl` is the event log; any other file has everything that `steward report` needs, and
-    /// `FILE.mcap` also opens in Foxglove, Rerun and ROS tools
+    /// Records the run: `FILE.jsonl` is the event log, and `FILE.btlog` a log of the tree as BehaviorTree.CPP writes it;
+    /// any other file has everything that `steward report` needs, and `FILE.mcap` also opens in Foxglove, Rerun and ROS
+    /// tools
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Writes the results as JUnit XML: one test case per property and expectation, one suite per run
@@ -114,23 +118,14 @@ struct Job {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    alone(&find::find(name)?, options, &BesideArgs::default())
+    alone(&find::find(name)?, options, &BesideArgs::default(), &ServeGrootArgs::default())
 }
 
 /// Runs a scenario alone, beside the nodes of ROS 2 that are components of it.
-fn alone(found: &Found, options: &RunOptions, beside: &BesideArgs) -> Result<ExitCode, Error> {
-    among(found, options, |scenario| beside.join(scenario))
-}
-
-/// Runs a scenario alone, with the others whom `join` finds for it.
-pub(crate) fn among(
-    found: &Found,
-    options: &RunOptions,
-    join: impl FnOnce(&Scenario) -> Result<Others, scenarios::Error>,
-) -> Result<ExitCode, Error> {
+fn alone(found: &Found, options: &RunOptions, beside: &BesideArgs, serve: &ServeGrootArgs) -> Result<ExitCode, Error> {
     let job = Job::load(found, options, false)?;
-    let others = join(&job.scenario)?;
-    one(&job, options, others)
+    let others = beside.join(&job.scenario)?;
+    one(&job, options, others, serve)
 }
 
 impl BesideArgs {
@@ -171,7 +166,7 @@ pub(crate) fn piloted(
         options.refuse_for_several(namespaces.len(), "robots")?;
     }
     match <[Driver; 1]>::try_from(drivers(&job.scenario)?) {
-        Ok([only]) => one(&job, options, Others::Pilot(only)),
+        Ok([only]) => one(&job, options, Others::Pilot(only), &ServeGrootArgs::default()),
         Err(drivers) => together(&job, options, namespaces, drivers),
     }
 }
@@ -192,7 +187,7 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
         let tell = &tell;
         let run = |(job, driver): (_, Driver)| {
             let warned = move |warnings: &[Warnings]| tell(job, warnings);
-            scope.spawn(move || job.conduct(options, Others::Pilot(driver), warned, |_| {}))
+            scope.spawn(move || job.conduct(options, Others::Pilot(driver), &ServeGrootArgs::default(), warned, |_| {}))
         };
         let runs: Vec<_> = std::iter::zip(&jobs, drivers).map(run).collect();
         let join = |run: std::thread::ScopedJoinHandle<'_, _>| run.join().unwrap_or_else(|panic| resume_unwind(panic));
@@ -208,7 +203,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     let found = select::select(&args.scenarios, &args.filter)?;
     if let [only] = found.as_slice() {
-        return alone(only, options, &args.beside);
+        return alone(only, options, &args.beside, &args.serve);
+    }
+    if args.serve.is_given() {
+        return Err(Error::refused("`--serve-groot` is for a single run", "name one scenario"));
     }
     options.refuse_for_several(found.len(), "scenarios")?;
     let mut complaints = Complaints::default();
@@ -268,6 +266,7 @@ impl Job {
         &self,
         options: &RunOptions,
         others: Others,
+        serve: &ServeGrootArgs,
         ready: impl FnOnce(&[Warnings]),
         mut follow: impl FnMut(&RunView),
     ) -> Result<Report, Error> {
@@ -279,7 +278,17 @@ impl Job {
         };
         let run = Run::among(Arc::clone(&self.scenario), self.seed, !options.no_monitors, others)?;
         ready(run.warnings());
-        run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), |view| {
+        if serve.is_given() {
+            serve::check(&run.header())?;
+        }
+        let mut audience = serve.open()?.map(|server| (serve::teller(server), serve::real_time()));
+        let tell = |view: &RunView| {
+            if let Some((tell, wait)) = &mut audience {
+                tell(view);
+                wait(view);
+            }
+        };
+        run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), tell, |view| {
             follow(view);
             interrupt::flow()
         })
@@ -299,11 +308,11 @@ fn check_folders(jobs: &[Job]) -> Result<(), Error> {
 }
 
 /// Runs a scenario alone, with a summary.
-fn one(job: &Job, options: &RunOptions, others: Others) -> Result<ExitCode, Error> {
+fn one(job: &Job, options: &RunOptions, others: Others, serve: &ServeGrootArgs) -> Result<ExitCode, Error> {
     let _ = interrupt::listen();
     let progress = RunProgress::new(options.is_silent());
     let ready = |warnings: &[Warnings]| warnings.iter().for_each(|one| warn(one));
-    let report = job.conduct(options, others, ready, |view| progress.show(view));
+    let report = job.conduct(options, others, serve, ready, |view| progress.show(view));
     drop(progress);
     write_junit(options, std::iter::once((job, report.as_ref().map_err(Error::reasons))))?;
     let report = report?;
@@ -330,6 +339,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
         let report = jobs[place as usize].conduct(
             options,
             Others::Nobody,
+            &ServeGrootArgs::default(),
             |warnings| collected.extend_from_slice(warnings),
             |_| {},
         );

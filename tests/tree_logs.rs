@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use tempfile::tempdir;
+use tree_logs::{Log, NodeStatus, StatusChange};
 
 use crate::steward::{refusal, steward};
 
@@ -99,4 +100,71 @@ fn a_report_of_a_log_does_not_claim_what_the_log_does_not_know() {
     fs::write(&cut, &bytes[..200]).unwrap();
     assert!(refusal(&["report", cut.to_str().unwrap()]).contains("it ends within its tree"));
     assert!(refusal(&["report", &(whole + "#2")]).contains("it has no sessions"));
+}
+
+/// Our own log of a run: the answers of its leaves, from its event log, are the changes of status in it, except those
+/// that repeat the one before.
+#[test]
+fn a_recorded_run_has_the_changes_of_status_of_its_tree_and_is_read_back() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let out = path("out");
+    for file in ["run.btlog", "again.btlog", "run.rec", "run.jsonl"] {
+        let output = steward(&["run", "battery_fault", "--quiet", "--out", &out, "--record", &path(file)]);
+        assert!(output.status.code().is_some_and(|status| status < 2), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let output = steward(&["report", &path("run.rec"), "--quiet", "--out", &out, "--record", &path("later.btlog")]);
+    assert!(output.status.code().is_some_and(|status| status < 2), "{}", String::from_utf8_lossy(&output.stderr));
+    let [log, again, later] = ["run.btlog", "again.btlog", "later.btlog"].map(|name| fs::read(path(name)).unwrap());
+    assert!(log == again && log == later);
+
+    let mut log = Log::open(Path::new(&path("run.btlog"))).unwrap();
+    let mut answered = Vec::new();
+    while let Some(StatusChange { at_us, node, status }) = log.next_change().unwrap() {
+        let node = &log.tree().nodes()[node];
+        if let (true, NodeStatus::Answered(answer)) = (node.is_leaf, status) {
+            answered.push((at_us, node.name.clone(), answer.name().to_owned()));
+        }
+    }
+    let events = fs::read_to_string(path("run.jsonl")).unwrap();
+    let events = events.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let answers = events.filter(|event| event["to"] == "BT" && event["message"][0]["sym"].is_string());
+    let mut expected = answered.iter();
+    let mut repeated = 0;
+    let mut last = std::collections::BTreeMap::new();
+    let mut next = expected.next();
+    for event in answers {
+        let at_us = (event["time_s"].as_f64().unwrap() * 1e6).round() as i64;
+        let [name, answer] =
+            [&event["from"], &event["message"][0]["sym"]].map(|text| text.as_str().unwrap().to_owned());
+        if answer == "tick" || answer == "halted" {
+            continue;
+        }
+        if next == Some(&(at_us, name.clone(), answer.clone())) {
+            next = expected.next();
+        } else {
+            assert_eq!(last.get(&name), Some(&answer), "{name} at {at_us} µs");
+            repeated += 1;
+        }
+        last.insert(name, answer);
+    }
+    assert!(next.is_none() && answered.len() > 100 && repeated > 100, "{next:?}, {repeated} repeated");
+
+    let (report, _, _) = verified(&path("run.btlog"), "property p := eventually (BatteryLevel, BT, reply = <failure>)");
+    assert_eq!(report["monitors"][0]["verdict"], "satisfied", "{report}");
+    let output = steward(&["report", &path("run.btlog"), "--out", &out]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_run_without_changes_of_status_is_not_recorded_as_such_a_log() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (log, nodes) = (path("run.btlog"), "execution.tree=nodes");
+    let said = refusal(&["run", "nominal", "--set", nodes, "--out", &path("out"), "--record", &log]);
+    assert!(said.contains("`tree = \"nodes\"`") && !Path::new(&log).exists(), "{said}");
+    let said = refusal(&["run", "nominal", "--set", nodes, "--out", &path("out"), "--serve-groot", "16690"]);
+    assert!(said.contains("Groot2 cannot see the tree"), "{said}");
+    let said = refusal(&["report", &captured("fetch.btlog"), "--out", &path("out"), "--record", &log]);
+    assert!(said.contains("it was not run here"), "{said}");
 }

@@ -29,7 +29,7 @@ pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<O
     let file = proof.write_run(&finding.question, &finding.answer, run, &folder)?;
     let scenario = Arc::new(Scenario::load(&find::find(&file.display().to_string())?, &[])?);
     let run = Run::new(Arc::clone(&scenario), scenario.file.seed, true)?;
-    let report = run_and_report(run, Detail::Full, &outputs, None, |_| ControlFlow::Continue(()))?;
+    let report = run_and_report(run, Detail::Full, &outputs, None, |_| {}, |_| ControlFlow::Continue(()))?;
     // The files that were just written are run, not the proof's own data: so they are known to show the violation.
     if report.outcome != OutcomeReport::AsExpected {
         let help = "this is a bug in steward: please report it, with the scenario";

@@ -14,6 +14,7 @@ use std::process::ExitCode;
 use campaigns::Error;
 use runs::Others;
 
+use crate::groot::serve::ServeGrootArgs;
 use crate::sim::SimArgs;
 use crate::{live, run};
 
@@ -26,7 +27,7 @@ pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
         return Err(Error::refused("a page shows one robot", "name one namespace"));
     }
     let joined = args.clone();
-    live::session(found, &options.set, options.seed, &page, move |scenario| {
+    live::session(found, &options.set, options.seed, &page, &ServeGrootArgs::default(), move |scenario| {
         let driver = robot::join(&joined, scenario)?.pop().expect("there is a robot in each namespace");
         Ok(Others::Pilot(driver))
     })

@@ -4,6 +4,8 @@
 //! time, and its blackboards. It never asks for a hook, which could stop the tree or replace its answers. A
 //! [`TreeWatch`] asks again and again, and knows what is missing.
 //!
+//! A [`Server`] answers such clients about a tree that is run here.
+//!
 //! # Inside
 //! `protocol` has the requests and replies, and `zmtp` what carries them: the part of ZeroMQ's protocol that is needed
 //! for that. A library for the latter reserves as much memory as a stranger says that a frame has; here, all that a
@@ -12,11 +14,15 @@
 mod client;
 mod error;
 mod protocol;
+mod server;
 mod watch;
 mod zmtp;
 
 pub use client::{Blackboards, Client, MOST_TRANSITIONS, Statuses};
 pub use error::GrootError;
 pub use protocol::{PORT, RequestHeader, RequestKind, TreeId, reply_header};
+/// The value of an entry of a blackboard.
+pub use rmpv::Value;
+pub use server::Server;
 pub use watch::{FoundStatuses, Standing, TreeNews, TreeWatch};
 pub use zmtp::{Connection, SocketType, ZmtpError};

@@ -1,10 +1,11 @@
 //! Runs a scenario from its start to its report.
 
+use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use recording::{Detail, RunView};
+use recording::{Detail, Follower, RunView};
 use reports::report::Report;
 use reports::{Outputs, Presentation};
 use runs::{Run, conduct};
@@ -27,11 +28,11 @@ pub fn as_experiment(mut scenario: Scenario) -> Scenario {
 /// [`Error`] if something is wrong with the scenario.
 pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
     let run = Run::new(scenario, seed, true)?;
-    run_and_report(run, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
+    run_and_report(run, Detail::Verdicts, &Outputs::default(), None, |_| {}, |_| ControlFlow::Continue(()))
 }
 
 /// Runs a scenario to its end, like [`conduct`], and makes its outputs. A run that `goes_on` stops is reported as
-/// interrupted.
+/// interrupted. `tell` gets the run at its start and after each step.
 ///
 /// # Errors
 /// [`Error`] if something cannot be written, or the run cannot continue.
@@ -40,13 +41,30 @@ pub fn run_and_report(
     detail: Detail,
     outputs: &Outputs,
     record: Option<&Path>,
+    tell: impl FnMut(&RunView),
     goes_on: impl FnMut(&RunView) -> ControlFlow<()>,
 ) -> Result<Report, Error> {
     refuse_campaign(outputs)?;
     let detail = if outputs.is_nothing() { detail } else { detail.max(Detail::Full) };
-    let begin = |view: &RunView| Ok::<_, Error>(Presentation::begin(view, outputs)?);
-    let (presentation, view) = conduct(run, detail, record, begin, goes_on)?;
+    let begin = |view: &RunView| {
+        let (presentation, mut listener) = (Presentation::begin(view, outputs)?, Listener(tell));
+        let Ok(()) = listener.follow(view);
+        Ok::<_, Error>((presentation, listener))
+    };
+    let ((presentation, _), view) = conduct(run, detail, record, begin, goes_on)?;
     Ok(presentation.finish(&view)?)
+}
+
+/// Whoever is told about a run while it goes on.
+struct Listener<F>(F);
+
+impl<F: FnMut(&RunView)> Follower for Listener<F> {
+    type Error = Infallible;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), Infallible> {
+        (self.0)(view);
+        Ok(())
+    }
 }
 
 /// Rejects a folder with the results of a campaign: a run does not overwrite them.

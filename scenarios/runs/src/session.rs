@@ -41,7 +41,11 @@ pub struct Session {
     given: usize,
     /// The records since they were last requested.
     records: Vec<Record>,
+    audience: Option<Audience>,
 }
+
+/// Somebody else who is told about a session.
+type Audience = Box<dyn FnMut(&RunView) + Send>;
 
 impl Session {
     /// A session with a scenario at its start, changed by `overrides` as for `--set`. Without `seed`, the scenario's
@@ -70,7 +74,15 @@ impl Session {
         let scenario = load(&base, found, &written, &faults)?;
         let others = join(&scenario)?;
         let conducted = Conducted::begin(Run::among(Arc::new(scenario), seed, true, others)?, Detail::Scenes);
-        Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new() })
+        Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new(), audience: None })
+    }
+
+    /// The same session, which also tells somebody else: at once, and after each step.
+    #[must_use]
+    pub fn told_to(mut self, mut audience: impl FnMut(&RunView) + Send + 'static) -> Self {
+        audience(self.view());
+        self.audience = Some(Box::new(audience));
+        self
     }
 
     /// The scenario, with all acts so far.
@@ -131,6 +143,9 @@ impl Session {
         let stepped = self.conducted.step(detail, is_stopped);
         if !matches!(stepped, Ok(false)) {
             self.records.push(Record::Step(self.view().step().clone()));
+            if let Some(tell) = &mut self.audience {
+                tell(&self.conducted.view);
+            }
             self.record_end();
         }
         Ok(stepped?)
