@@ -14,10 +14,10 @@ use recording::{Recording, RecordingError};
 use runs::{Others, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
-use crate::groot::serve::{self, ServeGrootArgs};
 use crate::names::ScenarioName;
 use crate::output::{note, print_wrapped};
 use crate::run::BesideArgs;
+use crate::serve_groot::{self as serve, ServeGrootArgs};
 use crate::{browser, interrupt};
 use groot_args::GrootArgs;
 

@@ -37,6 +37,7 @@ mod report;
 mod reproduce;
 mod ros_names;
 mod run;
+mod serve_groot;
 mod sim;
 mod skill;
 mod summary;

@@ -24,12 +24,12 @@ use serde_json::json;
 use monitors::Warnings;
 
 use crate::domain::DomainArgs;
-use crate::groot::serve::{self, ServeGrootArgs};
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
 use crate::ros_names::remapping;
 use crate::run::table::RunsTable;
+use crate::serve_groot::{self as serve, ServeGrootArgs};
 use crate::{browser, interrupt, summary};
 
 /// The scenarios to run.
@@ -83,9 +83,9 @@ pub(crate) struct RunOptions {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
-    /// Records the run: `FILE.jsonl` is the event log, and `FILE.btlog` a log of the tree as BehaviorTree.CPP writes it;
-    /// any other file has everything that `steward report` needs, and `FILE.mcap` also opens in Foxglove, Rerun and ROS
-    /// tools
+    /// Records the run: `FILE.jsonl` is the event log, and `FILE.btlog` a log of the tree as BehaviorTree.CPP writes
+    /// it; any other file has everything that `steward report` needs, and `FILE.mcap` also opens in Foxglove, Rerun and
+    /// ROS tools
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Writes the results as JUnit XML: one test case per property and expectation, one suite per run

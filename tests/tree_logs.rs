@@ -148,7 +148,7 @@ fn a_recorded_run_has_the_changes_of_status_of_its_tree_and_is_read_back() {
         }
         last.insert(name, answer);
     }
-    assert!(next.is_none() && answered.len() > 100 && repeated > 100, "{next:?}, {repeated} repeated");
+    assert!(next.is_none() && answered.len() > 20 && repeated > 20, "{next:?}, {repeated} repeated");
 
     let (report, _, _) = verified(&path("run.btlog"), "property p := eventually (BatteryLevel, BT, reply = <failure>)");
     assert_eq!(report["monitors"][0]["verdict"], "satisfied", "{report}");
@@ -161,10 +161,13 @@ fn a_run_without_changes_of_status_is_not_recorded_as_such_a_log() {
     let folder = tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (log, nodes) = (path("run.btlog"), "execution.tree=nodes");
-    let said = refusal(&["run", "nominal", "--set", nodes, "--out", &path("out"), "--record", &log]);
-    assert!(said.contains("`tree = \"nodes\"`") && !Path::new(&log).exists(), "{said}");
+    let unwritten = |arguments: &[&str], why: &str| {
+        let output = steward(&[arguments, &["--out", &path("out"), "--record", &log]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(3) && said.contains(why) && !Path::new(&log).exists(), "{said}");
+    };
+    unwritten(&["run", "nominal", "--set", nodes], "`tree = \"nodes\"`");
     let said = refusal(&["run", "nominal", "--set", nodes, "--out", &path("out"), "--serve-groot", "16690"]);
     assert!(said.contains("Groot2 cannot see the tree"), "{said}");
-    let said = refusal(&["report", &captured("fetch.btlog"), "--out", &path("out"), "--record", &log]);
-    assert!(said.contains("it was not run here"), "{said}");
+    unwritten(&["report", &captured("fetch.btlog")], "it was not run here");
 }

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use campaigns::Error;
 use runs::Others;
 
-use crate::groot::serve::ServeGrootArgs;
+use crate::serve_groot::ServeGrootArgs;
 use crate::sim::SimArgs;
 use crate::{live, run};
 

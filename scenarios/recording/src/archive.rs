@@ -10,7 +10,8 @@ use crate::tree_log_writer::TreeLogWriter;
 use crate::{EventLogWriter, Follower, RunView, Writer};
 
 /// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.btlog` a log of BehaviorTree.CPP, `FILE.mcap` a
-/// recording that other tools can open, too, and any other file a recording. If it is not finished, nothing remains of it.
+/// recording that other tools can open, too, and any other file a recording. If it is not finished, nothing remains of
+/// it.
 pub struct Archive {
     path: PathBuf,
     form: Form,
