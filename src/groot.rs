@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use campaigns::Error;
 use cockpit::Cockpit;
-use groot::{FoundStatuses, GrootError, TreeNews, TreeWatch};
+use groot::{FoundStatuses, GrootError, TreeNews, TreeWatch, Value};
 use monitors::Property;
-use recording::{Archive, Doubts, Ended, Follower as _, Origin, RunView, Step, TreeRun};
+use recording::{Archive, Doubts, Ended, EntryValue, Follower as _, Origin, RunView, Step, TreeRun};
 use runs::FITS;
 use tree_logs::LoggedTree;
 
@@ -191,10 +191,10 @@ impl Watched {
                 self.find(&found)
             }
             TreeNews::Blackboards(boards) => {
-                let named = |(board, entries): (String, Vec<(String, String)>)| {
-                    entries.into_iter().map(move |(key, value)| (format!("{board}/{key}"), value))
-                };
-                self.run.read(self.last_us, boards.into_iter().flat_map(named).collect())
+                let entries = boards.into_iter().flat_map(|(board, entries)| {
+                    entries.into_iter().map(move |(key, value)| (board.clone(), key, told(&value)))
+                });
+                self.run.read(self.last_us, entries)
             }
             _ => return Ok(()),
         };
@@ -241,6 +241,18 @@ impl Watched {
         print_wrapped(in_words(&verified))?;
         Ok(verified.is_bad())
     }
+}
+
+/// A value on a blackboard.
+fn told(value: &Value) -> EntryValue {
+    match value {
+        Value::Integer(number) => number.as_i64().map(EntryValue::Whole),
+        Value::F32(number) => Some(EntryValue::Real(f64::from(*number))),
+        Value::F64(number) => Some(EntryValue::Real(*number)),
+        Value::String(text) => text.as_str().map(|text| EntryValue::Text(text.to_owned())),
+        _ => None,
+    }
+    .unwrap_or_else(|| EntryValue::Other(value.to_string()))
 }
 
 /// The name of a file for the tree with this number.

@@ -94,7 +94,7 @@ fn told(value: &EntryValue) -> Value {
     match value {
         EntryValue::Whole(number) => (*number).into(),
         EntryValue::Real(number) => (*number).into(),
-        EntryValue::Text(text) => text.as_str().into(),
+        EntryValue::Text(text) | EntryValue::Other(text) => text.as_str().into(),
         EntryValue::List(items) => Value::Array(items.iter().map(|item| item.as_str().into()).collect()),
     }
 }

@@ -22,8 +22,8 @@ const MOST_DEPTH: usize = 64;
 /// if it is idle, and had that status before.
 pub type Statuses = Vec<(u16, u8)>;
 
-/// The entries of blackboards, by the name of the blackboard, and their values as text.
-pub type Blackboards = Vec<(String, Vec<(String, String)>)>;
+/// The entries of blackboards, by the name of the blackboard.
+pub type Blackboards = Vec<(String, Vec<(String, Value)>)>;
 
 /// A connection to a program.
 #[derive(Debug)]
@@ -81,7 +81,7 @@ impl Client {
         let name = |name: &Value| name.as_str().map_or_else(|| name.to_string(), str::to_owned);
         let entries = |entries: &Value| {
             let entries = entries.as_map().into_iter().flatten();
-            entries.map(|(key, value)| (name(key), value.to_string())).collect()
+            entries.map(|(key, value)| (name(key), value.clone())).collect()
         };
         // There is no map if none of the blackboards is known.
         Ok(value.as_map().into_iter().flatten().map(|(board, of)| (name(board), entries(of))).collect())

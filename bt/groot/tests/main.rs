@@ -115,10 +115,8 @@ fn all_that_a_program_with_behaviortree_cpp_told_is_read() {
     assert_eq!(found.len(), tree.nodes().len());
     assert!(found.iter().all(|(uid, status)| (1..=17).contains(uid) && *status == 0));
     let boards = client.blackboards(&names(&["Main", "there"])).unwrap();
-    let entries = |of: &[(&str, &str)]| -> Vec<(String, String)> {
-        of.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
-    };
-    assert_eq!(boards[0], ("Main".to_owned(), entries(&[("goal", "\"dock\""), ("trips", "1")])));
+    assert_eq!(boards[0].0, "Main");
+    assert_eq!(boards[0].1, [("goal".to_owned(), "dock".into()), ("trips".to_owned(), 1.into())]);
 
     let (_, replies) = captured();
     let asked = replies.iter().filter(|(request, _)| request == "t").count();

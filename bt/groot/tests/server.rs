@@ -36,7 +36,7 @@ fn a_client_is_told_what_has_been_shown() {
     assert_eq!(one.tree().unwrap().nodes().len(), 2);
     assert_eq!(other.statuses().unwrap(), [(1, 1), (2, 12)]);
     let boards = other.blackboards(&["Main".to_owned(), "none".to_owned()]).unwrap();
-    assert_eq!(boards, [("Main".to_owned(), vec![("level".to_owned(), "42".to_owned())])]);
+    assert_eq!(boards, [("Main".to_owned(), vec![("level".to_owned(), 42.into())])]);
     assert_eq!(other.blackboards(&["none".to_owned()]).unwrap(), []);
     assert_eq!(one.transitions(0).unwrap(), []);
     // Of more than are remembered, the last remain; they are told once.

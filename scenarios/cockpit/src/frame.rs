@@ -210,7 +210,8 @@ pub(crate) fn state(view: &RunView, opened: &BTreeSet<usize>, update: Update) ->
         state["locations"] = names.map(|name| (name.clone(), json!(view.location(name)))).collect();
         state["tree"] = live::tree(view, opened).into();
         state["outcomes"] = things::outcomes(view);
-        state["entries"] = json!(view.entries());
+        let entries = view.entries().map(|(board, key, value)| (format!("{board}/{key}"), json!(value.to_string())));
+        state["entries"] = entries.collect();
         state["running"] = view.running().collect();
     }
     state

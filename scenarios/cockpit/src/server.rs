@@ -171,8 +171,8 @@ impl Cockpit {
                     // A single run is sent to the page itself. Of several, each has a page inside the page.
                     let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
                     shown.push(ShownRun::new(history, broadcast.clone(), Some(recording.name()), None));
+                    names.push(recording.name().to_owned());
                     opened.push(recording);
-                    names.push(name.into_owned());
                 }
                 let around = (!broadcasts.is_empty()).then(|| {
                     let starts: Vec<&RunView> = shown.iter().map(ShownRun::newest).collect();

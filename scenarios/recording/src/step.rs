@@ -1,5 +1,6 @@
 //! A step of a run: what happened, and what has changed.
 
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -244,6 +245,20 @@ pub enum EntryValue {
     Text(String),
     /// The items of a queue, as text.
     List(Vec<String>),
+    /// Anything else, as text.
+    Other(String),
+}
+
+impl fmt::Display for EntryValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole(number) => number.fmt(f),
+            Self::Real(number) => number.fmt(f),
+            Self::Text(text) => write!(f, "{text:?}"),
+            Self::List(items) => write!(f, "[{}]", items.join("; ")),
+            Self::Other(text) => text.fmt(f),
+        }
+    }
 }
 
 impl From<&bt::Value> for EntryValue {

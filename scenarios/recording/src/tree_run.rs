@@ -13,7 +13,10 @@ use channels::{Capacity, Domain, Event, EventKind, FieldKind, Gap, Message, Shap
 use monitors::{LogEnd, Property};
 use tree_logs::{LoggedNode, LoggedTree, NodeStatus, StatusChange};
 
-use crate::{Doubts, End, Ended, Happening, Header, Judge, Node, Origin, Step, TREE};
+use crate::{Doubts, End, Ended, EntryValue, Happening, Header, Judge, Node, Origin, Step, TREE};
+
+/// The name of the blackboard that a program may give to its tree, above that of the main tree.
+const GIVEN: &str = "ROOT";
 
 /// What has become of the nodes of a tree, and of the properties that it is checked against.
 #[derive(Debug)]
@@ -27,8 +30,9 @@ pub struct TreeRun {
     answered: BTreeSet<usize>,
     /// How often changes were missing: each time, a step has no event, by which whoever reads the records knows it.
     gaps: u64,
-    /// The entries of blackboards.
-    entries: BTreeMap<String, String>,
+    blackboards: Vec<String>,
+    /// The entries of blackboards, by the index of the blackboard and the key.
+    entries: BTreeMap<(usize, String), EntryValue>,
     /// By the clock of whoever tells it, in microseconds since 1970.
     began_us: i64,
     last_us: i64,
@@ -67,12 +71,14 @@ impl TreeRun {
             statuses: vec![NodeStatus::Idle; count],
             answered: BTreeSet::new(),
             gaps: 0,
+            blackboards: tree.blackboards().iter().map(String::as_str).chain([GIVEN]).map(str::to_owned).collect(),
             entries: BTreeMap::new(),
             began_us,
             last_us: began_us,
             time: Duration::ZERO,
         };
-        (run, Header { tree: drawn(nodes, topology), ..header }, start)
+        let (tree, blackboards) = (drawn(nodes, topology), run.blackboards.clone());
+        (run, Header { tree, blackboards, ..header }, start)
     }
 
     /// The record of a change of status.
@@ -128,13 +134,18 @@ impl TreeRun {
         step
     }
 
-    /// The record of a time at which the blackboards were found to have these entries: their names, `Main/goal`, and
-    /// their values as text.
-    pub fn read(&mut self, at_us: i64, entries: BTreeMap<String, String>) -> Step {
+    /// The record of a time at which the blackboards were found to have these entries, by the name of the blackboard and
+    /// the key. Those of blackboards that the tree does not have are left out.
+    pub fn read(&mut self, at_us: i64, entries: impl Iterator<Item = (String, String, EntryValue)>) -> Step {
         self.go_on(at_us);
-        let gone = self.entries.keys().filter(|name| !entries.contains_key(*name)).map(|name| (name.clone(), None));
-        let new = entries.iter().filter(|(name, value)| self.entries.get(*name) != Some(value));
-        let changed = gone.chain(new.map(|(name, value)| (name.clone(), Some(value.clone())))).collect();
+        let index = |name: String| self.blackboards.iter().position(|board| *board == name);
+        let entries: BTreeMap<_, _> =
+            entries.filter_map(|(board, key, value)| Some(((index(board)?, key), value))).collect();
+        let gone = self.entries.keys().filter(|entry| !entries.contains_key(*entry));
+        let gone = gone.map(|(board, key)| (*board, key.clone(), None));
+        let new = entries.iter().filter(|(entry, value)| self.entries.get(*entry) != Some(value));
+        let new = new.map(|((board, key), value)| (*board, key.clone(), Some(value.clone())));
+        let changed = gone.chain(new).collect();
         self.entries = entries;
         let mut step = self.quiet();
         step.details.get_or_insert_default().entries = changed;

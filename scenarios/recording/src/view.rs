@@ -12,8 +12,8 @@ use monitors::Outcome;
 use crate::heard::{Heard, HeardLevels};
 use crate::tree_failure::{self, Failures, TreeFailure};
 use crate::{
-    Decision, Details, EntryValue, End, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
-    RobotState, Scene, Step, Tally, UndoneFault,
+    Decision, Details, End, EntryValue, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState,
+    Navigation, RobotState, Scene, Step, Tally, UndoneFault,
 };
 
 /// The latest time of a step, which MCAP can still write: after 584 years.
@@ -361,8 +361,8 @@ impl RunView {
 
     /// The entries of blackboards that are known: the name of the blackboard, the key, and the value.
     pub fn entries(&self) -> impl Iterator<Item = (&str, &str, &EntryValue)> {
-        let named = |((board, key), value)| (self.header.blackboards[*board].as_str(), key.as_str(), value);
-        self.entries.iter().map(named)
+        let named = self.entries.iter().map(|((board, key), value)| (board, key.as_str(), value));
+        named.map(|(board, key, value)| (self.header.blackboards[*board].as_str(), key, value))
     }
 
     /// Says when a recording of something else began.
