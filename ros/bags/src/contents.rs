@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use ros_messages::{Constant, Value};
+use ros_messages::{Constant, Layout, Value};
 
 use crate::definitions::Definitions;
-use crate::path::{End, ValueField, leaves};
+use crate::path::{End, ItemsPath, ValueField, leaves};
 use crate::storage::{Survey, Topic, is_note};
 
 /// What a bag contains.
@@ -41,6 +41,10 @@ pub struct Listed {
 /// No more fields than this are proposed: nobody would read them.
 const MOST_FIELDS: usize = 16;
 
+/// Types with an array of which every item tells something of its own, so that each becomes a message.
+const WITH_ITEMS: [(&str, &str); 2] =
+    [("nav2_msgs/msg/BehaviorTreeLog", "event_log"), ("tf2_msgs/msg/TFMessage", "transforms")];
+
 impl Contents {
     /// The contents of a bag or of another source, with the definitions in it and in some folders.
     #[must_use]
@@ -59,7 +63,10 @@ impl Contents {
                 let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
                 // In a bag, one name may have several types, but an entry of a mapping names all of them.
                 let is_first = names.insert(topic.name.clone());
-                let entry = if is_first { entry(topic, *messages == 0, on_board, &found) } else { String::new() };
+                let entry = match &defined {
+                    Ok(defined) if is_first => entry(topic, *messages == 0, on_board, &defined.layout),
+                    _ => String::new(),
+                };
                 Listed {
                     name: topic.name.clone(),
                     kind: topic.kind.clone(),
@@ -114,17 +121,20 @@ fn what(end: End) -> &'static str {
 
 /// The entry of a topic in a mapping; empty if no field can be mapped. If its type is defined on board, it says so. If
 /// the topic is silent, it names the type, so that nobody waits for it.
-fn entry(topic: &Topic, is_silent: bool, on_board: Option<&str>, leaves: &[ValueField<'_>]) -> String {
-    let leaves: Vec<&ValueField<'_>> =
-        leaves.iter().filter(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time).collect();
+fn entry(topic: &Topic, is_silent: bool, on_board: Option<&str>, layout: &Layout) -> String {
+    let Topic { name, kind, .. } = topic;
+    let with_items = WITH_ITEMS.iter().find(|(with_items, _)| with_items == kind);
+    let items = with_items.and_then(|(_, each)| Some((each, ItemsPath::resolve(each, layout).ok()?)));
+    let mut leaves = leaves(items.as_ref().map_or(layout, |(_, items)| &items.layout));
+    leaves.retain(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time);
     if leaves.is_empty() {
         return String::new();
     }
-    let Topic { name, kind, .. } = topic;
     let on_board = on_board.map_or_else(String::new, |how| format!(", defined on board, {how}"));
+    let each = items.as_ref().map_or_else(String::new, |(each, _)| format!("each = {each:?}\n"));
     let named = if is_silent { format!("type = {kind:?}\n") } else { String::new() };
     let mut text = format!(
-        "\n[[messages]] # {kind}{on_board}\ntopic = {name:?}\n{named}from = \"{}\"\nto = \"monitor\"\n[messages.fields]\n",
+        "\n[[messages]] # {kind}{on_board}\ntopic = {name:?}\n{named}from = \"{}\"\nto = \"monitor\"\n{each}[messages.fields]\n",
         process(name)
     );
     let mut names = BTreeSet::new();

@@ -10,7 +10,7 @@ use diagnostics::ReadFile;
 use ros_messages::{CdrReader, Mismatch};
 
 use crate::mapping::{CLOCK, Compiled, CompiledEntry, FieldRule, Mapping, MessageTime, Number};
-use crate::path::{End, Path};
+use crate::path::{End, Part, Path};
 use crate::storage::{Head, Received, Source};
 
 /// The time of a message before the clock has told any; how many such messages are kept until it does.
@@ -43,7 +43,7 @@ pub struct Events<'r> {
     /// What the topic of the clock told last; none if it tells the time of no message.
     clock_ns: Option<i64>,
     /// What came before that.
-    early: Vec<(Head, ChannelId, Message)>,
+    early: Vec<(Head, usize, Message)>,
     /// What ended the events early.
     ended: Option<String>,
     tick_ns: i64,
@@ -54,7 +54,8 @@ pub struct Events<'r> {
     last_ns: i64,
     ticks: u64,
     steps: u64,
-    left_out: BTreeMap<(usize, Reason), (u64, String)>,
+    /// How many messages of which topic did not become events, or items of which array in them, and the first of them.
+    left_out: BTreeMap<(usize, Option<String>, Reason), (u64, String)>,
     /// The channels of messages that were left out, or `None` for anything; those that the caller knows.
     gaps: BTreeMap<Option<ChannelId>, String>,
     known_gaps: BTreeSet<Option<ChannelId>>,
@@ -190,9 +191,10 @@ impl<'r> Events<'r> {
     /// Also which definitions come from neither the bag nor a folder.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
-        let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
-            let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
-            format!("{count} {messages} on {} {are} left out: {reason}; the first: {first}", self.topic(*topic))
+        let left_out = self.left_out.iter().map(|((topic, each, reason), (count, first))| {
+            let one = *count == 1;
+            let (what, are) = (items(each.as_deref(), one), if one { "is" } else { "are" });
+            format!("{count} {what} on {} {are} left out: {reason}; the first: {first}", self.topic(*topic))
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
@@ -235,8 +237,8 @@ impl<'r> Events<'r> {
                 return false;
             }
             Received::Over => {
-                for (head, channel, _) in std::mem::take(&mut self.early) {
-                    self.leave_out(head.topic, channel, Reason::Clock, crate::moment(head.log_ns));
+                for (head, index, _) in std::mem::take(&mut self.early) {
+                    self.leave_out(head.topic, index, Reason::Clock, crate::moment(head.log_ns));
                 }
                 self.is_over = true;
                 return true;
@@ -249,26 +251,36 @@ impl<'r> Events<'r> {
         self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         self.decoded.resize(self.compiled.entries.len(), ros_messages::Value::Passed);
         for index in 0..self.compiled.entries[head.topic].len() {
-            let channel = self.compiled.entries[head.topic][index].0;
-            match self.convert(head, index) {
-                // What is missing was before it, whether or not it is wanted.
-                Ok(None) if self.mapping.is_received() => self.end_gaps((head.topic, index), channel, head.log_ns),
-                Ok(None) => {}
-                Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => {
-                    self.early.push((head, channel, message))
-                }
-                Ok(Some((UNTOLD, _))) => {
-                    self.leave_out(head.topic, channel, Reason::Clock, crate::moment(head.log_ns));
-                }
-                Ok(Some((time_ns, message))) => {
-                    self.told.insert((head.topic, index), time_ns);
-                    self.end_gaps((head.topic, index), channel, time_ns);
-                    self.put_in_order(time_ns, Waiting::Message(channel, message));
-                }
-                Err((reason, first)) => self.leave_out(head.topic, channel, reason, first),
+            match self.decode(head, index) {
+                // What is missing was before it, even if no event comes of it.
+                Ok(0) if self.mapping.is_received() => self.end_gaps((head.topic, index), head.log_ns),
+                Ok(events) => (0..events).for_each(|item| self.take(head, index, item)),
+                Err((reason, first)) => self.leave_out(head.topic, index, reason, first),
             }
         }
         true
+    }
+
+    /// Takes the event that an entry of the topic makes of the message just read, or of one of its items.
+    fn take(&mut self, head: Head, index: usize, item: usize) {
+        match self.convert(head, index, item) {
+            // Whether or not it is wanted.
+            Ok(None) if self.mapping.is_received() => self.end_gaps((head.topic, index), head.log_ns),
+            Ok(None) => {}
+            Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => self.early.push((head, index, message)),
+            Ok(Some((UNTOLD, _))) => self.leave_out(head.topic, index, Reason::Clock, crate::moment(head.log_ns)),
+            Ok(Some((time_ns, message))) => {
+                self.told.insert((head.topic, index), time_ns);
+                self.end_gaps((head.topic, index), time_ns);
+                self.put_in_order(time_ns, Waiting::Message(self.channel(head.topic, index), message));
+            }
+            Err((reason, first)) => self.leave_out(head.topic, index, reason, first),
+        }
+    }
+
+    /// The channel of an entry of a topic.
+    fn channel(&self, topic: usize, index: usize) -> ChannelId {
+        self.compiled.entries[topic][index].0
     }
 
     /// Takes the time from the message just read, `rosgraph_msgs/msg/Clock`.
@@ -289,21 +301,34 @@ impl<'r> Events<'r> {
         // Whatever follows is later.
         self.quiet_ns = clock_ns;
         self.newest_ns = self.newest_ns.max(clock_ns);
-        for (_, channel, message) in std::mem::take(&mut self.early) {
-            self.put_in_order(clock_ns, Waiting::Message(channel, message));
+        for (head, index, message) in std::mem::take(&mut self.early) {
+            self.put_in_order(clock_ns, Waiting::Message(self.channel(head.topic, index), message));
         }
     }
 
-    /// The time and the message of the event that an entry of the topic makes of the message just read, if any.
-    fn convert(&mut self, head: Head, index: usize) -> Result<Option<(i64, Message)>, (Reason, String)> {
-        let (channel, entry) = &self.compiled.entries[head.topic][index];
+    /// Decodes the message just read for an entry of the topic, and counts what may become an event: the message, or
+    /// its items.
+    fn decode(&mut self, head: Head, index: usize) -> Result<usize, (Reason, String)> {
+        let entry = &self.compiled.entries[head.topic][index].1;
         let entry = entry.as_ref().map_err(|why| (Reason::Topic, why.clone()))?;
         let decoded = &mut self.decoded[head.topic];
         entry.decoder.decode_into(&self.body, decoded).map_err(|mismatch| {
             let when = crate::after_first(head.log_ns, self.source.survey().first_ns());
             (Reason::Mismatch(mismatch), when)
         })?;
-        let Some((time_ns, message)) = event(entry, head, self.clock_ns, decoded)? else { return Ok(None) };
+        Ok(entry.each.as_ref().map_or(1, |(items, _)| items.find(decoded).len()))
+    }
+
+    /// The time and the message of the event that an entry of the topic makes of the decoded message or of an item of
+    /// it, if any.
+    fn convert(&self, head: Head, index: usize, item: usize) -> Result<Option<(i64, Message)>, (Reason, String)> {
+        let (channel, entry) = &self.compiled.entries[head.topic][index];
+        let entry = entry.as_ref().map_err(|why| (Reason::Topic, why.clone()))?;
+        let message = &self.decoded[head.topic];
+        let item = entry.each.as_ref().map_or(message, |(items, _)| &items.find(message)[item]);
+        let Some((time_ns, message)) = event(entry, head, self.clock_ns, Part { message, item })? else {
+            return Ok(None);
+        };
         if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) || time_ns != UNTOLD && self.is_far_off(time_ns)
         {
             return Err((Reason::Stamp, crate::moment(time_ns)));
@@ -361,7 +386,8 @@ impl<'r> Events<'r> {
     }
 
     /// A message of an entry of a topic ends what was missing before it.
-    fn end_gaps(&mut self, entry: (usize, usize), channel: ChannelId, time_ns: i64) {
+    fn end_gaps(&mut self, entry: (usize, usize), time_ns: i64) {
+        let channel = self.channel(entry.0, entry.1);
         for _ in self.interrupted.remove(&entry).unwrap_or_default() {
             self.put_in_order(time_ns, Waiting::Resumed(channel));
         }
@@ -374,12 +400,17 @@ impl<'r> Events<'r> {
         self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, what));
     }
 
-    fn leave_out(&mut self, topic: usize, channel: ChannelId, reason: Reason, first: String) {
-        if !self.known_gaps.contains(&Some(channel)) {
-            let why = format!("messages on {} are left out: {reason}; the first: {first}", self.topic(topic));
-            self.gaps.entry(Some(channel)).or_insert(why);
+    fn leave_out(&mut self, topic: usize, index: usize, reason: Reason, first: String) {
+        let (channel, entry) = &self.compiled.entries[topic][index];
+        // Of bytes that do not fit, nobody knows how many items they should have been.
+        let each = entry.as_ref().ok().and_then(|entry| entry.each.as_ref().map(|(_, each)| each.clone()));
+        let each = each.filter(|_| !matches!(reason, Reason::Mismatch(_)));
+        if !self.known_gaps.contains(&Some(*channel)) {
+            let what = items(each.as_deref(), false);
+            let why = format!("{what} on {} are left out: {reason}; the first: {first}", self.topic(topic));
+            self.gaps.entry(Some(*channel)).or_insert(why);
         }
-        self.left_out.entry((topic, reason)).or_insert_with(|| (0, first)).0 += 1;
+        self.left_out.entry((topic, each, reason)).or_insert_with(|| (0, first)).0 += 1;
     }
 
     /// The next gap that the caller does not know. A message that does not become an event is noticed when it is read,
@@ -469,6 +500,16 @@ impl Iterator for Events<'_> {
     }
 }
 
+/// What may become an event, in words: a message, or an item of this array in it; or several.
+fn items(each: Option<&str>, one: bool) -> String {
+    match (each, one) {
+        (None, true) => "message".to_owned(),
+        (None, false) => "messages".to_owned(),
+        (Some(each), true) => format!("item of `{each}` in messages"),
+        (Some(each), false) => format!("items of `{each}` in messages"),
+    }
+}
+
 /// That messages on a topic are missing, in words.
 fn missing(count: Option<u64>, topic: &str) -> String {
     match count {
@@ -483,10 +524,10 @@ fn event(
     entry: &CompiledEntry,
     head: Head,
     clock_ns: Option<i64>,
-    decoded: &ros_messages::Value,
+    part: Part<'_>,
 ) -> Result<Option<(i64, Message)>, (Reason, String)> {
     for test in &entry.tests {
-        let value = value_at(test.path.find(decoded), test.path.end, &test.text, Number::Plain)?;
+        let value = value_at(test.path.find(part), test.path.end, &test.text, Number::Plain)?;
         if !test.values.iter().any(|wanted| is_same(wanted, &value)) {
             return Ok(None);
         }
@@ -496,12 +537,12 @@ fn event(
         MessageTime::Publish => head.publish_ns,
         MessageTime::Clock => clock_ns.unwrap_or(UNTOLD),
         // The array item with the stamp may be missing.
-        MessageTime::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
+        MessageTime::Field(path) => path.find(part).and_then(stamp_ns).unwrap_or(0),
     };
     // Collecting the values directly needs no memory besides that of the message.
     let mut refused = None;
     let message = Message::new(entry.fields.iter().map(|rule| {
-        field(rule, decoded).unwrap_or_else(|why| {
+        field(rule, part).unwrap_or_else(|why| {
             refused.get_or_insert(why);
             none()
         })
@@ -513,13 +554,11 @@ fn event(
 type Fitting = Result<Value, (Reason, String)>;
 
 /// The value of a field.
-fn field(rule: &FieldRule, decoded: &ros_messages::Value) -> Fitting {
+fn field(rule: &FieldRule, part: Part<'_>) -> Fitting {
     match rule {
         FieldRule::Constant(value) => Ok(value.clone()),
-        FieldRule::Path { path, text, number } => {
-            each(path, decoded, &|found| value_at(found, path.end, text, *number))
-        }
-        FieldRule::Symbols { path, text, symbols } => each(path, decoded, &|found| {
+        FieldRule::Path { path, text, number } => each(path, part, &|found| value_at(found, path.end, text, *number)),
+        FieldRule::Symbols { path, text, symbols } => each(path, part, &|found| {
             let value = value_at(found, path.end, text, Number::Plain)?;
             let written = as_written(&value);
             match symbols.iter().find(|(known, _)| *known == written) {
@@ -533,11 +572,11 @@ fn field(rule: &FieldRule, decoded: &ros_messages::Value) -> Fitting {
 }
 
 /// The value that is made of what the path leads to, or the list of them if it leads to every item.
-fn each(path: &Path, message: &ros_messages::Value, make: &dyn Fn(Option<&ros_messages::Value>) -> Fitting) -> Fitting {
+fn each(path: &Path, part: Part<'_>, make: &dyn Fn(Option<&ros_messages::Value>) -> Fitting) -> Fitting {
     if path.is_list() {
-        path.find_all(message).map(make).collect::<Result<_, _>>().map(Value::List)
+        path.find_all(part).map(make).collect::<Result<_, _>>().map(Value::List)
     } else {
-        make(path.find(message))
+        make(path.find(part))
     }
 }
 

@@ -106,6 +106,8 @@ struct Mapped {
     from: Spanned<String>,
     to: Spanned<String>,
     time: Option<Spanned<String>>,
+    /// The array whose items become messages, if it is not the topic's message that does.
+    each: Option<Spanned<String>>,
     /// Whether it does not matter which messages are missing.
     is_lossy: bool,
     tests: Vec<(Spanned<String>, Vec<Value>)>,
@@ -294,6 +296,9 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
     let fields = fields(table);
     let tests = tests(table);
     let time = table.text("time").about("Like `time`, for these messages.").words(TIME).spanned().optional();
+    let about = "An array of messages in the topic's message, such as `event_log` or `transforms`: each of its items becomes a message of its own. \
+                 The paths of `fields` and `where` are then within the item, or begin with `/` at the topic's message.";
+    let each = text("each", about).optional();
     let about = "Whether lost messages leave no verdict unsure: the properties are about those that arrive.";
     let is_lossy = table.boolean("lossy").about(about).default(false);
     let _ = text("about", "A description of the messages. The program does not use it.").optional();
@@ -309,6 +314,7 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
         from,
         to,
         time,
+        each,
         is_lossy,
         tests: tests?,
         fields: fields?,

@@ -4,21 +4,39 @@ use std::sync::Arc;
 
 use ros_messages::{Base, Constant, Count, Layout, Primitive, Type, Value, Want};
 
-/// A path that leads to a field of a message type.
+/// A path that leads to a field of a message, or of an item of an array in it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
+    /// Whether it begins at the item.
+    is_within_item: bool,
     steps: Vec<Step>,
     pub(crate) end: End,
 }
 
+/// A path to an array whose items are messages.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ItemsPath {
+    steps: Vec<Step>,
+    /// The type of the items.
+    pub(crate) layout: Arc<Layout>,
+}
+
+/// What becomes an event: a message, or an item of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part<'v> {
+    pub(crate) message: &'v Value,
+    /// The item, or else the message.
+    pub(crate) item: &'v Value,
+}
+
 /// The number of a field, and what of it if it is an array.
-type Step = (usize, Option<Part>);
+type Step = (usize, Option<Items>);
 
 /// What a path takes of an array.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
+enum Items {
     /// One item; negative numbers count from the end.
-    Item(i64),
+    One(i64),
     /// Every item: the path leads to a list.
     Every,
 }
@@ -40,91 +58,136 @@ pub(crate) enum End {
 const MOST_BYTES: usize = 64;
 
 impl Path {
-    /// The path in a type, if it leads to a value.
-    pub(crate) fn resolve(text: &str, layout: &Layout) -> Result<Self, String> {
-        // Where the path has led so far: a message, or none below which fields could be named. A value in the middle of
-        // a path is no mistake until another part follows, so only the last part's end counts.
-        let (mut steps, mut at) = (Vec::new(), Some(layout));
-        let mut end = Err(format!("`{text}` is not a path"));
-        for part in text.split('.') {
-            let (name, item) = match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
-                Some((name, "")) => (name, Some(Part::Every)),
-                Some((name, item)) => {
-                    let number = item.parse().map_err(|_| format!("`{item}` is not the number of an item"))?;
-                    (name, Some(Part::Item(number)))
-                }
-                None => (part, None),
-            };
-            let Some(layout) = at else { return Err(format!("there is nothing below `{}`", before(text, part))) };
-            let Some(field) = layout.fields.iter().position(|field| field.name == name) else {
-                let names: Vec<&str> = layout.fields.iter().map(|field| field.name.as_str()).collect();
-                let meant = diagnostics::nearest_or_all(name, "fields", &names);
-                return Err(format!("{} has no field `{name}`: {meant}", layout.name));
-            };
-            let kind = &layout.fields[field].kind;
-            let is_array = kind.count != Count::One;
-            match item {
-                Some(Part::Item(item)) if !is_array => {
-                    return Err(format!("`{name}` is not an array, so it has no item {item}"));
-                }
-                Some(Part::Every) if !is_array => return Err(format!("`{name}` is not an array, so it has no items")),
-                Some(Part::Every) if steps.iter().any(|(_, part)| *part == Some(Part::Every)) => {
-                    return Err(format!("`{text}` would be a list of lists: name an item of one array"));
-                }
-                _ => steps.push((field, item)),
-            }
-            end = end_of(kind, item.is_some());
-            at = match &kind.base {
-                Base::Message(layout) if !is_array || item.is_some() => Some(layout),
-                _ => None,
-            };
-        }
-        Ok(Self { steps, end: end? })
+    /// The path in a message, if it leads to a value. Where items of an array in it become events, a path is that in an
+    /// item, unless it begins with `/`.
+    pub(crate) fn resolve(text: &str, layout: &Layout, items: Option<&ItemsPath>) -> Result<Self, String> {
+        let (from, rest) = match (text.strip_prefix('/'), items) {
+            (None, Some(items)) => (&*items.layout, text),
+            (rest, _) => (layout, rest.unwrap_or(text)),
+        };
+        let (steps, kind) = walk(rest, from)?;
+        let has_item = steps.last().is_some_and(|(_, part)| part.is_some());
+        Ok(Self { is_within_item: rest == text && items.is_some(), end: end_of(kind, has_item)?, steps })
     }
 
     /// Adds the path to the wanted parts of a message.
-    pub(crate) fn want(&self, layout: &Layout, want: &mut Want) {
-        want_below(&self.steps, layout, want);
+    pub(crate) fn want(&self, layout: &Layout, items: Option<&ItemsPath>, want: &mut Want) {
+        let above = items.filter(|_| self.is_within_item).map_or(&[][..], |items| &items.steps);
+        want_below(&[above, &self.steps].concat(), layout, want, Want::All);
     }
 
     /// Whether it leads through an item that an array may not have.
     pub(crate) fn may_be_missing(&self) -> bool {
-        self.steps.iter().any(|(_, part)| matches!(part, Some(Part::Item(_))))
+        self.steps.iter().any(|(_, part)| matches!(part, Some(Items::One(_))))
     }
 
     /// Whether it leads to every item of an array.
     pub(crate) fn is_list(&self) -> bool {
-        self.steps.iter().any(|(_, part)| *part == Some(Part::Every))
+        self.steps.iter().any(|(_, part)| *part == Some(Items::Every))
     }
 
-    /// The value in a message of that type; none if an array does not have the item, or if the path leads to every
-    /// item.
-    pub(crate) fn find<'v>(&self, message: &'v Value) -> Option<&'v Value> {
-        follow(&self.steps, message)
+    /// The value in a message of that type, or in an item; none if an array does not have the item, or if the path
+    /// leads to every item.
+    pub(crate) fn find<'v>(&self, part: Part<'v>) -> Option<&'v Value> {
+        follow(&self.steps, self.start(part))
     }
 
     /// The values of every item of the array, each of them as [`Self::find`] returns it.
-    pub(crate) fn find_all<'v>(&self, message: &'v Value) -> impl Iterator<Item = Option<&'v Value>> {
-        let every = self.steps.iter().position(|(_, part)| *part == Some(Part::Every)).unwrap_or_default();
+    pub(crate) fn find_all<'v>(&self, part: Part<'v>) -> impl Iterator<Item = Option<&'v Value>> {
+        let every = self.steps.iter().position(|(_, part)| *part == Some(Items::Every)).unwrap_or_default();
         let (before, after) = self.steps.split_at(every);
         let array = after.split_first().and_then(|((field, _), rest)| {
-            let Value::Message(fields) = follow(before, message)? else { return None };
+            let Value::Message(fields) = follow(before, self.start(part))? else { return None };
             let Value::List(items) = fields.get(*field)? else { return None };
             Some(items.iter().map(move |item| follow(rest, item)))
         });
         array.into_iter().flatten()
     }
+
+    fn start<'v>(&self, part: Part<'v>) -> &'v Value {
+        if self.is_within_item { part.item } else { part.message }
+    }
+}
+
+impl ItemsPath {
+    /// The path in a message, if it leads to an array of messages.
+    pub(crate) fn resolve(text: &str, layout: &Layout) -> Result<Self, String> {
+        let (steps, kind) = walk(text, layout)?;
+        if steps.iter().any(|(_, part)| *part == Some(Items::Every)) {
+            return Err(format!("`{text}` is not one array: leave out `[]`, or name an item instead"));
+        }
+        let is_item = steps.last().is_some_and(|(_, part)| part.is_some());
+        match &kind.base {
+            _ if is_item || kind.count == Count::One => Err(format!("`{text}` is not an array")),
+            Base::Message(layout) => Ok(Self { steps, layout: Arc::clone(layout) }),
+            Base::Primitive(_) => Err(format!("the items of `{text}` are not messages")),
+        }
+    }
+
+    /// Adds the array to the wanted parts of a message, and nothing of its items.
+    pub(crate) fn want(&self, layout: &Layout, want: &mut Want) {
+        want_below(&self.steps, layout, want, nothing_of(&self.layout));
+    }
+
+    /// The items in a message; none if the path leads through an item that another array does not have.
+    pub(crate) fn find<'v>(&self, message: &'v Value) -> &'v [Value] {
+        match follow(&self.steps, message) {
+            Some(Value::List(items)) => items,
+            _ => &[],
+        }
+    }
+}
+
+/// The steps of a path in a type, and the type of the field to which it leads.
+fn walk<'l>(text: &str, layout: &'l Layout) -> Result<(Vec<Step>, &'l Type<Arc<Layout>>), String> {
+    // Where the path has led so far: a message, or none below which fields could be named. A value in the middle of
+    // a path is no mistake until another part follows, so only the last part's end counts.
+    let (mut steps, mut at, mut end) = (Vec::new(), Some(layout), None);
+    for part in text.split('.') {
+        let (name, item) = match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
+            Some((name, "")) => (name, Some(Items::Every)),
+            Some((name, item)) => {
+                let number = item.parse().map_err(|_| format!("`{item}` is not the number of an item"))?;
+                (name, Some(Items::One(number)))
+            }
+            None => (part, None),
+        };
+        let Some(layout) = at else { return Err(format!("there is nothing below `{}`", before(text, part))) };
+        let Some(field) = layout.fields.iter().position(|field| field.name == name) else {
+            let names: Vec<&str> = layout.fields.iter().map(|field| field.name.as_str()).collect();
+            let meant = diagnostics::nearest_or_all(name, "fields", &names);
+            return Err(format!("{} has no field `{name}`: {meant}", layout.name));
+        };
+        let kind = &layout.fields[field].kind;
+        let is_array = kind.count != Count::One;
+        match item {
+            Some(Items::One(item)) if !is_array => {
+                return Err(format!("`{name}` is not an array, so it has no item {item}"));
+            }
+            Some(Items::Every) if !is_array => return Err(format!("`{name}` is not an array, so it has no items")),
+            Some(Items::Every) if steps.iter().any(|(_, part)| *part == Some(Items::Every)) => {
+                return Err(format!("`{text}` would be a list of lists: name an item of one array"));
+            }
+            _ => steps.push((field, item)),
+        }
+        end = Some(kind);
+        at = match &kind.base {
+            Base::Message(layout) if !is_array || item.is_some() => Some(layout),
+            _ => None,
+        };
+    }
+    Ok((steps, end.ok_or_else(|| format!("`{text}` is not a path"))?))
 }
 
 fn follow<'v>(steps: &[Step], from: &'v Value) -> Option<&'v Value> {
     steps.iter().try_fold(from, |at, (field, part)| {
         let Value::Message(fields) = at else { return None };
         match (fields.get(*field)?, part) {
-            (Value::List(items), Some(Part::Item(item))) => {
+            (Value::List(items), Some(Items::One(item))) => {
                 let index = if *item < 0 { items.len() as i64 + item } else { *item };
                 items.get(usize::try_from(index).ok()?)
             }
-            (_, Some(Part::Every)) => None,
+            (_, Some(Items::Every)) => None,
             (value, _) => Some(value),
         }
     })
@@ -162,19 +225,27 @@ fn is_time(layout: &Layout) -> bool {
     layout.name.package.as_deref() == Some("builtin_interfaces") && layout.name.name == "Time"
 }
 
-fn want_below(steps: &[Step], layout: &Layout, want: &mut Want) {
+/// Wants that much of what the steps lead to.
+fn want_below(steps: &[Step], layout: &Layout, want: &mut Want, end: Want) {
     let Some(((field, _), rest)) = steps.split_first() else {
-        *want = Want::All;
+        if *want == Want::Nothing || end == Want::All {
+            *want = end;
+        }
         return;
     };
     if *want == Want::Nothing {
-        *want = Want::Fields(vec![Want::Nothing; layout.fields.len()]);
+        *want = nothing_of(layout);
     }
     let Want::Fields(wants) = want else { return };
     match &layout.fields[*field].kind.base {
-        Base::Message(inner) => want_below(rest, inner, &mut wants[*field]),
+        Base::Message(inner) => want_below(rest, inner, &mut wants[*field], end),
         Base::Primitive(_) => wants[*field] = Want::All,
     }
+}
+
+/// That there is a message, and none of its fields.
+fn nothing_of(layout: &Layout) -> Want {
+    Want::Fields(vec![Want::Nothing; layout.fields.len()])
 }
 
 /// A field that can be a value in a channel's message.

@@ -143,6 +143,46 @@ fn an_array_is_one_item_or_a_list_of_all() {
 }
 
 #[test]
+fn each_item_of_an_array_is_a_message_at_the_time_of_the_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let odd = |log_ms, ms, items: &[(&str, f32)]| ("/odd", ODD, log_ms, odd(false, ms, 1, items));
+    let bag = bag_of(
+        folder.path(),
+        &[
+            odd(1, 3000, &[("a", 1.0), ("b", 2.0), ("a", f32::NAN)]),
+            odd(2, 3200, &[]),
+            // This one was recorded too late; one of its items is unknown.
+            odd(3, 3100, &[("b", 0.5), ("c", 1.0), ("a", 0.25)]),
+            ("/odd", ODD, 4, odd(4, 3300, &[("a", 3.0)]).3[..60].to_vec()),
+        ],
+    );
+    let entry = "[[messages]]\ntopic = \"/odd\"\nfrom = \"a\"\nto = \"b\"\n";
+    let text = format!(
+        "time = \"header.stamp\"\n{entry}each = \"items\"\nwhere = {{ \"/mode\" = 1, name = [\"a\", \"c\"] }}\n\
+         fields = {{ name = {{ path = \"name\", symbols = {{ a = \"x\" }} }}, weight = \"weight\", frame = \"/header.frame_id\", \
+         all = \"/items[].weight\" }}\n"
+    );
+    let (events, notes) = read_with(&bag, &text);
+    let expected = [
+        "items of `items` in messages on /odd are left out: the mapping has no symbol for the value; the first: `name` is c",
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: a → b [<x>, 1.0, \"map\", [1.0, 2.0, <none>]]",
+        "0 ms: 2, tick 0: a → b [<x>, <none>, \"map\", [1.0, 2.0, <none>]]",
+        "100 ms: 3, tick 0: a → b [<x>, 0.25, \"map\", [0.5, 1.0, 0.25]]",
+    ];
+    assert_eq!(events, expected);
+    let expected = [
+        "1 message on /odd is left out: the bytes do not fit the definition: they end before their definition does; the \
+         first: 0.003 s after the first message of the bag",
+        "1 item of `items` in messages on /odd is left out: the mapping has no symbol for the value; the first: `name` is c",
+    ];
+    assert_eq!(notes, expected);
+    // Constants alone count the items.
+    let (events, notes) = read_with(&bag, &format!("{entry}each = \"items\"\nfields = {{ x = {{ value = 1 }} }}\n"));
+    assert_eq!((events.iter().filter(|line| line.contains('→')).count(), notes.len()), (6, 1), "{events:?}");
+}
+
+#[test]
 fn messages_that_do_not_fit_their_definition_are_counted() {
     let folder = tempfile::tempdir().expect("a folder");
     let wrong = ("std_msgs/msg/String", "float64[10] x\n");

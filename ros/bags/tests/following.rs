@@ -12,6 +12,10 @@ use crate::messages::{ODD, TWIST, odd, twist};
 use crate::reading::{line, mapping, nothing, read_with, times};
 use crate::writer::{Written, written};
 
+/// Items of an array as messages.
+const EACH: &str =
+    "[[messages]]\ntopic = \"/odd\"\nfrom = \"a\"\nto = \"b\"\neach = \"items\"\nfields = { name = \"name\" }\n";
+
 /// Both mapped topics from the start, so that every prefix can be compiled.
 fn messages() -> Vec<Written<'static>> {
     let each = (0..40u64).map(|at| match at % 3 {
@@ -176,8 +180,10 @@ fn the_events_are_those_of_the_finished_bag() {
         let bag = Bag::open(&finished).expect("a bag");
         for size in [1, 7, 100, 1000, whole.len()] {
             let parts: Vec<&[u8]> = whole.chunks(size).collect();
-            let found = followed(&growing, &parts, &mapping(MAPPING));
-            assert_eq!(found, read_with(&bag, MAPPING), "in parts of {size} bytes");
+            for text in [MAPPING, EACH] {
+                let found = followed(&growing, &parts, &mapping(text));
+                assert_eq!(found, read_with(&bag, text), "in parts of {size} bytes");
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use bags::{Contents, Definitions, Survey};
 use channels::{Capacity, Domain, FieldKind, Shape, Topology};
 
-use crate::messages::{ODD, TWIST, odd, twist};
+use crate::messages::{BEHAVIOR_TREE_LOG, ODD, TWIST, behavior_tree_log, odd, twist};
 use crate::reading::{mapping, nothing, read_with};
 use crate::writer::bag_of;
 
@@ -22,6 +22,7 @@ fn what_does_not_fit_the_bag_is_refused_at_its_place() {
         let text = format!("[[messages]]\ntopic = \"{topic}\"\n{ends}\nfields.x = {fields}\n");
         mapping(&text).compile(bag.survey(), None, &nothing).err().map(|problems| problems.plain()).unwrap_or_default()
     };
+    let each = |each: &str| problems("/odd", &format!("\"name\"\neach = \"{each}\""));
     let all = [
         problems("/cmd_val", "\"linear.x\""),
         problems("/cmd_vel", "\"linear.w\""),
@@ -35,6 +36,15 @@ fn what_does_not_fit_the_bag_is_refused_at_its_place() {
         problems("/odd", "\"mode[]\""),
         problems("/odd", "\"mode\"\nwhere = { \"items[].name\" = \"a\" }"),
         problems("/go", "\"goal_id.uuid\""),
+        each("items"),
+        each("item"),
+        each("mode"),
+        each("items[0]"),
+        each("items[]"),
+        each("id"),
+        problems("/odd", "\"mode\"\neach = \"items\""),
+        problems("/odd", "\"/mod\"\neach = \"items\""),
+        problems("/odd", "\"name\"\neach = \"items\"\ntime = \"name\""),
     ];
     insta::assert_snapshot!(all.concat());
     let text = "[[messages]]\ntopic = \"/a\"\ntype = \"foo\"\nfrom = \"a\"\nto = \"b\"\nfields = { x = \"y\" }\n";
@@ -84,4 +94,17 @@ fn the_proposed_mapping_works_as_it_is() {
     insta::assert_snapshot!(proposal);
     let (events, notes) = read_with(&bag, &proposal);
     assert_eq!((events.len(), notes.len()), (4, 0), "{events:?}");
+}
+
+#[test]
+fn what_each_item_tells_is_proposed_as_a_message_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = ("nav2_msgs/msg/BehaviorTreeLog", BEHAVIOR_TREE_LOG);
+    let bag = bag_of(folder.path(), &[("/behavior_tree_log", log, 1, behavior_tree_log(&["a", "b"]))]);
+    let contents =
+        Contents::of(bag.survey(), &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
+    let proposal = contents.proposal().expect("there are fields");
+    assert!(proposal.contains("each = \"event_log\"\n[messages.fields]\nnode_name = \"node_name\"\n"), "{proposal}");
+    let (events, notes) = read_with(&bag, &proposal);
+    assert_eq!((events.len(), notes.len()), (3, 0), "{events:?}");
 }

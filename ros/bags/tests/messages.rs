@@ -77,3 +77,40 @@ pub(crate) fn plain(whole: i64, natural: u64, codes: &[u8]) -> Vec<u8> {
     encoder.bytes.extend(codes);
     encoder.message()
 }
+
+pub(crate) const BEHAVIOR_TREE_LOG: &str = "builtin_interfaces/Time timestamp\nBehaviorTreeStatusChange[] event_log\n===\n\
+     MSG: nav2_msgs/BehaviorTreeStatusChange\nbuiltin_interfaces/Time timestamp\nstring node_name\nuint16 uid\n\
+     string previous_status\nstring current_status\n";
+
+/// A message in which these nodes begin to run.
+pub(crate) fn behavior_tree_log(nodes: &[&str]) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.put(&1_i32.to_le_bytes()).put(&0_u32.to_le_bytes()).put(&(nodes.len() as u32).to_le_bytes());
+    for (node, uid) in nodes.iter().zip(1_u16..) {
+        encoder.put(&2_i32.to_le_bytes()).put(&0_u32.to_le_bytes()).text(node).put(&uid.to_le_bytes());
+        encoder.text("IDLE").text("RUNNING");
+    }
+    encoder.message()
+}
+
+pub(crate) const TF: (&str, &str) = (
+    "tf2_msgs/msg/TFMessage",
+    "geometry_msgs/TransformStamped[] transforms\n===\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\n\
+     string child_frame_id\nTransform transform\n===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\n\
+     string frame_id\n===\nMSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n===\n\
+     MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n===\nMSG: geometry_msgs/Quaternion\nfloat64 x 0\n\
+     float64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+);
+
+/// So many transforms, numbered.
+pub(crate) fn tf(count: i64) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.put(&(count as u32).to_le_bytes());
+    for index in 0..count {
+        encoder.put(&1_i32.to_le_bytes()).put(&0_u32.to_le_bytes()).text("map").text("base");
+        for number in [index as f64, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0] {
+            encoder.put(&number.to_le_bytes());
+        }
+    }
+    encoder.message()
+}

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use bags::{Bag, BagWriter, Definition, Events, Found, Head, Received, Recorder, Source, Survey, Topic};
 use proptest::prelude::*;
 
-use crate::messages::{TWIST, twist};
+use crate::messages::{TF, TWIST, tf, twist};
 use crate::reading::{line, mapping, nothing};
 
 /// A step of a source that is made up.
@@ -55,7 +55,8 @@ impl MadeUp {
 
 /// Only the first topic is known from the start.
 fn topic(index: usize) -> Topic {
-    let (kind, text) = (TWIST.0.to_owned(), TWIST.1.to_owned());
+    let (kind, text) = [TWIST, TF][index];
+    let (kind, text) = (kind.to_owned(), text.to_owned());
     let definition = Some(Definition { language: "ros2msg".to_owned(), text });
     Topic { name: ["/a", "/b"][index].to_owned(), kind, encoding: "cdr".to_owned(), definition, hash: None }
 }
@@ -84,7 +85,8 @@ impl Source for MadeUp {
                 self.now_ns += ms * 1_000_000;
                 let topic = self.survey.add(topic(index));
                 self.survey.count(topic, self.now_ns);
-                *body = twist(self.now_ns as f64);
+                // Some have no items.
+                *body = if index == 0 { twist(self.now_ns as f64) } else { tf(ms % 3) };
                 Received::Message(Head { topic, log_ns: self.now_ns, publish_ns: self.now_ns - 1000 })
             }
             Some(Step::Wrong(ms)) => {
@@ -179,8 +181,8 @@ proptest! {
     ) {
         let text = format!(
             "tick_s = 0.25\nreorder_s = {reorder_s}\ntime = \"{times}\"\n[[messages]]\ntopic = \"/a\"\nfrom = \"a\"\n\
-             to = \"m\"\nfields = {{ x = \"linear.x\" }}\n[[messages]]\ntopic = \"/b\"\ntype = \"geometry_msgs/msg/Twist\"\n\
-             from = \"b\"\nto = \"m\"\nfields = {{ x = \"linear.x\" }}\n"
+             to = \"m\"\nfields = {{ x = \"linear.x\" }}\n[[messages]]\ntopic = \"/b\"\ntype = \"tf2_msgs/msg/TFMessage\"\n\
+             from = \"b\"\nto = \"m\"\neach = \"transforms\"\nfields = {{ x = \"transform.translation.x\" }}\n"
         );
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("run.mcap");

@@ -9,7 +9,7 @@ use ros_messages::{Decoder, Layout, Want};
 
 use super::{FieldSource, Mapped, Mapping};
 use crate::definitions::Definitions;
-use crate::path::{End, Path};
+use crate::path::{End, ItemsPath, Path};
 use crate::storage::{Survey, Topic};
 
 /// A mapping that fits a bag.
@@ -30,6 +30,8 @@ pub struct Compiled {
 pub(crate) struct CompiledEntry {
     pub(crate) decoder: Decoder,
     pub(crate) clock: MessageTime,
+    /// The items that become events, and their path as written, if it is not the message that does.
+    pub(crate) each: Option<(ItemsPath, String)>,
     pub(crate) is_lossy: bool,
     pub(crate) tests: Vec<Test>,
     pub(crate) fields: Vec<FieldRule>,
@@ -271,8 +273,14 @@ impl Mapping {
         layout: Arc<Layout>,
         problems: &mut Vec<Problem>,
     ) -> Option<(CompiledEntry, Shape)> {
-        let mut fields = FieldCompiler { layout: &layout, want: Want::Nothing, problems };
+        let mut fields = FieldCompiler { layout: &layout, items: None, want: Want::Nothing, problems };
         let clock = fields.time(mapped.time.as_ref().unwrap_or(&self.time));
+        let each = match &mapped.each {
+            // Without the items, no other path has a meaning.
+            Some(each) => Some((fields.items(each)?, each.value.clone())),
+            None => None,
+        };
+        fields.items = each.as_ref().map(|(items, _)| items);
         let tests = mapped.tests.iter().filter_map(|(path, values)| {
             Some(Test { path: fields.resolve_one(path)?, text: path.value.clone(), values: values.clone() })
         });
@@ -283,7 +291,7 @@ impl Mapping {
         });
         let (rules, kinds): (Vec<FieldRule>, Vec<(String, FieldKind)>) = compiled.unzip();
         let decoder = Decoder::new(&layout, &fields.want);
-        let entry = CompiledEntry { decoder, clock: clock?, is_lossy: mapped.is_lossy, tests, fields: rules };
+        let entry = CompiledEntry { decoder, clock: clock?, each, is_lossy: mapped.is_lossy, tests, fields: rules };
         Some((entry, Shape::new(kinds).with_role(Role::Topic)))
     }
 }
@@ -291,6 +299,8 @@ impl Mapping {
 /// Compares the fields that an entry names with the type of its messages.
 struct FieldCompiler<'c> {
     layout: &'c Layout,
+    /// The items in which paths are, if they become events.
+    items: Option<&'c ItemsPath>,
     /// Every path that was resolved, so that the decoder skips the rest of a message.
     want: Want,
     problems: &'c mut Vec<Problem>,
@@ -298,17 +308,35 @@ struct FieldCompiler<'c> {
 
 impl FieldCompiler<'_> {
     fn resolve(&mut self, text: &Spanned<String>) -> Option<Path> {
-        match Path::resolve(&text.value, self.layout) {
+        match Path::resolve(&text.value, self.layout, self.items) {
             Ok(path) => {
-                path.want(self.layout, &mut self.want);
+                path.want(self.layout, self.items, &mut self.want);
                 Some(path)
             }
             Err(why) => {
-                let problem = text.span.problem(why);
-                self.problems.push(problem.with_label(format!("in messages of {}", self.layout.name)));
+                self.refuse(text, why);
                 None
             }
         }
+    }
+
+    /// The items that become events.
+    fn items(&mut self, text: &Spanned<String>) -> Option<ItemsPath> {
+        match ItemsPath::resolve(&text.value, self.layout) {
+            Ok(items) => {
+                items.want(self.layout, &mut self.want);
+                Some(items)
+            }
+            Err(why) => {
+                self.refuse(text, why);
+                None
+            }
+        }
+    }
+
+    fn refuse(&mut self, path: &Spanned<String>, why: String) {
+        let problem = path.span.problem(why);
+        self.problems.push(problem.with_label(format!("in messages of {}", self.layout.name)));
     }
 
     /// The path, if it does not lead to a list.
