@@ -14,6 +14,7 @@ use recording::{Recording, RecordingError};
 use runs::{Others, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
+use crate::bag_tree::BagTreeArgs;
 use crate::names::ScenarioName;
 use crate::output::{note, print_wrapped};
 use crate::run::BesideArgs;
@@ -25,7 +26,7 @@ use groot_args::GrootArgs;
 #[derive(Debug, Args)]
 pub(crate) struct LiveArgs {
     /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing, or a log of
-    /// BehaviorTree.CPP; two are shown side by side
+    /// BehaviorTree.CPP, or with `--tree` a ROS 2 bag; two are shown side by side
     #[arg(value_name = "NAME|FILE", required_unless_present = "groot", num_args = 1..=2, value_parser = ScenarioName,
           hide_possible_values = true)]
     runs: Vec<String>,
@@ -35,6 +36,8 @@ pub(crate) struct LiveArgs {
     /// Changes a value of the scenario: `battery.initial_pct=50`
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    tree: BagTreeArgs,
     #[command(flatten)]
     beside: BesideArgs,
     #[command(flatten)]
@@ -120,7 +123,7 @@ impl BoardArgs {
 
     /// Shows a recording that is being written, as long as the program goes on.
     pub(crate) fn follow(&self, recording: &Path) -> Result<(), Error> {
-        let cockpit = Cockpit::replay(&[recording.to_owned()], self.port).map_err(refused)?;
+        let cockpit = Cockpit::replay(&[recording.to_owned()], Recording::open, self.port).map_err(refused)?;
         self.show("the page is", &cockpit.address());
         serve_meanwhile(cockpit);
         Ok(())
@@ -130,7 +133,7 @@ impl BoardArgs {
 /// Serves the page until the program is interrupted.
 pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
     match args.runs.as_slice() {
-        recordings if recordings.iter().all(|name| is_recording(Path::new(name))) => {
+        recordings if recordings.iter().all(|name| is_recording(Path::new(name)) || args.tree.is_named()) => {
             if args.seed.is_some() || !args.set.is_empty() || args.beside.use_sim_time {
                 let help = "leave `--seed`, `--set` and `--use-sim-time` out, or name a scenario";
                 return Err(Error::refused("a recording cannot be changed", help));
@@ -139,7 +142,9 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
                 return Err(Error::refused("`--serve-groot` is for the run of a scenario", "name a scenario"));
             }
             let recordings: Vec<PathBuf> = recordings.iter().map(PathBuf::from).collect();
-            serve_page(Cockpit::replay(&recordings, args.page.port), &args.page)
+            let tree = args.tree.load(&recordings)?;
+            let open = move |path: &Path| Recording::open_with(path, tree.as_ref());
+            serve_page(Cockpit::replay(&recordings, open, args.page.port), &args.page)
         }
         [scenario] => {
             let beside = args.beside.clone();

@@ -2,6 +2,7 @@
 //!
 //! Results go to stdout, progress and diagnostics to stderr. [`EPILOGUE`] documents the exit status.
 
+mod bag_tree;
 mod browser;
 mod campaign;
 mod check;

@@ -5,17 +5,22 @@ use std::process::ExitCode;
 
 use campaigns::{Error, refuse_campaign};
 use clap::Args;
+use recording::Recording;
 use reports::{Outputs, html, report_recording};
 
+use crate::bag_tree::BagTreeArgs;
 use crate::{browser, summary};
 
 /// The run to report on, and how.
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
     /// The recording: a file that a run with `--record FILE.rec` or `--record FILE.mcap` wrote, or a log of
-    /// BehaviorTree.CPP, `.btlog`, `.db3` or `.btdb`; `FILE#2` is the second session of one that has several
+    /// BehaviorTree.CPP, `.btlog`, `.db3` or `.btdb`; `FILE#2` is the second session of one that has several. With
+    /// `--tree`, a ROS 2 bag
     #[arg(value_name = "RECORDING")]
     recording: PathBuf,
+    #[command(flatten)]
+    tree: BagTreeArgs,
     /// Where the report and the pictures go [default: out/NAME, with the recording's name]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -47,7 +52,9 @@ pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
         ..Outputs::default()
     };
     refuse_campaign(&outputs)?;
-    let report = report_recording(&args.recording, &outputs, args.record.as_deref())?;
+    let tree = args.tree.load(std::slice::from_ref(&args.recording))?;
+    let recording = Recording::open_with(&args.recording, tree.as_ref()).map_err(reports::Error::from)?;
+    let report = report_recording(recording, &outputs, args.record.as_deref())?;
     let status = summary::print(&report, &out, args.quiet)?;
     if args.open {
         browser::open(&out.join(html::FILE));

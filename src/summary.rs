@@ -92,12 +92,13 @@ fn errors(report: &Report) -> impl Iterator<Item = Fact<'_>> {
     let tree = report.tree_errors.iter().map(|TreeErrorReport { label, node, message, tick, time_s }| {
         ("tree", format!("{label} (node {node}): {message}; first at tick {tick}, {time_s:.2} s"))
     });
+    let lost = report.lost.iter().map(|lost| ("lost", lost.clone()));
     let failure = report.tree_failure.iter().map(|failure| ("tree", failure.words()));
     let skills = report
         .skill_errors
         .iter()
         .map(|error| (error.kind, format!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s)));
-    faults.chain(absent).chain(tree).chain(failure).chain(skills)
+    faults.chain(absent).chain(lost).chain(tree).chain(failure).chain(skills)
 }
 
 /// Battery, robot and places; of a run without a robot, the time.

@@ -16,7 +16,7 @@ pub(crate) mod mapped;
 mod random;
 pub(crate) mod tree_log;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
@@ -28,6 +28,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bags::{Contents, Found};
+use bt::Tree;
 use campaigns::Error;
 use channels::Gap;
 use monitors::{Channels, EventLog, LogError, Property};
@@ -47,6 +48,9 @@ use judge::{Judged, Judgment, Verified, load, recorded, unheard};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
+
+/// No more gaps of a log than this are listed: nobody would read them.
+const MOST_NOTES: usize = 5;
 
 /// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
@@ -138,20 +142,30 @@ impl Inspected {
 
 /// Checks a log, and writes its report to the folder, if there is one.
 fn verify_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
+    let tree = args.tree.load(std::slice::from_ref(&path.to_owned()))?;
+    if let Some(tree) = &tree {
+        Recording::of_bag(path, tree).map_err(reports::Error::from)?;
+    }
     // A recording of a run is also a bag. It needs no mapping, but accepts one.
     let is_recording = || matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }));
-    let is_bag = bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
+    let is_bag = tree.is_none() && bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
     if args.follow && !is_bag && path != Path::new("-") && is_recording() {
         let message = format!("{} is a recording by steward, which cannot be followed", path.display());
         return Err(Error::refused(message, "check it when the run is over, without `--follow`"));
     }
-    let verified = if is_bag { bag::verify(args, path, folder) } else { verify_event_log(args, path, folder) }?;
+    let verified =
+        if is_bag { bag::verify(args, path, folder) } else { verify_event_log(args, path, folder, tree.as_ref()) }?;
     verified.notes.iter().for_each(|text| note(text));
     Ok(verified)
 }
 
 /// Reads a log once, from start to end, in constant memory.
-fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
+fn verify_event_log(
+    args: &VerifyArgs,
+    path: &Path,
+    folder: Option<&Path>,
+    tree: Option<&Tree>,
+) -> Result<Verified, Error> {
     if args.map_channels.is_some() {
         let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
         return Err(Error::refused(message, "leave out `--map-channels`"));
@@ -163,12 +177,12 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         Error::refused(message, help)
     };
     let truncated = Truncated::default();
-    let mut input = open(path, args.follow, &truncated).map_err(unreadable)?;
+    let mut input = open(path, tree, args.follow, &truncated).map_err(unreadable)?;
     let mut first = Vec::new();
     input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
     described.check_version()?;
-    let of_recording = header(path);
+    let of_recording = header(path, tree);
     let Subject { system, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
     let tree_log = of_recording.as_ref().filter(|header| !header.knows_ticks());
     if tree_log.is_some() {
@@ -183,7 +197,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
         (None, _) => "each line of a log is one JSON object",
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
-    let events = events_of(&mut log, refused);
+    let gaps = RefCell::default();
+    let events = events_of(&mut log, refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let doubts = Doubts::none(properties.len());
@@ -209,7 +224,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     let Judgment { end, unsure, .. } = judgment;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
-    let missing = log.missing().map(str::to_owned);
+    let Gaps { first, more } = gaps.into_inner();
+    let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
     let unheard = match of_recording {
         Some(_) => unheard(path, &properties, &system.topology),
@@ -222,27 +238,41 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
 }
 
-/// The events of a log, and the first place where lines are missing from it.
+/// The gaps of a log, in words: the first few, and how many more there are.
+#[derive(Default)]
+struct Gaps {
+    first: Vec<String>,
+    more: u64,
+}
+
+impl Gaps {
+    fn note(&mut self, why: &str) {
+        if self.first.len() < MOST_NOTES { self.first.push(why.to_owned()) } else { self.more += 1 }
+    }
+}
+
+/// The events of a log, and its gaps, which are also noted.
 fn events_of<R: BufRead>(
     log: &mut EventLog<R>,
     refused: impl Fn(LogError) -> Error,
+    gaps: &RefCell<Gaps>,
 ) -> impl Iterator<Item = Result<Found, Error>> {
-    let (mut after_gap, mut is_known) = (None, false);
+    let (mut ahead, mut is_over) = (None, false);
     std::iter::from_fn(move || {
-        if let Some(event) = after_gap.take() {
-            return Some(Ok(Found::Event(event)));
-        }
-        let event = match log.next_event() {
-            Ok(event) => event?,
-            Err(error) => return Some(Err(refused(error))),
-        };
-        match log.missing().filter(|_| !is_known) {
-            None => Some(Ok(Found::Event(event))),
-            Some(why) => {
-                (is_known, after_gap) = (true, Some(event));
-                Some(Ok(Found::LeftOut(Gap::of_anything(why))))
+        if ahead.is_none() && !is_over {
+            match log.next_event() {
+                Ok(event) => (is_over, ahead) = (event.is_none(), event),
+                Err(error) => {
+                    is_over = true;
+                    return Some(Err(refused(error)));
+                }
             }
         }
+        if let Some(gap) = log.next_gap() {
+            gaps.borrow_mut().note(&gap.why);
+            return Some(Ok(Found::LeftOut(gap)));
+        }
+        ahead.take().map(|event| Ok(Found::Event(event)))
     })
 }
 
@@ -272,8 +302,10 @@ impl Subject {
 }
 
 /// The header of a recording, which says everything about its system; none of other logs.
-fn header(log: &Path) -> Option<Header> {
-    let view = (!is_pipe(log)).then(|| Recording::open(log).and_then(|mut recording| recording.begin()).ok()).flatten();
+fn header(log: &Path, tree: Option<&Tree>) -> Option<Header> {
+    let is_whole = tree.is_some() || !is_pipe(log);
+    let view =
+        is_whole.then(|| Recording::open_with(log, tree).and_then(|mut recording| recording.begin()).ok()).flatten();
     view.map(|view| view.header().clone())
 }
 
@@ -287,14 +319,14 @@ fn is_pipe(log: &Path) -> bool {
 type Truncated = Rc<Cell<Option<String>>>;
 
 /// The log's bytes: a file's, a pipe's, or those of standard input. A recording is read as its log.
-fn open(log: &Path, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
+fn open(log: &Path, tree: Option<&Tree>, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
     if follow {
         return Ok(Box::new(BufReader::new(Growing::open(log)?)));
     }
     if log == Path::new("-") {
         return Ok(Box::new(std::io::stdin().lock()));
     }
-    let recording = (!is_pipe(log)).then(|| Recording::open(log));
+    let recording = (tree.is_some() || !is_pipe(log)).then(|| Recording::open_with(log, tree));
     match recording {
         None | Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) => {
             Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
@@ -453,6 +485,7 @@ mod tests {
             robots: args::RobotsArgs::default(),
             scenario: None,
             map_channels: None,
+            tree: crate::bag_tree::BagTreeArgs::default(),
             out: None,
             junit: None,
             follow: false,

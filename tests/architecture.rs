@@ -24,7 +24,7 @@ const ROOMS: [(&str, &[&str]); 34] = [
     ("sim", &["robot", "maps"]),
     ("nav", &["robot", "maps"]),
     ("bt", &["channels", "diagnostics"]),
-    ("tree_logs", &["bt", "diagnostics"]),
+    ("tree_logs", &["bags", "bt", "channels", "diagnostics", "ros_messages"]),
     ("groot", &["tree_logs"]),
     ("skills", &["channels", "diagnostics"]),
     ("components", &["channels", "nav", "robot", "maps"]),

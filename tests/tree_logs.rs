@@ -48,6 +48,28 @@ fn properties_of_nodes_have_verdicts_and_what_they_leave_open_is_said() {
 }
 
 #[test]
+fn a_tree_is_named_only_for_a_bag() {
+    let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("bt/trees/recharge.xml").display().to_string();
+    let log = captured("fetch.btlog");
+    let folder = tempdir().unwrap();
+    let bag = folder.path().join("bag.mcap");
+    fs::write(&bag, [mcap::MAGIC, &[0xff]].concat()).unwrap();
+    let bag = bag.display().to_string();
+    for (command, log, reason) in [
+        ("report", &log, "`--tree` is for a ROS 2 bag"),
+        ("live", &log, "`--tree` is for a ROS 2 bag"),
+        ("verify", &log, "`--tree` is for a ROS 2 bag"),
+        ("report", &tree, "a bag is a file `.mcap`"),
+        ("report", &bag, "nav2_msgs/msg/BehaviorTreeLog"),
+        ("verify", &bag, "nav2_msgs/msg/BehaviorTreeLog"),
+        ("live", &bag, "nav2_msgs/msg/BehaviorTreeLog"),
+    ] {
+        let refused = refusal(&[command, log, "--tree", &tree]);
+        assert!(refused.contains(reason), "{command} {log}: {refused}");
+    }
+}
+
+#[test]
 fn what_a_log_cannot_know_is_refused_with_the_reason() {
     let lift = "(Lift, BT, reply = <success>)";
     for (formula, reason) in [

@@ -42,9 +42,23 @@ pub enum EventKind {
     },
 }
 
-/// Messages that may be missing from a sequence of events.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Why a sequence of events may not be what happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Flaw {
+    /// Messages may be missing.
+    #[default]
+    Missing,
+    /// Messages come later than they were sent. None is missing.
+    Late,
+    /// Messages may be missing, and those that come may be others than they seem.
+    Mixed,
+}
+
+/// Messages that may be missing from a sequence of events, or be others, or come late.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gap {
+    /// What may be wrong with them.
+    pub flaw: Flaw,
     /// Which, and why they are missing, in words.
     pub why: String,
     /// Their channel; `None` if they may be missing on any.
@@ -58,6 +72,6 @@ pub struct Gap {
 impl Gap {
     /// From now on, any messages may be missing on any channel.
     pub fn of_anything(why: impl Into<String>) -> Self {
-        Self { why: why.into(), channel: None, since: None, ends: false }
+        Self { flaw: Flaw::Missing, why: why.into(), channel: None, since: None, ends: false }
     }
 }

@@ -80,7 +80,7 @@ pub use condition::{Assignment, Condition, Content, Evaluation, Relation, Term, 
 pub use disturbance::{Chance, Concern, Corruption, Disturbance, Effect};
 pub use domain::{Domain, FieldKind, Role, Shape};
 pub use error::{RunError, WiringError};
-pub use event::{Event, EventKind, Gap};
+pub use event::{Event, EventKind, Flaw, Gap};
 pub use graph::{GraphBuilder, GraphProcess, GraphTransition, Label, LocationId, ProgramGraph, Slot};
 pub use message::{Envelope, Message, RequestNumber};
 pub use monitor::{GraphMonitor, Monitor, Verdict};

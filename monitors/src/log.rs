@@ -3,19 +3,21 @@
 //! The first line describes the run. The events follow in the order in which they happened.
 //! `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel", "message":[{"sym":"ok"},83.2]}` is
 //! a received message, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` is a tick. Lines with neither `from`,
-//! `to` or `message` nor `generated` are of other kinds and are skipped. Messages are numbered by their steps, from 1,
-//! and ticks from 0; a tick has the step of the message before it.
+//! `to` or `message` nor `generated` are of other kinds and are skipped. `{"missing":"3 messages","flaw":"missing",
+//! "since_s":66.5}` is a gap: from here on messages may be missing, or `late`, or `mixed` with others. Messages are
+//! numbered by their steps, from 1, and ticks from 0; a tick has the step of the message before it.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
 
 mod scan;
 
+use std::collections::VecDeque;
 use std::io::BufRead;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Symbol, Topology, Value};
+use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Flaw, Gap, Message, Monitor, Symbol, Topology, Value};
 
 use crate::monitor::EventTime;
 use scan::{JsonToken, Scanner, Unreadable};
@@ -131,8 +133,9 @@ pub struct EventLog<R> {
     last: (u64, u64, Duration),
     /// The number of the next tick.
     next_tick: u64,
-    /// Where lines are missing, in words: the first such place.
-    missing: Option<String>,
+    /// What the log says may be missing from it, and the first place where lines are.
+    gaps: VecDeque<Gap>,
+    lacks_lines: bool,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
     /// The place of the last message's channel: the next one often has the same.
@@ -173,7 +176,8 @@ impl<R: BufRead> EventLog<R> {
             which,
             last: (0, 0, Duration::ZERO),
             next_tick: 0,
-            missing: None,
+            gaps: VecDeque::new(),
+            lacks_lines: false,
             skipped: 0,
             recent: 0,
             symbols: Vec::new(),
@@ -211,11 +215,10 @@ impl<R: BufRead> EventLog<R> {
         self.skipped
     }
 
-    /// That lines are missing before the last event or an earlier one, in words: where steps or ticks are skipped for
-    /// the first time. A log whose end is missing cannot be recognized.
-    #[must_use]
-    pub fn missing(&self) -> Option<&str> {
-        self.missing.as_deref()
+    /// The next gap before the last event, or at the end: one that the log names, or that lines are missing, where
+    /// steps or ticks are skipped for the first time. A log whose end is missing cannot be recognized.
+    pub fn next_gap(&mut self) -> Option<Gap> {
+        self.gaps.pop_front()
     }
 
     fn complaint(&self, at: usize, problem: &str) -> LogError {
@@ -231,7 +234,10 @@ impl<R: BufRead> EventLog<R> {
         if scanner.at_end() {
             return Ok(None);
         }
-        let found = self.object(&mut scanner).map_err(unreadable)?;
+        let mut found = self.object(&mut scanner).map_err(unreadable)?;
+        if let Some(why) = found.missing.take() {
+            self.gaps.push_back(Gap { flaw: found.flaw, since: found.since, ..Gap::of_anything(why) });
+        }
         if !found.generated && found.from.is_none() && found.to.is_none() && found.message.is_none() {
             return Ok(None);
         }
@@ -249,13 +255,12 @@ impl<R: BufRead> EventLog<R> {
             true => (last.0, self.next_tick),
             false => (last.0.saturating_add(1), self.next_tick.saturating_sub(1)),
         };
-        if step > next_step || tick > next_tick {
+        if (step > next_step || tick > next_tick) && !std::mem::replace(&mut self.lacks_lines, true) {
             let (what, found, next) =
                 if step > next_step { ("step", step, next_step) } else { ("tick", tick, next_tick) };
-            let missing = || {
-                format!("lines are missing before line {number} of the log: {what} {found} comes where {next} should")
-            };
-            self.missing.get_or_insert_with(missing);
+            self.gaps.push_back(Gap::of_anything(format!(
+                "lines are missing before line {number} of the log: {what} {found} comes where {next} should"
+            )));
         }
         self.next_tick = self.next_tick.max(tick.saturating_add(1));
         let kind = if found.generated { Some(EventKind::Tick) } else { self.received(found)? };
@@ -314,6 +319,19 @@ impl<R: BufRead> EventLog<R> {
                 b"to" => found.to = Some(scanner.string()?),
                 b"generated" => found.generated = scanner.string()? == b"tick",
                 b"message" => found.message = Some(self.message(scanner)?),
+                b"missing" => match scanner.token()? {
+                    JsonToken::Text(why) => found.missing = Some(why.into_owned()),
+                    _ => return Err(scanner.unreadable("what is missing must be a string")),
+                },
+                b"flaw" => {
+                    found.flaw = match scanner.string()? {
+                        b"late" => Flaw::Late,
+                        b"mixed" => Flaw::Mixed,
+                        b"missing" => Flaw::Missing,
+                        _ => return Err(scanner.unreadable("a flaw is \"missing\", \"late\" or \"mixed\"")),
+                    }
+                }
+                b"since_s" => found.since = Some(scanner.seconds()?),
                 _ => scanner.skip()?,
             }
             if !scanner.take(b',') {
@@ -418,6 +436,9 @@ struct Found<'a> {
     to: Option<&'a [u8]>,
     generated: bool,
     message: Option<Message>,
+    missing: Option<String>,
+    flaw: Flaw,
+    since: Option<Duration>,
 }
 
 /// The processes and channels that occur in a log, with unrestricted messages: for logs whose system is not available.

@@ -1,6 +1,8 @@
 //! Recorded logs.
 
-use channels::{Event, EventKind, Message, Monitor, Value};
+use std::time::Duration;
+
+use channels::{Event, EventKind, Flaw, Gap, Message, Monitor, Value};
 use monitors::{Channels, EventLog, LogError, SHIPPED, topology_of_log, verify};
 
 use crate::robot::topology;
@@ -165,7 +167,9 @@ fn missing_lines_are_noticed_by_the_steps_and_ticks_that_are_skipped() {
         let topology = topology();
         let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
         while log.next_event().unwrap().is_some() {}
-        log.missing().map(|missing| missing.strip_prefix("lines are missing before line ").unwrap().to_owned())
+        let gap = log.next_gap();
+        assert_eq!(log.next_gap(), None);
+        gap.map(|gap| gap.why.strip_prefix("lines are missing before line ").unwrap().to_owned())
     };
     assert_eq!((missing(&[]), missing(&[3]), missing(&[5]), missing(&[3, 4, 5])), (None, None, None, None));
     assert_eq!(missing(&[0]), None, "a message may come before the first tick");
@@ -178,6 +182,27 @@ fn missing_lines_are_noticed_by_the_steps_and_ticks_that_are_skipped() {
     ] {
         assert_eq!(missing(without).as_deref(), Some(expected), "{without:?}");
     }
+}
+
+#[test]
+fn a_log_can_say_itself_what_is_missing_from_it() {
+    let text = r#"{"scenario":"nominal"}
+{"missing":"all \"before\"","flaw":"mixed"}
+{"step":1,"tick":0,"time_s":2,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}
+{"missing":"the end","flaw":"late","since_s":1.5}
+"#;
+    let topology = topology();
+    let mut log = EventLog::new(text.as_bytes(), &topology, Channels::All);
+    let mixed = Gap { flaw: Flaw::Mixed, ..Gap::of_anything("all \"before\"") };
+    let late = Gap { flaw: Flaw::Late, since: Some(Duration::from_millis(1500)), ..Gap::of_anything("the end") };
+    assert!(log.next_event().unwrap().is_some());
+    assert_eq!((log.next_gap(), log.next_gap()), (Some(mixed), None));
+    assert_eq!((log.next_event().unwrap(), log.next_gap()), (None, Some(late)));
+    let wrong = text.replace("late", "lost");
+    let mut log = EventLog::new(wrong.as_bytes(), &topology, Channels::All);
+    assert!(log.next_event().unwrap().is_some());
+    let refused = log.next_event().unwrap_err().to_string();
+    assert!(refused.starts_with("line 4 of the log, byte ") && refused.contains("a flaw is"), "{refused}");
 }
 
 #[test]

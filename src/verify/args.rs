@@ -8,6 +8,7 @@ use clap::Args;
 use reports::html::quoted;
 
 use super::announcer::{Announcer, Reactions};
+use crate::bag_tree::BagTreeArgs;
 use crate::ros_names::{namespace, remapping};
 
 /// Whose messages they are.
@@ -55,11 +56,13 @@ pub(crate) struct VerifyArgs {
     #[arg(long = "property", value_name = "FILE")]
     pub(crate) properties: Vec<PathBuf>,
     /// The scenario whose processes and channels they mention [default: the log's own; for a bag, those of its mapping]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "tree")]
     pub(crate) scenario: Option<String>,
     /// Maps the messages of a bag to channels: a TOML file, which `--list` proposes
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "tree")]
     pub(crate) map_channels: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) tree: BagTreeArgs,
     #[command(flatten)]
     pub(crate) robots: RobotsArgs,
     /// Writes the report of each log with its page to DIR; for several logs, to folders in it, with a page that leads
@@ -71,10 +74,10 @@ pub(crate) struct VerifyArgs {
     pub(crate) junit: Option<PathBuf>,
     /// Follows a log that is still being written, an event log or a bag in MCAP files, until its end or Ctrl-C, and
     /// prints verdicts as they are reached
-    #[arg(long)]
+    #[arg(long, conflicts_with = "tree")]
     pub(crate) follow: bool,
     /// Lists the contents of bags instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out", "junit", "follow"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "tree", "out", "junit", "follow"])]
     pub(crate) list: bool,
     /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array; with `--follow`, lines of
     /// JSON
@@ -94,6 +97,7 @@ impl VerifyArgs {
         let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
         words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
         words.extend(self.map_channels.iter().flat_map(|file| files("--map-channels", file)));
+        words.extend(self.tree.words());
         words.extend(self.robots.words());
         words.extend(self.scenario.iter().flat_map(|name| files("--scenario", Path::new(name))));
         words.join(" ")

@@ -243,7 +243,7 @@ impl TreeWatch {
             for status in [found.last, found.status] {
                 if status != self.nodes[node].status {
                     self.nodes[node].take(status);
-                    self.news.push_back(TreeNews::Change(StatusChange { at_us, node, status }));
+                    self.news.push_back(TreeNews::Change(StatusChange { at_us, node, before: None, status }));
                 }
             }
         }

@@ -29,6 +29,19 @@ pub enum LogError {
         /// What, in words.
         problem: String,
     },
+    /// It cannot be read as a bag.
+    #[error(transparent)]
+    Bag(#[from] bags::Error),
+    /// A bag does not have what a tree's log needs.
+    #[error("{}: {problem}", path.display())]
+    Unfit {
+        /// The bag.
+        path: PathBuf,
+        /// Why not, in words.
+        problem: String,
+        /// How to fix it.
+        help: String,
+    },
     /// It ends in the middle of something.
     #[error("{} was cut off: {what}", path.display())]
     CutOff {

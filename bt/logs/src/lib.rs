@@ -2,18 +2,24 @@
 //!
 //! A [`Log`] is what the loggers of BehaviorTree.CPP write since version 4.6.2: `FileLogger2`, a file `.btlog`; or,
 //! with the feature `sqlite`, `SqliteLogger`, a file `.db3` or `.btdb`, which has a session for each time that a
-//! program began to log. A log has its [tree](LoggedTree), and every [`StatusChange`] of one of its nodes.
+//! program began to log. It is also Nav2's topic `/behavior_tree_log` in a bag, beside the file of the tree. A log has
+//! its [tree](LoggedTree), and every [`StatusChange`] of one of its nodes.
 //!
 //! Such a log does not know when the tree was ticked: a node that gives the same answer again leaves no trace. Nor does
 //! it know who was skipped, what was on the blackboard, and why a program has ended.
 //!
 //! ```no_run
 //! use std::path::Path;
-//! use tree_logs::Log;
+//! use tree_logs::{Log, LogEntry};
 //!
 //! let mut log = Log::open(Path::new("run.btlog"))?;
-//! while let Some(change) = log.next_change()? {
-//!     println!("{} µs: {} is {:?}", change.at_us, log.tree().nodes()[change.node].path, change.status);
+//! while let Some(entry) = log.next_entry()? {
+//!     match entry {
+//!         LogEntry::Changed(change) => {
+//!             println!("{} µs: {} is {:?}", change.at_us, log.tree().nodes()[change.node].path, change.status);
+//!         }
+//!         LogEntry::Lost(gap) => println!("{}", gap.why),
+//!     }
 //! }
 //! # Ok::<(), tree_logs::LogError>(())
 //! ```
@@ -27,6 +33,7 @@
 
 mod error;
 mod file_logger;
+mod nav2;
 #[cfg(feature = "sqlite")]
 mod sqlite;
 mod status;
@@ -36,10 +43,13 @@ mod writer;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use chrono::{DateTime, Utc};
 use file_logger::FileLog;
+use nav2::Nav2Log;
 
+pub use channels::Flaw;
 pub use error::LogError;
-pub use status::{LoggedTransition, NodeStatus, StatusChange};
+pub use status::{LogEntry, LogGap, LoggedTransition, NodeStatus, StatusChange};
 pub use tree::{LoggedNode, LoggedTree};
 pub use writer::LogWriter;
 
@@ -50,6 +60,7 @@ pub struct Log {
     tree: LoggedTree,
     began_us: Option<i64>,
     session: Option<LogSession>,
+    topic: Option<String>,
     reader: Reader,
 }
 
@@ -67,6 +78,7 @@ enum Reader {
     File(FileLog),
     #[cfg(feature = "sqlite")]
     Sqlite(sqlite::SqliteLog),
+    Nav2(Box<Nav2Log>),
 }
 
 impl Log {
@@ -99,6 +111,17 @@ impl Log {
         Self::with(path, &xml, Some(log.began_us()), None, Reader::File(log))
     }
 
+    /// Opens a bag with one topic of `nav2_msgs/msg/BehaviorTreeLog`, whose messages are about this tree.
+    ///
+    /// # Errors
+    /// [`LogError::Bag`] if the bag cannot be read; [`LogError::Unfit`] if it has no such topic, or if no message is
+    /// about the tree.
+    pub fn of_bag(path: &Path, tree: &bt::Tree) -> Result<Self, LogError> {
+        let (tree, reader) = nav2::open(path, tree)?;
+        let (began_us, topic) = (reader.began_us(), Some(reader.topic().to_owned()));
+        Ok(Self { path: path.to_owned(), tree, began_us, session: None, topic, reader: Reader::Nav2(Box::new(reader)) })
+    }
+
     fn with(
         path: PathBuf,
         xml: &str,
@@ -107,7 +130,7 @@ impl Log {
         reader: Reader,
     ) -> Result<Self, LogError> {
         match LoggedTree::read(xml) {
-            Ok(tree) => Ok(Self { path, tree, began_us, session, reader }),
+            Ok(tree) => Ok(Self { path, tree, began_us, session, topic: None, reader }),
             Err(problem) => Err(LogError::Damaged { path, problem }),
         }
     }
@@ -130,19 +153,33 @@ impl Log {
         self.session
     }
 
-    /// The next transition, in the order of the log; none at its end.
+    /// The topic of a bag, if that is where its transitions are.
+    #[must_use]
+    pub fn topic(&self) -> Option<&str> {
+        self.topic.as_deref()
+    }
+
+    /// The next entry, in the order of the log; none at its end.
     ///
     /// # Errors
     /// [`LogError`]; [`CutOff`](LogError::CutOff) if the log ends in the middle of a transition.
-    pub fn next_change(&mut self) -> Result<Option<StatusChange>, LogError> {
+    pub fn next_entry(&mut self) -> Result<Option<LogEntry>, LogError> {
         let transition = match &mut self.reader {
             Reader::File(log) => log.next_transition(&self.path)?,
             #[cfg(feature = "sqlite")]
             Reader::Sqlite(log) => log.next_transition(&self.path)?,
+            Reader::Nav2(log) => return log.next_entry(),
         };
         let change = transition.map(|transition| self.tree.change(transition)).transpose();
-        change.map_err(|problem| LogError::Damaged { path: self.path.clone(), problem })
+        let change = change.map_err(|problem| LogError::Damaged { path: self.path.clone(), problem })?;
+        Ok(change.map(LogEntry::Changed))
     }
+}
+
+/// The date of a time in a log; none if its clock does not count from 1970, as in a simulation.
+#[must_use]
+pub fn date(at_us: i64) -> Option<DateTime<Utc>> {
+    bags::date(at_us.saturating_mul(1000))
 }
 
 /// How an SQLite file begins.

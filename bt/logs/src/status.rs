@@ -1,5 +1,7 @@
 //! What a log says: a node got another status.
 
+use channels::Flaw;
+
 /// The status of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NodeStatus {
@@ -22,6 +24,15 @@ impl NodeStatus {
         }
     }
 
+    /// Its name: `idle`, or that of its last answer.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::Answered(answer) => bt::Outcome::Answered(answer).name(),
+        }
+    }
+
     /// The status with this number in BehaviorTree.CPP; none if there is none.
     #[must_use]
     pub fn of(number: i64) -> Option<Self> {
@@ -33,6 +44,26 @@ impl NodeStatus {
     }
 }
 
+/// What a log says next.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LogEntry {
+    /// A node got another status.
+    Changed(StatusChange),
+    /// From here on, the log is not what happened.
+    Lost(LogGap),
+}
+
+/// What may be wrong with a log, from some entry on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LogGap {
+    /// Since when, in microseconds as in [`StatusChange::at_us`]; none if since the beginning.
+    pub since_us: Option<i64>,
+    /// What.
+    pub flaw: Flaw,
+    /// Why, in words.
+    pub why: String,
+}
+
 /// A node got another status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StatusChange {
@@ -40,8 +71,17 @@ pub struct StatusChange {
     pub at_us: i64,
     /// The node's index in [`LoggedTree::nodes`](crate::LoggedTree::nodes).
     pub node: usize,
+    /// The status before, if the log has it.
+    pub before: Option<NodeStatus>,
     /// The status.
     pub status: NodeStatus,
+}
+
+impl StatusChange {
+    /// Whether the tree is ticked anew, after its root had been reset.
+    pub(crate) fn begins_run(&self) -> bool {
+        self.node == 0 && self.before == Some(NodeStatus::Idle) && self.status != NodeStatus::Idle
+    }
 }
 
 /// A transition as it is written, which may not fit its tree.

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use bt::Kind;
+use bt::{Kind, Tree};
 use roxmltree::{Document, Node as Element, ParsingOptions};
 
 use crate::status::{LoggedTransition, NodeStatus, StatusChange};
@@ -58,6 +58,35 @@ impl LoggedTree {
         put_together(document.map_err(|error| format!("its tree is not XML: {error}"))?.root_element())
     }
 
+    /// A tree as it is written for BehaviorTree.CPP, with the numbers that it gives the nodes.
+    #[must_use]
+    pub fn of(tree: &Tree) -> Self {
+        let mut blackboards = vec![tree.name().to_owned()];
+        let (mut nodes, mut numbers) = (Vec::<LoggedNode>::new(), BTreeMap::new());
+        // The path of the tree below each node; empty in the main tree.
+        let mut paths: Vec<String> = Vec::new();
+        for node in tree.nodes() {
+            // No transition has a greater number.
+            let uid = u16::try_from(nodes.len() + 1).unwrap_or(u16::MAX);
+            numbers.insert(uid, nodes.len());
+            let parent = node.parent().map(bt::NodeId::index);
+            let above = parent.map_or("", |parent| paths[parent].as_str());
+            let (type_id, name) = (node.type_id().to_owned(), node.label().to_owned());
+            let own = if name == type_id { format!("{name}::{uid}") } else { name.clone() };
+            let path = if above.is_empty() { own } else { format!("{above}/{own}") };
+            if node.kind() == Kind::SubTree {
+                blackboards.push(path.clone());
+                paths.push(path.clone());
+            } else {
+                paths.push(above.to_owned());
+            }
+            let kind = Some(node.kind()).filter(|kind| !kind.is_leaf());
+            let is_leaf = tree.children(node.id()).next().is_none();
+            nodes.push(LoggedNode { parent, uid, type_id, name, path, kind, is_leaf });
+        }
+        Self { nodes, numbers, blackboards }
+    }
+
     /// The nodes in document order: the root is the first, and every node comes after its parent.
     #[must_use]
     pub fn nodes(&self) -> &[LoggedNode] {
@@ -80,7 +109,7 @@ impl LoggedTree {
         let node = *node.ok_or_else(|| format!("its tree has no node with the number {uid}"))?;
         let known = NodeStatus::of(status);
         let status = known.ok_or_else(|| format!("there is no status with the number {status}"))?;
-        Ok(StatusChange { at_us, node, status })
+        Ok(StatusChange { at_us, node, before: None, status })
     }
 }
 

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use tree_logs::{Log, LogError, NodeStatus, StatusChange};
+use tree_logs::{Log, LogEntry, LogError, NodeStatus, StatusChange};
 
 fn captured(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/captured").join(name)
@@ -33,11 +33,12 @@ fn read(path: &Path) -> (Vec<(i64, u16, i64)>, Option<LogError>) {
         Err(error) => return (Vec::new(), Some(error)),
     };
     loop {
-        match log.next_change() {
+        match log.next_entry() {
             Ok(None) => return (all, None),
-            Ok(Some(StatusChange { at_us, node, status })) => {
+            Ok(Some(LogEntry::Changed(StatusChange { at_us, node, status, .. }))) => {
                 all.push((at_us, log.tree().nodes()[node].uid, number(status)));
             }
+            Ok(Some(LogEntry::Lost(gap))) => panic!("{gap:?}"),
             Err(error) => return (all, Some(error)),
         }
     }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, FieldKind, Gap, Message, Value};
+use channels::{ChannelId, Event, EventKind, FieldKind, Flaw, Gap, Message, Value};
 use diagnostics::ReadFile;
 use ros_messages::{CdrReader, Mismatch};
 
@@ -373,7 +373,8 @@ impl<'r> Events<'r> {
             begun.push(since_ns);
             let told_ns = self.told.get(&(topic, index)).copied().unwrap_or(i64::MIN);
             let since_ns = if is_received { since_ns } else { told_ns };
-            let mut gap = Gap { why: why.clone(), channel: Some(*channel), since: None, ends: is_received };
+            let mut gap =
+                Gap { flaw: Flaw::Missing, why: why.clone(), channel: Some(*channel), since: None, ends: is_received };
             // What waits after the last message before the gap has not been judged yet.
             match self.waiting.iter().rposition(|(time_ns, _)| *time_ns <= since_ns) {
                 Some(place) => self.waiting.insert(place + 1, (since_ns, Waiting::Gap(gap))),
@@ -426,7 +427,7 @@ impl<'r> Events<'r> {
             },
         };
         self.known_gaps.insert(channel);
-        Some(Gap { why, channel, since: None, ends: false })
+        Some(Gap { flaw: Flaw::Missing, why, channel, since: None, ends: false })
     }
 
     /// The next tick, if it is due by this time.

@@ -1,25 +1,26 @@
 #!/usr/bin/env python3
-"""Bags that `rosbags` writes (pip install rosbags), read by us: `foreign.py PRINT_MESSAGES [MESSAGES [SEED]]`.
+"""Bags that `rosbags` writes (pip install rosbags), read by us: `foreign.py PRINT_MESSAGES STEWARD [MESSAGES [SEED]]`.
 
 Every message type of two distributions, with random values, in MCAP and (if the program reads it) SQLite, in all
 compressions, both byte orders, split, with definitions as `.msg` and as IDL, and without any, in a folder or on board:
 each message has to be decoded equal in every field. Then files that are cut off, empty, without an index or with wrong definitions: nothing
-may panic, and everything before the damage has to be there.
+may panic, and everything before the damage has to be there. Last, trees that Nav2 ran, with messages lost: STEWARD has to
+give the verdicts of a naive judge, or say that it is unsure.
 """
 import json, math, shutil, struct, subprocess, sys, tempfile
 from pathlib import Path
 
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "messages/tests"))
 from random_messages import ARRAY, ONE, SEQUENCE, definitions, dice, message
 
-PRINT = sys.argv[1]
-MESSAGES = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
-CUTS = 200
-dice.seed(int(sys.argv[3]) if len(sys.argv) > 3 else 17)
+PRINT, STEWARD = sys.argv[1:3]
+MESSAGES = int(sys.argv[3]) if len(sys.argv) > 3 else 1000
+CUTS, TREES = 200, 24
+dice.seed(int(sys.argv[4]) if len(sys.argv) > 4 else 17)
 
 
 def plain(store, thing):
@@ -166,6 +167,7 @@ def main():
     compare("definitions in a folder", read(path, folder / "share")[0], theirs)
     print(f"foreign writers: all equal ({folder})")
     damage(folder, store, plugins)
+    trees(folder, plugins)
     shutil.rmtree(folder)
 
 
@@ -220,6 +222,119 @@ def damage(folder, store, plugins):
         assert len(mismatches) == 100, f"{len(mismatches)} of 100 messages do not fit"
         compare(f"no index, {compression.name}", [line for line in ours if line["topic"] == "/a"], theirs)
     print("damage: nothing panics, and everything before it is read")
+
+
+TREE = """<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main"><Fallback name="Navigate"><Sequence name="Go">
+    <ComputePathToPose name="Plan" goal="{goal}" path="{path}"/><SubTree ID="Drive" _autoremap="true"/>
+  </Sequence><Spin spin_dist="1.57"/></Fallback></BehaviorTree>
+  <BehaviorTree ID="Drive"><FollowPath name="Follow" path="{path}"/></BehaviorTree>
+</root>
+"""
+# By their numbers, from 1.
+NODES = ["Navigate", "Go", "Plan", "Drive", "Follow", "Spin"]
+STATUSES = {"IDLE": "idle", "RUNNING": "running", "SUCCESS": "success", "FAILURE": "failure"}
+BEHAVIOR_TREE_LOG = "nav2_msgs/msg/BehaviorTreeLog"
+
+
+def nav2(distribution):
+    """The types of a distribution, with those of Nav2 that rosbags does not have."""
+    store = get_typestore(distribution)
+    change, time = "nav2_msgs/msg/BehaviorTreeStatusChange", "builtin_interfaces/Time timestamp\n"
+    uid = "uint16 uid\n" if distribution == Stores.ROS2_JAZZY else ""
+    text = f"{time}string node_name\n{uid}string previous_status\nstring current_status\n"
+    store.register(get_types_from_msg(text, change))
+    store.register(get_types_from_msg(f"{time}BehaviorTreeStatusChange[] event_log\n", BEHAVIOR_TREE_LOG))
+    return store
+
+
+def run(store, ahead_s):
+    """What Nav2 publishes of a tree that does what it likes: times, and messages. Stamps of changes are `ahead_s` ahead."""
+    time, change = (store.types[f"{name}"] for name in ("builtin_interfaces/msg/Time", "nav2_msgs/msg/BehaviorTreeStatusChange"))
+    statuses, changes, published, at_s = dict.fromkeys(NODES, "IDLE"), [], [], 1000.0
+
+    def stamp(at_s):
+        return time(sec=int(at_s), nanosec=int(at_s % 1 * 1e9))
+
+    def become(node, status):
+        uid = {"uid": NODES.index(node) + 1} if "uid" in [name for name, _ in store.fielddefs[change.__msgtype__][1]] else {}
+        if statuses[node] != status:
+            changes.append(change(timestamp=stamp(at_s + ahead_s), node_name=node, previous_status=statuses[node],
+                                  current_status=status, **uid))
+        statuses[node] = status
+
+    for _ in range(dice.randrange(1, 5)):
+        become("Navigate", "RUNNING")
+        for _ in range(dice.randrange(1, 12)):
+            for node in NODES[1:]:
+                if dice.random() < 0.3:
+                    become(node, dice.choice(list(STATUSES)))
+            if changes:
+                published.append((at_s, store.types[BEHAVIOR_TREE_LOG](timestamp=stamp(at_s), event_log=list(changes))))
+            changes.clear()
+            at_s += dice.choice([0.01, 0.25, 3.0])
+        become("Navigate", dice.choice(["SUCCESS", "FAILURE"]))
+        for node in NODES:
+            become(node, "IDLE")
+        at_s += 10.0
+    return published
+
+
+def judge(published):
+    """The verdicts on the nodes, and whether the messages show that some are missing."""
+    changes = [change for _, message in published for change in message.event_log]
+    told = {(change.node_name, change.current_status) for change in changes}
+    known, is_broken = {}, False
+    for change in changes:
+        is_broken |= known.get(change.node_name, change.previous_status) != change.previous_status
+        known[change.node_name] = change.current_status
+    verdicts = {f"{node}_never_fails": "violated" if (node, "FAILURE") in told else "satisfied" for node in NODES}
+    return verdicts | {f"{node}_succeeds": "satisfied" if (node, "SUCCESS") in told else "inconclusive" for node in NODES}, is_broken
+
+
+def verdicts(*args):
+    done = subprocess.run([STEWARD, "verify", *args, "--json"], capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr
+    return {monitor["name"]: monitor["verdict"] for monitor in json.loads(done.stdout)["monitors"]}, done.stderr
+
+
+def trees(folder, plugins):
+    """Nav2's topic, as a log of its tree and with a mapping."""
+    def scope(of):
+        always = "".join(f"property {node}_never_fails := always not ({of(node, 'failure')})\n" for node in NODES)
+        return always + "".join(f"property {node}_succeeds := eventually ({of(node, 'success')})\n" for node in NODES)
+    (folder / "tree.xml").write_text(TREE)
+    (folder / "nodes.scope").write_text(scope(lambda node, reply: f"{node}, BT, reply = <{reply}>"))
+    (folder / "items.scope").write_text(scope(lambda node, reply: f"tree, monitor, node = \"{node}\" and status = <{reply}>"))
+    symbols = ", ".join(f'{name} = "{symbol}"' for name, symbol in STATUSES.items())
+    (folder / "items.toml").write_text(
+        'tick_s = 100\n[[messages]]\ntopic = "/behavior_tree_log"\nfrom = "tree"\nto = "monitor"\neach = "event_log"\n'
+        f'[messages.fields]\nnode = "node_name"\nstatus = {{ path = "current_status", symbols = {{ {symbols} }} }}\n')
+    counted = {"right": 0, "unsure": 0}
+    for index in range(TREES):
+        store = nav2(dice.choice([Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY]))
+        published = run(store, dice.choice([-0.001, 1_795_000_000]))
+        expected, _ = judge(published)
+        lost = published.copy()
+        del lost[dice.randrange(len(lost))]
+        for name, messages in {"whole": published, "lossy": lost}.items():
+            path = folder / f"tree-{index}-{name}"
+            with Writer(path, version=9, storage_plugin=dice.choice(plugins)) as bag:
+                topic = bag.add_connection("/behavior_tree_log", BEHAVIOR_TREE_LOG, typestore=store)
+                for at_s, message in messages:
+                    bag.write(topic, int(at_s * 1e9), store.serialize_cdr(message, BEHAVIOR_TREE_LOG))
+            here, is_broken = judge(messages)
+            ours, said = verdicts(path, "--tree", folder / "tree.xml", "--property", folder / "nodes.scope")
+            assert is_broken == ("messages are missing" in said), said
+            for property, verdict in ours.items():
+                # What follows from a single message does so whatever is missing.
+                known = expected[property] if is_broken else here[property]
+                assert verdict == known or verdict == "unsure" and is_broken, f"{path}, {property}: {verdict}, not {known}"
+                counted["unsure" if verdict == "unsure" else "right"] += 1
+            items, _ = verdicts(path, "--map-channels", folder / "items.toml", "--property", folder / "items.scope")
+            assert items == here, f"{path}, with a mapping"
+    assert min(counted.values()) > 20, counted
+    print(f"trees that Nav2 ran: {counted['right']} verdicts are right, {counted['unsure']} unsure")
 
 
 main()

@@ -177,7 +177,7 @@ fn kind(happening: &Happening) -> Option<&'static str> {
         Happening::Verdict { decision, .. } if decision.verdict == Verdict::False => "violated",
         Happening::Verdict { .. } => "satisfied",
         Happening::Said { .. } => "said",
-        Happening::Moved { .. } => "environment",
+        Happening::Moved { .. } | Happening::Lost(_) => "environment",
         Happening::Arrival { .. } => "arrival",
     })
 }

@@ -12,6 +12,9 @@ use crate::shown_run::ShownRun;
 /// How often a growing file is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// How a recording is opened: [`Recording::open`], or what else makes one of a file.
+pub(crate) type Opener = dyn Fn(&Path) -> Result<Recording, RecordingError>;
+
 /// A recording that is being read.
 pub(crate) struct OpenRecording {
     name: String,
@@ -28,16 +31,16 @@ enum ReadState {
 }
 
 impl OpenRecording {
-    /// Opens a recording, with the start of its run. If it is still being written, its file has a temporary name; this
-    /// waits until the start of the run is there.
+    /// Opens a recording with that function, with the start of its run. If it is still being written, its file has a
+    /// temporary name; this waits until the start of the run is there.
     ///
     /// # Errors
     /// [`RecordingError`].
-    pub(crate) fn open(path: &Path) -> Result<(Self, RunView), RecordingError> {
+    pub(crate) fn open(path: &Path, open: &Opener) -> Result<(Self, RunView), RecordingError> {
         loop {
             let unfinished = if path.exists() { None } else { Unfinished::of(path) };
             let file = unfinished.as_deref().unwrap_or(path);
-            match begin(file) {
+            match begin(file, open) {
                 Err(error) if unfinished.is_some() && may_come(&error) => pause(),
                 begun => {
                     let (recording, start) = begun?;
@@ -116,8 +119,8 @@ impl OpenRecording {
     }
 }
 
-fn begin(path: &Path) -> Result<(Recording, RunView), RecordingError> {
-    let mut recording = Recording::open(path)?;
+fn begin(path: &Path, open: &Opener) -> Result<(Recording, RunView), RecordingError> {
+    let mut recording = open(path)?;
     let start = recording.begin()?;
     Ok((recording, start))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use recording::RunView;
+use recording::{Recording, RunView};
 use serde_json::{Map, Value, json};
 
 use crate::beside::Beside;
@@ -125,7 +125,7 @@ impl Runner {
         if let RunSource::Recordings(recordings, Some(later)) = &mut self.source
             && let Ok(path) = later.try_recv()
         {
-            let (recording, start) = OpenRecording::open(&path).map_err(io::Error::other)?;
+            let (recording, start) = OpenRecording::open(&path, &Recording::open).map_err(io::Error::other)?;
             self.runs[0].restart(start, Some(recording.name()), None)?;
             (recordings[0], self.past, self.sent) = (recording, None, None);
         }

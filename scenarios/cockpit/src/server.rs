@@ -22,7 +22,7 @@ use axum::routing::{any, get};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use recording::{RecordingError, RunView};
+use recording::{Recording, RecordingError, RunView};
 use runs::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -152,11 +152,16 @@ impl Cockpit {
         Self::start(broadcast, Vec::new(), begin, port)
     }
 
-    /// Opens recordings, finished or growing, and listens as [`open`](Self::open) does. Several are shown side by side.
+    /// Opens recordings, finished or growing, with this function, and listens as [`open`](Self::open) does. Several are
+    /// shown side by side.
     ///
     /// # Errors
     /// If the port is not available, or a recording cannot be read.
-    pub fn replay(recordings: &[PathBuf], port: u16) -> Result<Self, Error> {
+    pub fn replay(
+        recordings: &[PathBuf],
+        open: impl Fn(&Path) -> Result<Recording, RecordingError> + Send + 'static,
+        port: u16,
+    ) -> Result<Self, Error> {
         let broadcast = Broadcast::new();
         let beside = if recordings.len() > 1 { recordings } else { &[] };
         let sides: Vec<Broadcast> = beside.iter().map(|_| Broadcast::new()).collect();
@@ -166,7 +171,7 @@ impl Cockpit {
             move || {
                 let (mut opened, mut shown, mut names) = (Vec::new(), Vec::new(), Vec::new());
                 for (index, path) in recordings.iter().enumerate() {
-                    let (recording, start) = OpenRecording::open(path)?;
+                    let (recording, start) = OpenRecording::open(path, &open)?;
                     let history = History::begin(start).map_err(failed)?;
                     // A single run is sent to the page itself. Of several, each has a page inside the page.
                     let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
@@ -196,7 +201,7 @@ impl Cockpit {
         let begin = {
             let (broadcast, first) = (broadcast.clone(), first.to_owned());
             move || {
-                let (recording, start) = OpenRecording::open(&first)?;
+                let (recording, start) = OpenRecording::open(&first, &Recording::open)?;
                 let history = History::begin(start).map_err(move |source| Error::Io { port, source })?;
                 let shown = ShownRun::new(history, broadcast, Some(recording.name()), None);
                 Ok((RunSource::Recordings(vec![recording], Some(later)), vec![shown], None))

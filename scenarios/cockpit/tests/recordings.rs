@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cockpit::Cockpit;
-use recording::{Archive, Detail, Follower, RunView};
+use recording::{Archive, Detail, Follower, Recording, RunView};
 use runs::Session;
 use scenarios::scenario::find;
 use serde_json::{Value, json};
@@ -28,7 +28,7 @@ fn record(path: &Path, seed: u64, overrides: &[&str]) -> RunView {
 }
 
 fn shown(recordings: &[PathBuf]) -> Page {
-    served(Cockpit::replay(recordings, 0).unwrap())
+    served(Cockpit::replay(recordings, Recording::open, 0).unwrap())
 }
 
 fn hash(run: &RunView) -> Value {
@@ -124,7 +124,7 @@ fn a_file_that_is_not_a_recording_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("some.rec");
     std::fs::write(&path, "some text").unwrap();
-    let replay = || Cockpit::replay(std::slice::from_ref(&path), 0);
+    let replay = || Cockpit::replay(std::slice::from_ref(&path), Recording::open, 0);
     assert!(replay().is_err_and(|error| error.to_string().contains("is not a recording")));
     record(&path, 1, &[]);
     assert!(replay().is_ok());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, Gap, Monitor, Topology, Verdict};
+use channels::{ChannelId, Event, Flaw, Gap, Monitor, Topology, Verdict};
 use monitors::{Formula, Outcome, PossibleStates, Property, ScopeMonitor};
 
 /// Why the verdicts of properties are unsure, by the index of the property.
@@ -27,6 +27,8 @@ struct State {
     reached: Option<(Duration, u64)>,
     /// Whether messages may be missing from now on, without an end.
     is_lasting: bool,
+    /// Whether no message is sure to be what it seems.
+    is_mixed: bool,
     /// What the monitor may have come to, if losses are counted, and why it may be more than one thing.
     possible: Option<PossibleStates>,
     gap: Option<String>,
@@ -77,9 +79,9 @@ impl Doubts {
     }
 
     /// From here on, messages may be missing. They could change every verdict that is open, or was reached since they
-    /// may be missing. Exceptions are properties that judge each message of another channel by itself; if the gap
-    /// lies between messages, which leaves the ticks as they are, all that are about other channels; and those that
-    /// come to the same whatever is missing.
+    /// may be missing; if they only come late, those of timed properties. Exceptions are properties that judge each
+    /// message of another channel by itself; if the gap lies between messages, which leaves the ticks as they are, all
+    /// that are about other channels; and those that come to the same whatever is missing.
     pub fn miss(&mut self, gap: &Gap, properties: &mut [Property]) {
         let ending = gap.channel.filter(|_| gap.ends);
         if let Some(channel) = ending {
@@ -90,9 +92,10 @@ impl Doubts {
             let is_elsewhere = gap.channel.is_some_and(|missing| {
                 judged.is_some_and(|judged| judged != missing) || gap.ends && !is_about(property, missing)
             });
-            if is_elsewhere {
+            if is_elsewhere || gap.flaw == Flaw::Late && !is_timed(property) {
                 continue;
             }
+            state.is_mixed |= gap.flaw == Flaw::Mixed;
             property.scope_monitor_mut().into_iter().for_each(ScopeMonitor::give_up_vacuity);
             state.is_lasting |= !gap.ends;
             state.anew = None;
@@ -188,7 +191,7 @@ impl State {
         let verdict = self.verdict(property);
         match verdict {
             // It was violated by a message that was there.
-            Verdict::False if judged(property).is_some() => {}
+            Verdict::False if judged(property).is_some() && !self.is_mixed => {}
             Verdict::True | Verdict::False if !self.was_reached_since(gap) => {
                 if verdict == Verdict::False {
                     self.later.get_or_insert_with(|| gap.why.clone());
@@ -251,7 +254,7 @@ impl State {
         let verdict = self.verdict(property);
         if verdict != Verdict::Inconclusive && self.reached.is_none() {
             self.reached = Some(at);
-            if verdict == Verdict::False && judged(property).is_some() {
+            if verdict == Verdict::False && judged(property).is_some() && !self.is_mixed {
                 (self.why, self.anew) = (None, None);
             }
         }
@@ -261,6 +264,11 @@ impl State {
 
 fn is_about(property: &Property, channel: ChannelId) -> bool {
     property.scope_monitor().is_none_or(|monitor| monitor.formula().is_about(channel))
+}
+
+/// Whether its verdict depends on when messages were sent, and not only on their order.
+fn is_timed(property: &Property) -> bool {
+    property.scope_monitor().is_none_or(|monitor| matches!(monitor.formula(), Formula::Timed(_)))
 }
 
 fn judged(property: &Property) -> Option<ChannelId> {

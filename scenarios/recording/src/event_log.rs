@@ -2,10 +2,10 @@
 
 use std::io::{self, BufWriter, Write};
 
-use channels::{Event, EventKind, Message, Topology, Value};
+use channels::{Event, EventKind, Flaw, Gap, Message, Topology, Value};
 use serde_json::json;
 
-use crate::{Follower, RunView};
+use crate::{Follower, Happening, RunView};
 
 /// An event as a line of the event log, without the newline.
 #[must_use]
@@ -20,6 +20,20 @@ pub fn event_line(event: &Event, topology: &Topology) -> String {
         }
     }
     .to_string()
+}
+
+/// A gap as a line of the event log, without the newline.
+fn gap_line(gap: &Gap) -> serde_json::Value {
+    let flaw = match gap.flaw {
+        Flaw::Missing => "missing",
+        Flaw::Late => "late",
+        Flaw::Mixed => "mixed",
+    };
+    let mut line = json!({ "missing": gap.why, "flaw": flaw });
+    if let Some(since) = gap.since {
+        line["since_s"] = since.as_secs_f64().into();
+    }
+    line
 }
 
 /// A message as the event log writes it: `[{"sym":"ok"},83.2]`. JSON has no number for infinity: `{"real":"-inf"}`.
@@ -91,6 +105,11 @@ impl<W: Write> Follower for EventLogWriter<W> {
     type Error = io::Error;
 
     fn follow(&mut self, view: &RunView) -> io::Result<()> {
+        for happening in view.happenings() {
+            if let Happening::Lost(gap) = happening {
+                writeln!(self.output, "{}", gap_line(gap))?;
+            }
+        }
         for event in view.events() {
             writeln!(self.output, "{}", event_line(event, view.topology()))?;
         }

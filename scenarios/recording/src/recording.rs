@@ -3,6 +3,7 @@
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use bt::Tree;
 use tree_logs::LogError;
 
 use crate::chunk::ChunkError;
@@ -115,6 +116,27 @@ impl Recording {
             Err(error) => return Err(RecordingError::TreeLog(error)),
         };
         Ok(Self { path: path.to_owned(), source, ahead: None })
+    }
+
+    /// Opens a bag, whose only topic of `nav2_msgs/msg/BehaviorTreeLog` has the statuses of this tree, as a
+    /// [log](tree_logs::Log::of_bag).
+    ///
+    /// # Errors
+    /// [`RecordingError::TreeLog`].
+    pub fn of_bag(path: &Path, tree: &Tree) -> Result<Self, RecordingError> {
+        let log = TreeLog::of_bag(path, tree).map_err(RecordingError::TreeLog)?;
+        Ok(Self { path: path.to_owned(), source: Records::Tree(Box::new(log)), ahead: None })
+    }
+
+    /// Opens a recording as [`open`](Self::open) does; or, if there is a tree, a bag as [`of_bag`](Self::of_bag) does.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn open_with(path: &Path, tree: Option<&Tree>) -> Result<Self, RecordingError> {
+        match (Self::open(path), tree) {
+            (Err(RecordingError::Foreign(_) | RecordingError::Read { .. }), Some(tree)) => Self::of_bag(path, tree),
+            (opened, _) => opened,
+        }
     }
 
     /// The next record; none at the end of the file, even in the middle of a chunk. If the file is still being written,

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Event, Verdict};
+use channels::{Event, Gap, Verdict};
 use maps::{Point, Pose, Shape};
 use monitors::Witness;
 use robot::LaserScan;
@@ -181,6 +181,8 @@ pub enum Happening {
         /// Its index in the [header](crate::Header::places).
         place: usize,
     },
+    /// Whoever recorded it has lost something: what the gap says may be wrong from here on.
+    Lost(Gap),
 }
 
 /// A monitor's verdict.

@@ -384,6 +384,7 @@ fn log_entry(happening: &Happening, view: &RunView) -> (u8, String, String) {
             (level::INFO, by.unwrap_or_default())
         }
         Happening::Moved { .. } => (level::INFO, "environment"),
+        Happening::Lost(_) => (level::WARN, "recording"),
         Happening::Arrival { .. } => (level::INFO, "robot"),
     };
     let mut words = happening.words(view);

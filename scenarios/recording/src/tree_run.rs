@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{Capacity, Domain, Event, EventKind, FieldKind, Gap, Message, Shape, Topology, Value};
+use channels::{Capacity, Domain, Event, EventKind, FieldKind, Flaw, Gap, Message, Shape, Topology, Value};
 use monitors::{LogEnd, Property};
 use tree_logs::{LoggedNode, LoggedTree, NodeStatus, StatusChange};
 
@@ -81,11 +81,13 @@ impl TreeRun {
         (run, Header { tree, blackboards, ..header }, start)
     }
 
-    /// The record of a change of status.
-    pub fn step(&mut self, StatusChange { at_us, node, status }: StatusChange, properties: &mut [Property]) -> Step {
+    /// The record of a change of status. The status before is that of the change, if it has one.
+    pub fn step(&mut self, change: StatusChange, properties: &mut [Property]) -> Step {
+        let StatusChange { at_us, node, before: said, status } = change;
         let back_us = self.last_us.saturating_sub(at_us);
         self.go_on(at_us);
-        let before = std::mem::replace(&mut self.statuses[node], status);
+        let before = said.unwrap_or(self.statuses[node]);
+        self.statuses[node] = status;
         let mut outcomes: Vec<(usize, Option<Outcome>)> = Vec::new();
         if before == NodeStatus::Idle {
             // It begins anew: what was answered below it belongs to an earlier time.
@@ -156,7 +158,7 @@ impl TreeRun {
     pub fn miss(&mut self, why: &str, properties: &mut [Property]) {
         self.gaps += 1;
         for channel in self.topology.channels() {
-            let gap = Gap { why: why.to_owned(), channel: Some(channel), since: None, ends: true };
+            let gap = Gap { flaw: Flaw::Missing, why: why.to_owned(), channel: Some(channel), since: None, ends: true };
             self.judge.miss(&gap, properties);
             self.judge.resume(channel, properties);
         }
@@ -166,6 +168,18 @@ impl TreeRun {
     pub fn doubt(&mut self, why: &str, properties: &mut [Property]) {
         self.gaps += 1;
         self.judge.miss(&Gap::of_anything(why), properties);
+    }
+
+    /// The record of what may be wrong from here on, at a time. If changes are missing, no node is known any more.
+    pub(crate) fn lose(&mut self, at: Duration, gap: Gap) -> Step {
+        self.time = self.time.max(at);
+        let mut step = self.quiet();
+        if gap.flaw != Flaw::Late {
+            let forgotten = std::mem::take(&mut self.answered).into_iter().map(|node| (node, None));
+            step.details.get_or_insert_default().outcomes = forgotten.collect();
+        }
+        step.happenings.push(Happening::Lost(gap));
+        step
     }
 
     /// The record of something else that happened, in words.
@@ -195,8 +209,17 @@ impl TreeRun {
     /// A run does not go back: after the clock was set back, time stands still until it has caught up.
     fn go_on(&mut self, at_us: i64) {
         self.last_us = at_us;
-        let since = u64::try_from(at_us.saturating_sub(self.began_us)).unwrap_or(0);
-        self.time = self.time.max(Duration::from_micros(since));
+        self.time = self.time.max(self.since_start(at_us));
+    }
+
+    /// A time, in microseconds since 1970, as one of the run.
+    pub(crate) fn since_start(&self, at_us: i64) -> Duration {
+        Duration::from_micros(u64::try_from(at_us.saturating_sub(self.began_us)).unwrap_or(0))
+    }
+
+    /// How far it has come.
+    pub(crate) fn time(&self) -> Duration {
+        self.time
     }
 
     /// A record without a message.

@@ -56,6 +56,7 @@ pub struct RunView {
     /// Whether a person has caused any of them.
     has_acts: bool,
     tree_errors: Vec<TreeError>,
+    lost: Vec<String>,
     given_up: Vec<GivenUp>,
     said: Vec<Said>,
     moves: Vec<Moved>,
@@ -94,6 +95,7 @@ impl RunView {
             due: vec![false; header.faults.len()],
             has_acts: false,
             tree_errors: Vec::new(),
+            lost: Vec::new(),
             given_up: Vec::new(),
             said: Vec::new(),
             moves: Vec::new(),
@@ -192,6 +194,10 @@ impl RunView {
                 self.said.push(Said { time: now, by, text: text.clone() });
             }
             Happening::Moved { words } => self.moves.push(Moved { time: now, words: words.clone() }),
+            Happening::Lost(gap) => {
+                self.lost.push(gap.why.clone());
+                self.moves.push(Moved { time: now, words: gap.why.clone() });
+            }
             Happening::Verdict { monitor, decision } => {
                 self.check_event(&decision.event)?;
                 self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
@@ -498,6 +504,12 @@ impl RunView {
     #[must_use]
     pub fn undone_faults(&self) -> &[UndoneFault] {
         &self.undone
+    }
+
+    /// What its recording lacks, in words, in the order in which it was noticed.
+    #[must_use]
+    pub fn lost(&self) -> &[String] {
+        &self.lost
     }
 
     /// The errors in the tree so far.

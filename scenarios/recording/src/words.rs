@@ -37,6 +37,7 @@ impl Happening {
             }
             Self::Said { text, .. } => speech(text),
             Self::Moved { words } => words.clone(),
+            Self::Lost(gap) => gap.why.clone(),
             Self::Arrival { place } => arrival(&header.places()[*place].name),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{Gap, Verdict};
+use channels::{Flaw, Gap, Verdict};
 use monitors::{Outcome, Property};
 use recording::{Doubts, Ended, Happening, Judge, Origin, RunView};
 
@@ -79,6 +79,23 @@ fn verdicts_that_missing_messages_could_change_are_unsure() {
     assert_eq!(outcomes, [Outcome::Violated, Outcome::Inconclusive]);
     assert_eq!(view.monitor(1).ending().unsure.as_deref(), Some("a gap of 2 s"));
     assert!(view.monitor(1).decision.is_none());
+}
+
+#[test]
+fn only_timed_properties_ask_when_a_message_was_sent_and_nothing_is_sure_of_messages_that_may_be_others() {
+    let text = "
+        property order := always (BatteryReader, BatteryLevel, m[2] >= 20)
+        timed property soon := always ((BatteryReader, BatteryLevel, m[2] < 30) implies
+            time_until (BatteryReader, BatteryLevel, m[2] > 80) < 3 s)";
+    for (flaw, unsure) in [(Flaw::Late, [false, true]), (Flaw::Missing, [false, true]), (Flaw::Mixed, [true, true])] {
+        let mut properties = monitors::load("own.scope", text, &topology(), TICK).unwrap().properties;
+        let (mut judge, mut view) = judged(&properties);
+        view.apply(judge.step(level(TICK, 50.0), &mut properties)).unwrap();
+        judge.miss(&Gap { flaw, ..Gap::of_anything("something") }, &mut properties);
+        view.apply(judge.step(level(2 * TICK, 10.0), &mut properties)).unwrap();
+        view.apply(judge.step(level(9 * TICK, 50.0), &mut properties)).unwrap();
+        assert!(judge.doubts().all().map(|why| why.is_some()).eq(unsure), "{flaw:?}");
+    }
 }
 
 #[test]

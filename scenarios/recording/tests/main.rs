@@ -5,5 +5,6 @@
 mod drive;
 mod files;
 mod judged;
+mod nav2;
 mod tree_log;
 mod view;

@@ -100,7 +100,8 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
         recorded: seconds(|| run(scenario, Detail::Full, Some(path))),
         read: seconds(|| drop(go_through(path))),
         reported: seconds(|| {
-            drop(report_recording(path, &Outputs::default(), None).expect("the recording is complete"))
+            let recording = Recording::open(path).expect("the recording was written");
+            drop(report_recording(recording, &Outputs::default(), None).expect("the recording is complete"))
         }),
         shown,
         shown_and_mcap,

@@ -23,8 +23,16 @@ pub enum Error {
 impl Diagnostic for Error {
     fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
         let Self::Recording(error) = self else { return None };
+        match error {
+            RecordingError::TreeLog(LogError::Unfit { help, .. }) => return Some(Box::new(help)),
+            RecordingError::TreeLog(LogError::Bag(error)) => return Some(Box::new(error.help())),
+            _ => {}
+        }
         Some(Box::new(match error {
-            RecordingError::Foreign(_) => "`steward run … --record FILE` writes a recording, as FILE.rec or FILE.mcap",
+            RecordingError::Foreign(_) => {
+                "`steward run … --record FILE` writes a recording, as FILE.rec or FILE.mcap; of a ROS 2 bag, Nav2's tree is \
+                 shown with `--tree FILE`"
+            }
             RecordingError::Compressed { .. } => "decompress it, for example with `mcap decompress`",
             RecordingError::Version { .. } => {
                 "run the scenario again with this version, or make the report with the recording's version"

@@ -1,7 +1,7 @@
 //! Outputs made from a run's records: the report as JSON, as a page and as JUnit XML, pictures, an animation.
 //!
 //! Everything here reads a [`RunView`](recording::RunView) and nothing else of a run, so live and recorded runs give
-//! the same outputs: [`report_recording`] reads a file.
+//! the same outputs: [`report_recording`] reads a recording.
 //!
 //! # Inside
 //! `presentation` follows a run's view and writes the requested outputs; `timeline` keeps what has changed; `bounds`

@@ -114,9 +114,9 @@ fn stale_pictures(staging: &Staging) -> Vec<String> {
 ///
 /// # Errors
 /// [`Error`] if the recording cannot be read, or something cannot be written.
-pub fn report_recording(path: &Path, outputs: &Outputs, record: Option<&Path>) -> Result<Report, Error> {
+pub fn report_recording(recording: Recording, outputs: &Outputs, record: Option<&Path>) -> Result<Report, Error> {
     let begin = |view: &RunView| Presentation::begin(view, outputs);
-    let (presentation, view) = Recording::open(path)?.play(record, begin)?;
+    let (presentation, view) = recording.play(record, begin)?;
     presentation.finish(&view)
 }
 

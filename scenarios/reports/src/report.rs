@@ -51,6 +51,8 @@ pub struct Report {
     pub tree_failure: Option<TreeFailureReport>,
     /// Errors in nodes of the tree, each once, in the order of first occurrence.
     pub tree_errors: Vec<TreeErrorReport>,
+    /// What a recording lacks, in words: the first few losses, and how many more there are.
+    pub lost: Vec<String>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
     pub skill_errors: Vec<SkillErrorReport>,
     /// What speakers said, in order.

@@ -50,6 +50,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         absent_faults: view.absent_faults().map(absent_fault).collect(),
         tree_failure: view.tree_failure().map(|failure| tree_failure(view, failure)),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
+        lost: lost(view),
         skill_errors: end.skill_errors.iter().map(|error| skill_error(view, error)).collect(),
         said: view.said().iter().map(said).collect(),
         battery: battery(view),
@@ -58,6 +59,15 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         snapshots,
         timing: TimingReport { wall_time_s, real_time_factor: sim_time_s / wall_time_s },
     }
+}
+
+/// No more losses than this are listed: nobody would read them.
+const MOST_LOSSES: usize = 5;
+
+fn lost(view: &RunView) -> Vec<String> {
+    let more = view.lost().len().saturating_sub(MOST_LOSSES);
+    let first = view.lost().iter().take(MOST_LOSSES).cloned();
+    first.chain((more > 0).then(|| format!("and {more} more like these"))).collect()
 }
 
 fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
