@@ -122,7 +122,6 @@ struct Watched {
     tree: LoggedTree,
     /// How many trees have been shown.
     number: usize,
-    is_passive: bool,
     run: TreeRun,
     view: RunView,
     properties: Vec<Property>,
@@ -132,8 +131,6 @@ struct Watched {
     shown: PathBuf,
     archive: Option<Archive>,
     last_us: i64,
-    /// Why changes may be missing after the last one, if they may.
-    lost: Option<String>,
 }
 
 impl Watched {
@@ -162,12 +159,10 @@ impl Watched {
         let announcer = Announcer::new(false, Reactions::default());
         let (shown, last_us) = (page.recording(), found.at_us);
         let tree = tree.clone();
-        let (lost, is_passive) = (None, args.passive);
-        let mut watched =
-            Self { tree, number, is_passive, run, view, properties, announcer, page, shown, archive, last_us, lost };
+        let mut watched = Self { tree, number, run, view, properties, announcer, page, shown, archive, last_us };
         if args.passive {
-            watched.run.doubt(PASSIVE, &mut watched.properties);
-            watched.lost = Some(PASSIVE.to_owned());
+            let step = watched.run.doubt(last_us, PASSIVE, &mut watched.properties);
+            watched.add(step)?;
         }
         let step = watched.find(&found);
         watched.add(step)?;
@@ -183,7 +178,6 @@ impl Watched {
         let step = match news {
             TreeNews::Change(change) => {
                 self.last_us = change.at_us;
-                self.lost = self.lost.take().filter(|_| self.is_passive);
                 self.run.step(change, &mut self.properties)
             }
             TreeNews::Missing { why, found } => {
@@ -201,11 +195,9 @@ impl Watched {
         self.add(step)
     }
 
-    /// Changes are missing here.
+    /// Changes may be missing until here.
     fn lose(&mut self, why: &str) -> Result<(), Error> {
-        self.run.miss(why, &mut self.properties);
-        self.lost = Some(why.to_owned());
-        let step = self.run.note(self.last_us, format!("changes may be missing: {why}"));
+        let step = self.run.miss(self.last_us, &format!("changes may be missing: {why}"), &mut self.properties);
         self.add(step)
     }
 
@@ -227,8 +219,7 @@ impl Watched {
         // The last step is recorded with the end.
         let last = self.run.note(self.last_us, "nobody asks the program any more".to_owned());
         self.view.apply(last).expect(FITS);
-        let ended = self.lost.take().map_or(Ended::Recorded, Ended::CutOff);
-        self.view.finish(self.run.finish(ended, &self.properties)).expect(FITS);
+        self.view.finish(self.run.finish(Ended::Recorded, &self.properties)).expect(FITS);
         self.archive.follow(&self.view)?;
         self.archive.map_or(Ok(()), Archive::finish)?;
         self.page.follow(&self.view)?;

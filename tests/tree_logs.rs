@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use tempfile::tempdir;
-use tree_logs::{Log, NodeStatus, StatusChange};
+use tree_logs::{Log, LogEntry, NodeStatus, StatusChange};
 
 use crate::steward::{refusal, steward};
 
@@ -142,7 +142,8 @@ fn a_recorded_run_has_the_changes_of_status_of_its_tree_and_is_read_back() {
 
     let mut log = Log::open(Path::new(&path("run.btlog"))).unwrap();
     let mut answered = Vec::new();
-    while let Some(StatusChange { at_us, node, status }) = log.next_change().unwrap() {
+    while let Some(entry) = log.next_entry().unwrap() {
+        let LogEntry::Changed(StatusChange { at_us, node, status, .. }) = entry else { panic!("{entry:?}") };
         let node = &log.tree().nodes()[node];
         if let (true, NodeStatus::Answered(answer)) = (node.is_leaf, status) {
             answered.push((at_us, node.name.clone(), answer.name().to_owned()));

@@ -250,7 +250,10 @@ fn a_watch_begins_with_all_that_had_changed_before() {
     let (mut watch, found) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
     let nodes = vec![Standing { status: RUNNING, last: RUNNING }, Standing { status: NodeStatus::Idle, last: SUCCESS }];
     assert_eq!((found.at_us, found.nodes), (1007, nodes));
-    assert_eq!(next(&mut watch), TreeNews::Change(StatusChange { at_us: 1008, node: 0, status: SUCCESS }));
+    assert_eq!(
+        next(&mut watch),
+        TreeNews::Change(StatusChange { at_us: 1008, node: 0, before: None, status: SUCCESS })
+    );
 }
 
 #[test]

@@ -28,8 +28,6 @@ pub struct TreeRun {
     statuses: Vec<NodeStatus>,
     /// The nodes with a last outcome.
     answered: BTreeSet<usize>,
-    /// How often changes were missing: each time, a step has no event, by which whoever reads the records knows it.
-    gaps: u64,
     blackboards: Vec<String>,
     /// The entries of blackboards, by the index of the blackboard and the key.
     entries: BTreeMap<(usize, String), EntryValue>,
@@ -70,7 +68,6 @@ impl TreeRun {
             ends,
             statuses: vec![NodeStatus::Idle; count],
             answered: BTreeSet::new(),
-            gaps: 0,
             blackboards: tree.blackboards().iter().map(String::as_str).chain([GIVEN]).map(str::to_owned).collect(),
             entries: BTreeMap::new(),
             began_us,
@@ -106,7 +103,7 @@ impl TreeRun {
                 outcomes.push((node, Some(answer)));
                 let channel = self.topology.channels().nth(node).expect("each node has a channel");
                 let message = Message::new([Value::symbol(answer.name())]);
-                let number = self.judge.end().messages + self.gaps + 1;
+                let number = self.judge.end().messages + 1;
                 let kind = EventKind::Received { channel, message };
                 self.judge.step(Event { step: number, tick: 0, time: self.time, kind }, properties)
             }
@@ -154,20 +151,24 @@ impl TreeRun {
         step
     }
 
-    /// From the last change until now, any may be missing: the verdicts that they could change are unsure.
-    pub fn miss(&mut self, why: &str, properties: &mut [Property]) {
-        self.gaps += 1;
+    /// The record of a time until which any changes may be missing, since the last one: the verdicts that they could
+    /// change are unsure.
+    pub fn miss(&mut self, at_us: i64, why: &str, properties: &mut [Property]) -> Step {
+        let anything = Gap::of_anything(why);
         for channel in self.topology.channels() {
-            let gap = Gap { flaw: Flaw::Missing, why: why.to_owned(), channel: Some(channel), since: None, ends: true };
-            self.judge.miss(&gap, properties);
+            self.judge.miss(&Gap { channel: Some(channel), ends: true, ..anything.clone() }, properties);
             self.judge.resume(channel, properties);
         }
+        self.go_on(at_us);
+        Step { happenings: vec![Happening::Lost(anything)], ..self.quiet() }
     }
 
-    /// From now on, any change may be missing.
-    pub fn doubt(&mut self, why: &str, properties: &mut [Property]) {
-        self.gaps += 1;
-        self.judge.miss(&Gap::of_anything(why), properties);
+    /// The record of a time from which on any change may be missing.
+    pub fn doubt(&mut self, at_us: i64, why: &str, properties: &mut [Property]) -> Step {
+        let anything = Gap::of_anything(why);
+        self.judge.miss(&anything, properties);
+        self.go_on(at_us);
+        Step { happenings: vec![Happening::Lost(anything)], ..self.quiet() }
     }
 
     /// The record of what may be wrong from here on, at a time. If changes are missing, no node is known any more.
