@@ -8,7 +8,7 @@ use channels::NormalForm;
 use crate::engine::{Context, Later, Now, TreeState};
 use crate::shared::Shared;
 use crate::{
-    Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Progress, Reply, Status, Transition, Tree,
+    Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, NodeTransition, Outcome, Progress, Reply, Status, Tree,
 };
 
 /// A running tree: the tree and the status of each of its nodes.
@@ -92,7 +92,7 @@ impl Execution {
     /// The changes of status since the last call, in the order in which a logger of BehaviorTree.CPP hears them; none
     /// if they are not [noted](Self::note_transitions). There is one other order: if the last child of a reactive node
     /// is skipped although it counts as running, the library resets it before the other children, not after them.
-    pub fn take_transitions(&mut self) -> Vec<Transition> {
+    pub fn take_transitions(&mut self) -> Vec<NodeTransition> {
         self.state.take_transitions()
     }
 

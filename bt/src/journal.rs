@@ -6,7 +6,7 @@ use crate::{NodeId, Status};
 
 /// A node got another status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Transition {
+pub struct NodeTransition {
     /// The node.
     pub node: NodeId,
     /// The status; `None` is `IDLE`.
@@ -22,7 +22,7 @@ pub(crate) struct Journal(Option<Notes>);
 struct Notes {
     /// The status that each node had when it was last noted.
     statuses: Box<[Option<Status>]>,
-    transitions: Vec<Transition>,
+    transitions: Vec<NodeTransition>,
 }
 
 impl Journal {
@@ -32,7 +32,7 @@ impl Journal {
     }
 
     /// The changes since the last call.
-    pub(crate) fn take(&mut self) -> Vec<Transition> {
+    pub(crate) fn take(&mut self) -> Vec<NodeTransition> {
         self.0.as_mut().map_or_else(Vec::new, |notes| std::mem::take(&mut notes.transitions))
     }
 
@@ -47,7 +47,7 @@ impl Journal {
 impl Notes {
     fn add(&mut self, node: u32, status: Option<Status>) {
         if std::mem::replace(&mut self.statuses[node as usize], status) != status {
-            self.transitions.push(Transition { node: NodeId(node), status });
+            self.transitions.push(NodeTransition { node: NodeId(node), status });
         }
     }
 }

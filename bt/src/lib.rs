@@ -87,7 +87,7 @@ pub use call::{Call, Fault, Progress, Reply, Request};
 pub use direction::Direction;
 pub use error::TreeError;
 pub use execution::Execution;
-pub use journal::Transition;
+pub use journal::NodeTransition;
 pub use kind::{Category, Item, Kind};
 pub use leaf::{Leaf, Leaves, PortError};
 pub use mutation::{Mutant, mutants};

@@ -34,11 +34,11 @@ const MOST_IDLE_LOOKS: u32 = 1200;
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
 }
 
 #[derive(Debug, Default)]
-struct Shared {
+struct ServerState {
     shown: Mutex<Shown>,
     clients: AtomicUsize,
     is_over: AtomicBool,
@@ -75,7 +75,7 @@ impl Server {
         let next = address.port().checked_add(1);
         let next = next.ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, "the next port is needed, too"))?;
         let subscribers = TcpListener::bind(SocketAddr::new(address.ip(), next))?;
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(ServerState::default());
         for (listener, socket) in [(requests, SocketType::Rep), (subscribers, SocketType::Pub)] {
             listener.set_nonblocking(true)?;
             let shared = Arc::clone(&shared);
@@ -122,7 +122,7 @@ impl Drop for Server {
     }
 }
 
-impl Shared {
+impl ServerState {
     /// Nothing that is done with it can leave it half changed.
     fn shown(&self) -> MutexGuard<'_, Shown> {
         self.shown.lock().unwrap_or_else(PoisonError::into_inner)

@@ -8,7 +8,7 @@ use crate::journal::Journal;
 use crate::program::{Op, Program};
 use crate::semantics::Memory;
 use crate::status::{Mark, Outcomes};
-use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status, Transition};
+use crate::{Call, Fault, NodeId, NodeState, NodeTransition, Outcome, Request, Status};
 
 /// The state of a tree's nodes, and the position within a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -121,7 +121,7 @@ impl TreeState {
     }
 
     /// The changes of status since the last call.
-    pub(crate) fn take_transitions(&mut self) -> Vec<Transition> {
+    pub(crate) fn take_transitions(&mut self) -> Vec<NodeTransition> {
         self.journal.take()
     }
 

@@ -14,7 +14,7 @@ use super::whole::TreeProcess;
 use crate::blackboard::Blackboard;
 use crate::program::Flags;
 use crate::semantics::PortReading;
-use crate::{Fault, Kind, Node, NodeId, NodeState, Outcome, Transition, Tree};
+use crate::{Fault, Kind, Node, NodeId, NodeState, NodeTransition, Outcome, Tree};
 
 /// A process and its id in the topology, as a channel system expects them.
 pub type WiredProcess = (ProcessId, Box<dyn Process>);
@@ -128,7 +128,7 @@ pub fn note_transitions_in(system: &mut ChannelSystem, bt: ProcessId) {
 }
 
 /// The changes of status that have been [noted](note_transitions_in) since the last call.
-pub fn take_transitions_in(system: &mut ChannelSystem, bt: ProcessId) -> Vec<Transition> {
+pub fn take_transitions_in(system: &mut ChannelSystem, bt: ProcessId) -> Vec<NodeTransition> {
     system.process_mut::<TreeProcess>(bt).map_or_else(Vec::new, |process| process.execution_mut().take_transitions())
 }
 

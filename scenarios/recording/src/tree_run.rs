@@ -133,8 +133,8 @@ impl TreeRun {
         step
     }
 
-    /// The record of a time at which the blackboards were found to have these entries, by the name of the blackboard and
-    /// the key. Those of blackboards that the tree does not have are left out.
+    /// The record of a time at which the blackboards were found to have these entries, by the name of the blackboard
+    /// and the key. Those of blackboards that the tree does not have are left out.
     pub fn read(&mut self, at_us: i64, entries: impl Iterator<Item = (String, String, EntryValue)>) -> Step {
         self.go_on(at_us);
         let index = |name: String| self.blackboards.iter().position(|board| *board == name);
