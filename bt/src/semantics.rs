@@ -259,6 +259,11 @@ impl Kind {
         )
     }
 
+    /// Whether a node of this kind that is ticked again has its earlier answer until it gives another.
+    pub(crate) fn keeps_answer(self) -> bool {
+        self == Self::SubTree
+    }
+
     /// Whether a node of this kind starts over after it has been halted.
     pub(crate) fn forgets(self) -> bool {
         self != Self::SequenceWithMemory

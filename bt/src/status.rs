@@ -179,11 +179,12 @@ impl Mark {
         }
     }
 
-    /// The mark of a node that is being ticked and has begun to tick its children.
-    pub(crate) fn begun(self) -> Self {
+    /// The mark of a node that is being ticked and has begun to tick its children. One that `keeps` its answer until it
+    /// has another begins to run only if it was idle.
+    pub(crate) fn begun(self, keeps: bool) -> Self {
         match self {
             Self::Started => Self::Begun,
-            Self::AfterSuccess | Self::AfterFailure => Self::Lingering,
+            Self::AfterSuccess | Self::AfterFailure if !keeps => Self::Lingering,
             mark => mark,
         }
     }

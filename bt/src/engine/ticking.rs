@@ -50,7 +50,7 @@ impl TreeState {
             return Some(self.begin_with_settings(context, node, was));
         }
         // Such a node always ticks a child.
-        self.mark(node, was.entered().begun());
+        self.mark(node, was.entered().begun(kind.keeps_answer()));
         let memory = &mut self.memories[context.op(node).place as usize];
         let first = match begin_plain(kind, memory, was == Mark::Idle) {
             Which::Resumed => self.resume[node as usize].max(node + 1),
@@ -75,7 +75,7 @@ impl TreeState {
         let beginning = Beginning { was: was.status(), reading, now: context.now, child_runs };
         let reaction = begin(kind, memory, beginning);
         if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
-            self.mark(node, self.marks[node as usize].begun());
+            self.mark(node, self.marks[node as usize].begun(kind.keeps_answer()));
         }
         self.carry_out(context, node, 0, reaction)
     }

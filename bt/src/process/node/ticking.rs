@@ -52,7 +52,7 @@ impl NodeProcess {
         let reaction = begin(kind, &mut self.memory, beginning);
         self.mark = self.mark.entered();
         if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
-            self.mark = self.mark.begun();
+            self.mark = self.mark.begun(kind.keeps_answer());
         }
         self.carry_out(0, reaction)
     }
