@@ -194,6 +194,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
     let is_there = |id| {
         (id != "violations" || violated)
             && (id != "way" || !recorded || has_map || tree::is_known(view))
+            && (id != "parameters" || settings::are_known(view))
             && (id != "pictures" || report.snapshots.iter().any(|snapshot| snapshot.violated.is_none()))
     };
     html! {

@@ -8,13 +8,19 @@ use recording::RunView;
 use super::markup::{self, row};
 use crate::report::Report;
 
+/// Whether there are any: a recording from elsewhere has those of its mapping, if it has one.
+pub(super) fn are_known(view: &RunView) -> bool {
+    let origin = &view.header().origin;
+    origin.recorded.is_none() || !given::of(origin).is_empty()
+}
+
 /// The section with the parameters.
 pub(super) fn section(view: &RunView) -> Markup {
-    let is_recorded = view.header().origin.recorded.is_some();
-    let given = given::of(&view.header().origin);
-    if is_recorded && given.is_empty() {
+    if !are_known(view) {
         return Markup::default();
     }
+    let is_recorded = view.header().origin.recorded.is_some();
+    let given = given::of(&view.header().origin);
     let content = html! {
         div.panel {
             h3 { (if is_recorded { "What the mapping says" } else { "What the scenario says" }) }

@@ -113,7 +113,7 @@ pub(super) fn groups(view: &RunView, timeline: &Timeline) -> Vec<Group> {
     };
     let never = if view.header().knows_ticks() { "never ticked" } else { "no answer is known" };
     let groups = vec![
-        Group { is_listed: true, ..group("What the tree was doing", "nothing", activities) },
+        Group { is_listed: true, ..group("What the tree was doing", "never for longer than a moment", activities) },
         group("Leaves of the behavior tree", never, leaves.collect()),
         group("States of the skills", "never away from rest for longer than a moment", skills.collect()),
         group("Components", "never away from rest for longer than a moment", components),
