@@ -22,7 +22,6 @@ mod localize;
 mod man;
 mod map;
 mod matrix;
-#[cfg(feature = "dds")]
 mod moment;
 mod monitor;
 mod named_files;

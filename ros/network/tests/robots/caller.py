@@ -64,6 +64,9 @@ def doors():
     states = []
     subscription = node.create_subscription(JointState, "/doors", states.append, latched)
     spin(lambda: states)
+    # Earlier states may come first.
+    while spin(lambda known=len(states): len(states) > known, 0.5):
+        pass
     node.destroy_subscription(subscription)
     return [[state.header.frame_id, dict(zip(state.name, state.position))] for state in states[-1:]]
 
