@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use cockpit::Cockpit;
-use groot::{FoundStatuses, GrootError, TreeNews, TreeWatch, Value};
+use groot::{Client, FoundStatuses, GrootError, TreeNews, TreeWatch, Value};
 use monitors::Property;
 use recording::{Archive, Doubts, Ended, EntryValue, Follower as _, Origin, RunView, Step, TreeRun};
 use runs::FITS;
@@ -46,8 +46,9 @@ const LEFT_OPEN: &str = "what the program did before it was asked is not judged.
 pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
     let address = with_port(address);
+    let client = Client::connect(&address, PATIENCE).map_err(refused)?;
     note(if args.passive { PASSIVE } else { COST });
-    let (mut program, found) = TreeWatch::begin(&address, args.passive, PATIENCE).map_err(refused)?;
+    let (mut program, found) = TreeWatch::begin(client, args.passive).map_err(refused)?;
     let mut watched = Watched::begin(args, &address, program.tree(), found, 1)?;
     let shown = show(page, &watched.shown)?;
     let mut is_bad = false;
@@ -90,7 +91,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
 /// With Groot2's port, if the address has none.
 fn with_port(address: &str) -> String {
     let is_whole = |host: &str| !host.contains(':') || host.ends_with(']');
-    let has_port = address.rsplit_once(':').is_some_and(|(host, port)| is_whole(host) && port.parse::<u16>().is_ok());
+    let has_port = address.rsplit_once(':').is_some_and(|(host, _)| is_whole(host));
     if has_port { address.to_owned() } else { format!("{address}:{}", groot::PORT) }
 }
 
@@ -108,7 +109,8 @@ fn await_program(
     watched: &mut Watched,
 ) -> Result<Option<(TreeWatch, FoundStatuses)>, Error> {
     while interrupt::flow().is_continue() {
-        if let Ok(again) = TreeWatch::begin(address, is_passive, PATIENCE) {
+        let client = Client::connect(address, PATIENCE);
+        if let Ok(again) = client.and_then(|client| TreeWatch::begin(client, is_passive)) {
             return Ok(Some(again));
         }
         watched.idle()?;

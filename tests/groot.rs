@@ -3,74 +3,39 @@
 use std::collections::VecDeque;
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{TcpListener, TcpStream};
+use std::net::{Shutdown, TcpStream};
 use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
+#[path = "../bt/groot/tests/program.rs"]
+mod program;
+
+use program::{captured, program};
+
 use crate::live::browser::{Page, hear, until};
 use crate::steward::{binary, refusal, steward};
 
-/// What a program with BehaviorTree.CPP said first, and what it replied to which request.
-fn captured() -> (Vec<u8>, VecDeque<(u8, Vec<u8>)>) {
-    let bytes = |text: &str| -> Vec<u8> {
-        let digits = text.as_bytes().chunks(2).map(|two| std::str::from_utf8(two).unwrap());
-        digits.map(|two| u8::from_str_radix(two, 16).unwrap()).collect()
-    };
-    let mut lines = include_str!("../bt/groot/tests/captured/board.wire").lines();
-    let greeting = bytes(lines.next().unwrap());
-    let replies = lines
-        .filter(|line| !line.starts_with("B nobody"))
-        .map(|line| (line.as_bytes()[0], bytes(line.rsplit_once(' ').unwrap().1)));
-    (greeting, replies.collect())
-}
-
 /// The program, which ends after its last transitions. Returns its address.
-fn program() -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap().to_string();
-    std::thread::spawn(move || {
-        let (mut stream, _) = listener.accept().unwrap();
-        let (greeting, mut replies) = captured();
-        stream.write_all(&greeting).unwrap();
-        stream.read_exact(&mut [0; 64]).unwrap();
-        let _ready = frame(&mut stream);
-        loop {
-            let parts = message(&mut stream);
-            let header = &parts[1];
-            let last = replies.iter().rposition(|(kind, _)| *kind == header[1]).unwrap();
-            let next = replies.iter().position(|(kind, _)| *kind == header[1]).unwrap();
-            // Blackboards and statuses may be asked for more often than when they were captured.
-            let is_used_up = next == last && header[1] != b't';
-            let mut reply = if is_used_up { replies[next].1.clone() } else { replies.remove(next).unwrap().1 };
-            reply[6..10].copy_from_slice(&header[2..6]);
-            stream.write_all(&reply).unwrap();
-            if !replies.iter().any(|(kind, _)| *kind == b't') {
-                return;
-            }
+fn captured_program() -> String {
+    let (greeting, replies) = captured();
+    let replies = replies.into_iter().filter(|(request, _)| request != "B nobody");
+    let mut replies: VecDeque<(u8, Vec<u8>)> = replies.map(|(request, reply)| (request.as_bytes()[0], reply)).collect();
+    let answer = move |stream: &mut TcpStream, parts: Vec<Vec<u8>>| {
+        let header = &parts[1];
+        let last = replies.iter().rposition(|(kind, _)| *kind == header[1]).unwrap();
+        let next = replies.iter().position(|(kind, _)| *kind == header[1]).unwrap();
+        // Blackboards and statuses may be asked for more often than when they were captured.
+        let is_used_up = next == last && header[1] != b't';
+        let mut reply = if is_used_up { replies[next].1.clone() } else { replies.remove(next).unwrap().1 };
+        reply[6..10].copy_from_slice(&header[2..6]);
+        stream.write_all(&reply).unwrap();
+        if !replies.iter().any(|(kind, _)| *kind == b't') {
+            stream.shutdown(Shutdown::Both).unwrap();
         }
-    });
-    address
-}
-
-fn message(stream: &mut TcpStream) -> Vec<Vec<u8>> {
-    let mut parts = Vec::new();
-    loop {
-        let (flags, body) = frame(stream);
-        parts.push(body);
-        if flags & 1 == 0 {
-            return parts;
-        }
-    }
-}
-
-fn frame(stream: &mut TcpStream) -> (u8, Vec<u8>) {
-    let mut head = [0; 2];
-    stream.read_exact(&mut head).unwrap();
-    let mut body = vec![0; usize::from(head[1])];
-    stream.read_exact(&mut body).unwrap();
-    (head[0], body)
+    };
+    program(greeting, answer).0
 }
 
 /// A running `steward live --groot`, with properties in a folder.
@@ -104,7 +69,7 @@ fn the_tree_of_a_running_program_is_shown_checked_and_recorded() {
     let properties = "property never_fails := always not (main, BT, reply = <failure>)
         property waits := always not (count, BT, reply = <success>)
         property goes := eventually (Drive, BT, reply = <running>)";
-    let (mut child, mut printed, page, folder) = live(&program(), properties, &[]);
+    let (mut child, mut printed, page, folder) = live(&captured_program(), properties, &[]);
     let mut socket = page.socket(&page.pilot);
     let mut notes = BufReader::new(child.stderr.take().unwrap());
     let mut note = String::new();

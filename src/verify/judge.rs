@@ -61,10 +61,10 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
 impl Verified {
     /// What was judged until `end`; the notes say what its verdicts leave open.
     pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts, left_open: String) -> Self {
-        let Judgment { unsure, .. } = &(Judgment::of(end, doubts));
-        let notes = Judgment::of(end, doubts).notes(&properties).into_iter().chain([left_open]).collect();
+        let judgment = Judgment::of(end, doubts);
+        let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
         let unheard = vec![None; properties.len()];
-        Self { unsure: unsure.clone(), properties, end, unheard, start_ns: None, notes }
+        Self { properties, end, unsure: judgment.unsure, unheard, start_ns: None, notes }
     }
 
     /// When the log ends.

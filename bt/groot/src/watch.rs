@@ -99,8 +99,7 @@ impl TreeWatch {
     ///
     /// # Errors
     /// [`GrootError`].
-    pub fn begin(address: &str, is_passive: bool, patience: Duration) -> Result<(Self, FoundStatuses), GrootError> {
-        let mut client = Client::connect(address, patience)?;
+    pub fn begin(mut client: Client, is_passive: bool) -> Result<(Self, FoundStatuses), GrootError> {
         let tree = client.tree()?;
         let nodes = vec![Standing::NEW; tree.nodes().len()];
         let (boards, news, checked) = (Vec::new(), VecDeque::new(), now());

@@ -2,69 +2,20 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod program;
 mod server;
 
 use std::collections::VecDeque;
-use std::io::{Read as _, Write as _};
-use std::net::{TcpListener, TcpStream};
-use std::thread::JoinHandle;
+use std::io::Write as _;
 use std::time::Duration;
 
 use bt::Status;
-use groot::{Client, GrootError, Standing, TreeNews, TreeWatch, ZmtpError};
+use groot::{Client, FoundStatuses, GrootError, Standing, TreeNews, TreeWatch, ZmtpError};
+use program::{captured, program};
 use proptest::prelude::*;
 use tree_logs::{LoggedTransition, NodeStatus, StatusChange};
 
 const PATIENCE: Duration = Duration::from_millis(500);
-
-/// What the program said first, and then what it was asked and replied.
-fn captured() -> (Vec<u8>, VecDeque<(String, Vec<u8>)>) {
-    let mut lines = include_str!("captured/board.wire").lines();
-    let replies = |line: &str| {
-        let (request, reply) = line.rsplit_once(' ').unwrap();
-        (request.to_owned(), bytes(reply))
-    };
-    (bytes(lines.next().unwrap()), lines.map(replies).collect())
-}
-
-fn bytes(hexadecimal: &str) -> Vec<u8> {
-    let digits = hexadecimal.as_bytes().chunks(2);
-    digits.map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap()).collect()
-}
-
-/// A program that answers one client with `answer`, to which it passes each request.
-fn program(
-    greeting: Vec<u8>,
-    mut answer: impl FnMut(&mut TcpStream, Vec<Vec<u8>>) + Send + 'static,
-) -> (String, JoinHandle<()>) {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap().to_string();
-    let serving = std::thread::spawn(move || {
-        let (mut stream, _) = listener.accept().unwrap();
-        let _ = stream.write_all(&greeting);
-        // A greeting, and a command that says that it is ready.
-        if stream.read_exact(&mut [0; 64]).is_err() || frame(&mut stream).is_none() {
-            return;
-        }
-        let mut parts = Vec::new();
-        while let Some((flags, body)) = frame(&mut stream) {
-            parts.push(body);
-            if flags & 1 == 0 {
-                answer(&mut stream, std::mem::take(&mut parts));
-            }
-        }
-    });
-    (address, serving)
-}
-
-/// A short frame: its flags, and what it has.
-fn frame(stream: &mut TcpStream) -> Option<(u8, Vec<u8>)> {
-    let mut head = [0; 2];
-    stream.read_exact(&mut head).ok()?;
-    let mut body = vec![0; usize::from(head[1])];
-    stream.read_exact(&mut body).ok()?;
-    Some((head[0], body))
-}
 
 /// The next reply that was captured to a request, with the request's own number.
 fn reply(replies: &mut VecDeque<(String, Vec<u8>)>, parts: &[Vec<u8>]) -> Vec<u8> {
@@ -232,6 +183,10 @@ fn transitions(all: &[(u8, u8, u8)]) -> Vec<u8> {
 const RUNNING: NodeStatus = NodeStatus::Answered(Status::Running);
 const SUCCESS: NodeStatus = NodeStatus::Answered(Status::Success);
 
+fn begin(address: &str, is_passive: bool) -> Result<(TreeWatch, FoundStatuses), GrootError> {
+    TreeWatch::begin(Client::connect(address, PATIENCE)?, is_passive)
+}
+
 /// The next news.
 fn next(watch: &mut TreeWatch) -> TreeNews {
     loop {
@@ -247,7 +202,7 @@ fn a_watch_begins_with_all_that_had_changed_before() {
     let told = transitions(&[(5, 2, 1), (6, 2, 2), (7, 2, 0)]);
     let address =
         scripted(&[(b'r', &[b"1000"]), (b'S', &[&[1, 0, 1, 2, 0, 1]]), (b't', &[&told, &transitions(&[(8, 1, 2)])])]);
-    let (mut watch, found) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
+    let (mut watch, found) = begin(&address, false).unwrap();
     let nodes = vec![Standing { status: RUNNING, last: RUNNING }, Standing { status: NodeStatus::Idle, last: SUCCESS }];
     assert_eq!((found.at_us, found.nodes), (1007, nodes));
     assert_eq!(
@@ -265,7 +220,7 @@ fn what_is_missing_is_noticed() {
     for (told, why) in [(many, "more changed at once"), (twice, "somebody else, who asks"), (back, "begin anew")] {
         let address =
             scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 12, 2, 0, 1]]), (b't', &[b"", &told, b""])]);
-        let (mut watch, _) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
+        let (mut watch, _) = begin(&address, false).unwrap();
         loop {
             match next(&mut watch) {
                 TreeNews::Missing { why: said, found } => {
@@ -281,14 +236,14 @@ fn what_is_missing_is_noticed() {
     }
     // Nothing is told, but a node has another status: somebody else was told why.
     let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 2, 2, 0, 0]]), (b't', &[b""])]);
-    let (mut watch, _) = TreeWatch::begin(&address, false, PATIENCE).unwrap();
+    let (mut watch, _) = begin(&address, false).unwrap();
     assert!(matches!(next(&mut watch), TreeNews::Missing { why, .. } if why.contains("somebody else")));
 }
 
 #[test]
 fn a_passive_watch_finds_changes_between_statuses() {
     let address = scripted(&[(b'S', &[&[1, 0, 0, 2, 0, 0], &[1, 0, 1, 2, 0, 12], &[1, 0, 11, 2, 0, 12]])]);
-    let (mut watch, found) = TreeWatch::begin(&address, true, PATIENCE).unwrap();
+    let (mut watch, found) = begin(&address, true).unwrap();
     assert!(found.nodes.iter().all(|node| node.status == NodeStatus::Idle));
     let seen: Vec<(usize, NodeStatus)> = (0..4)
         .map(|_| match next(&mut watch) {
@@ -310,7 +265,7 @@ fn statuses_that_cannot_be_are_refused() {
         (&[1, 0], "not three bytes"),
     ] {
         let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[statuses]), (b't', &[b""])]);
-        let error = TreeWatch::begin(&address, false, PATIENCE).unwrap_err().to_string();
+        let error = begin(&address, false).unwrap_err().to_string();
         assert!(error.contains(why), "{error}");
     }
 }
