@@ -34,7 +34,17 @@ export async function trees(steward, chromium) {
   await page.locator('#tree').getByText(/room 31/).first().click();
   await page.locator('#tree').getByText('Clean31Step19', { exact: true }).waitFor();
   assert.ok(await drawn() > before);
-  assert.deepEqual(cockpit.problems, []);
+  // A viewer, who cannot open anything, is told what the node is folded into.
+  const viewer = await Cockpit.open(chromium, live.viewers);
+  await viewer.page.locator('#tree').getByText('Wait').waitFor();
+  await viewer.page.locator('#find').fill('clean40step3');
+  await viewer.page.locator('#find').press('Enter');
+  await viewer.page.locator('#tree .chosen').first().waitFor();
+  const described = await viewer.page.locator('#details').textContent();
+  assert.match(described, /^all/);
+  assert.doesNotMatch(described, /kept open/);
+  assert.deepEqual([...viewer.problems, ...cockpit.problems], []);
+  await viewer.close();
   await cockpit.close();
   live.stop();
   await beside(steward, chromium, folder);

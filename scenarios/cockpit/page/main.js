@@ -152,11 +152,14 @@ function parts(frame) {
 
 // A run beside others leaves the choice of the moment and of the open nodes to the outer page, which shows all alike.
 addEventListener('go', ({ detail }) => transport.go(detail));
-addEventListener('unfold', ({ detail }) => unfold(detail.node, detail.open, detail.side));
+addEventListener('unfold', event => {
+  if (!unfold(event.detail.node, event.detail.open, event.detail.side)) event.preventDefault();
+});
 
 function unfold(node, open, side = Number(new URLSearchParams(location.search).get('side'))) {
   if (transport.steers) link.ask('unfold', { node, open, side });
-  else if (isSide) parent.dispatchEvent(new CustomEvent('unfold', { detail: { node, open, side } }));
+  else if (isSide) return parent.dispatchEvent(new CustomEvent('unfold', { detail: { node, open, side }, cancelable: true }));
+  return transport.steers;
 }
 
 $('end').onclick = () => link.ask('end');

@@ -5,7 +5,7 @@ import { $, drawn, shape } from './dom.js';
 import { parts } from './parts.js';
 
 export class Tree {
-  // `ask` shows details; `unfold` has all children of a node drawn, or no longer, if the user may do so.
+  // `ask` shows details; `unfold` has all children of a node drawn, or no longer, and tells whether the user may do so.
   constructor(ask, unfold) {
     [this.place, this.overview, this.find] = [$('tree'), $('overview'), $('find')];
     this.unfold = unfold;
@@ -28,7 +28,7 @@ export class Tree {
 
   greet({ nodes }) {
     this.nodes = nodes;
-    this.opened = new Set();
+    [this.opened, this.last, this.seen] = [new Set(), null, null];
     this.find.closest('label').hidden = nodes.length < 20;
     $('behavior').hidden = !nodes.length;
   }
@@ -65,23 +65,29 @@ export class Tree {
   toggle() {
     const node = this.parts.chosen();
     if (node == null || !this.nodes.some(({ parent }) => parent === node)) return;
-    const open = !this.opened.delete(node);
+    const open = !this.opened.has(node);
+    if (!this.unfold(node, open)) return;
     if (open) this.opened.add(node);
+    else this.opened.delete(node);
     this.sought = node;
-    this.unfold(node, open);
   }
 
-  // Shows the next node with this text in its name.
+  // Shows the next node with this text in its name; to those who may not unfold it, the one that it is folded into.
   seek() {
     const text = this.find.value.toLowerCase();
     const has = node => text && this.nodes[node].name.toLowerCase().includes(text);
     const matches = [...this.nodes.keys()].filter(has);
-    const next = matches.find(node => node > (this.parts.chosen() ?? -1)) ?? matches[0];
+    const from = this.parts.chosen() === this.seen ? this.last : this.parts.chosen();
+    const next = matches.find(node => node > (from ?? -1)) ?? matches[0];
     this.find.setAttribute('aria-invalid', Boolean(text) && next === undefined);
     if (next === undefined) return;
     if (this.last != null && !this.opened.has(this.last)) this.unfold(this.last, false);
-    [this.last, this.sought] = [next, next];
-    this.unfold(next, true);
+    [this.last, this.seen] = [next, next];
+    if (this.unfold(next, true)) this.sought = next;
+    else {
+      while (!this.place.querySelector(`[data-node="${this.seen}"]`)) this.seen = this.nodes[this.seen].parent;
+      this.parts.choose(this.seen);
+    }
   }
 
   // A small picture of the whole where it does not fit, with a frame around what is seen.
