@@ -2,9 +2,10 @@
 """`steward run` with components that are real nodes: `components.py STEWARD FAST CYCLONE`, with Pythons that have the
 packages of `robots/helper.py` and nav2_msgs (see `robots/make_nav2_msgs.sh`), and of `robots/cyclone_server.py`.
 
-A helper answers, on both middlewares, and misbehaves in each way. The paper's tree, unchanged, drives a navigation of
-ROS 2 with the simulated robot, in its time, for SEEDS seeds: one is on rclpy, and the next on Cyclone DDS, so that each
-of the paper's scenarios has had both after two seeds. All of it happens in a network of its own.
+A helper answers, on both middlewares, and misbehaves in each way; DDS fails, or the network, while it answers. The
+paper's tree, unchanged, drives a navigation of ROS 2 with the simulated robot, in its time, for SEEDS seeds: one is on
+rclpy, and the next on Cyclone DDS, so that each of the paper's scenarios has had both after two seeds. All of it happens
+in networks of its own.
 """
 import json, os, signal, subprocess, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
@@ -12,7 +13,7 @@ from itertools import cycle
 from pathlib import Path
 
 import apart
-from peer import Peer
+from peer import Peer, children
 
 STEWARD, FAST, CYCLONE = apart.paths()
 
@@ -26,15 +27,18 @@ def start(domain, *program):
     return Peer(*program, ROS_DOMAIN_ID=str(domain))
 
 
-def run(domain, scenario, *options):
+def run(domain, scenario, *options, network=(), meanwhile=lambda process: None):
     """What a run reports and says, and its messages: who says what to whom."""
     record, out = FOLDER / f"{domain}.jsonl", FOLDER / f"out-{domain}"
-    words = [STEWARD, "run", scenario, "--domain", str(domain), "--json", "--no-snapshots", *options]
-    process = subprocess.run([*words, "--record", record, "--out", out], capture_output=True, text=True, timeout=120)
-    assert process.returncode in (0, 1), process.stderr
+    words = [*network, STEWARD, "run", scenario, "--domain", str(domain), "--json", "--no-snapshots", *options]
+    words += ["--record", record, "--out", out]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    meanwhile(process)
+    reported, complaints = process.communicate(timeout=120)
+    assert process.returncode in (0, 1), complaints
     messages = [json.loads(line) for line in record.read_text().splitlines()]
     messages = [line for line in messages if "message" in line]
-    return json.loads(process.stdout), (out / "report.html").read_text(), messages, process.stderr
+    return json.loads(reported), (out / "report.html").read_text(), messages, complaints
 
 
 def said(messages, *between):
@@ -79,6 +83,46 @@ CASES = [("helper.py", FAST, how) for how in HOW] + [("cyclone_server.py", CYCLO
 with ThreadPoolExecutor(3) as together:
     list(together.map(helped, zip(CASES, DOMAINS)))
 print(f"{len(CASES)} times, a server of rclpy or of Cyclone DDS answered as it should, or misbehaved, and the run saw it")
+
+
+def cut_off(case):
+    """While the helper counts, the run loses what listens for it, or everybody loses the network, for a while."""
+    (file, python, seconds), domain = case
+    network = apart.Network()
+    network.run(apart.LOOPBACK)
+    server = Peer(python, file, network=network.inside, ROS_DOMAIN_ID=str(domain))
+
+    def meanwhile(process):
+        assert server.heard() == {"counts": True}
+        if seconds is None:
+            [listener] = children(process)
+            os.kill(int(listener), signal.SIGKILL)
+        else:
+            network.run("ip link set lo down")
+            time.sleep(seconds)
+            network.run(apart.LOOPBACK)
+
+    patient = ["--set", "leaves.Count.timeout_s=60", "--set", "execution.max_time_s=80"]
+    try:
+        report, _, messages, words = run(domain, TESTS / "helped/helped.toml", *patient, network=network.inside,
+                                         meanwhile=meanwhile)
+    finally:
+        server.kill()
+    heard = [head for head, *_ in said(messages, ("Helper", "Count"))]
+    # It counts for a second; what it said of that meanwhile may have come all at once, or never.
+    heard = [head for head in heard if head != "count.feedback"]
+    assert heard == ["count.accepted", "count.succeeded"], (case, heard, words)
+    assert report["monitors"][0]["verdict"] == "satisfied", (case, heard, words)
+    assert ("DDS failed after" in words) == (seconds != SHORT), (case, words)
+    assert ("out of reach" in words) == (seconds == LONG), (case, words)
+
+
+# Participants are given up after 10 or 20 s.
+SHORT, LONG = 3, 25
+SERVERS = [("helper.py", FAST), ("cyclone_server.py", CYCLONE)]
+CUTS = [(*server, seconds) for server in SERVERS for seconds in (None, SHORT, LONG)]
+# They mostly wait; what follows goes on beside them.
+cut = ThreadPoolExecutor(6).map(cut_off, zip(CUTS, DOMAINS))
 
 
 NAVIGATIONS = {"rclpy": (FAST, "navigator.py"), "Cyclone DDS": (CYCLONE, "cyclone_navigator.py")}
@@ -144,6 +188,9 @@ table = [expected for *_, expected in [*PAPER * SEEDS, DEAD, REPLACED]]
 others = [(case, verdicts, complaints) for case, (verdicts, *_, complaints), expected in zip(cases, results, table)
           if verdicts != expected]
 assert not others, others
+list(cut)
+print(f"a run whose DDS is killed, or whose network is cut off for {SHORT} or {LONG} s, goes on, says so, and hears how its goal "
+      "ended")
 driven = [case[-1] for case in cases[:-2]]
 print("the paper's tree had a navigation of ROS 2 drive, with the verdicts of the paper's table: " + ", ".join(
     f"{driven.count(navigation)} times one on {navigation}" for navigation in NAVIGATIONS))

@@ -13,7 +13,7 @@ import json, os, signal, socket, struct, subprocess, sys, tempfile, time
 from pathlib import Path
 
 import apart
-from peer import ROBOTS, Peer
+from peer import ROBOTS, Peer, children
 
 STEWARD, FAST, CYCLONE = apart.paths()
 
@@ -200,14 +200,12 @@ print("behind a bridge: the same verdicts, and nothing is said to be known of lo
 
 robot = Peer(CYCLONE, "cyclone.py", 61)
 watching = watch("robot.toml", "safety.scope", "replaced.mcap")
-listener = lambda: Path(f"/proc/{watching.pid}/task/{watching.pid}/children").read_text().split() or [
-    pid for task in Path(f"/proc/{watching.pid}/task").iterdir() for pid in (task / "children").read_text().split()]
-first = listener()
+first = children(watching)
 os.kill(int(first[0]), signal.SIGKILL)
 time.sleep(4)
 robot.ask("go")
 time.sleep(0.5)
-second = listener()
+second = children(watching)
 _, said, report = end(watching)
 assert first != second and "DDS failed after" in str(report["notes"]), (first, second, report["notes"])
 # What a message shows by itself is sure, and is said at once.
@@ -215,7 +213,7 @@ assert any((line["property"], line["verdict"]) == ("charged", "violated") for li
 assert verdicts(report)["charged"] == ("violated", [[24]], None), report
 assert verdicts(report)["dead"][2], report
 watching = watch("robot.toml", "safety.scope", "orphan.mcap")
-orphan = Path("/proc") / listener()[0]
+orphan = Path("/proc") / children(watching)[0]
 watching.kill()
 watching.wait()
 time.sleep(3)
@@ -264,22 +262,8 @@ assert any(note.startswith(total) for note in report["notes"]), (total, report["
 assert verdicts(report)["positive"][0] == "unsure" or report["monitors"][0]["unsure"], report["monitors"]
 print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS lost are counted, each in its place")
 
-class Network:
-    """Another network, which ends with the process that holds it."""
-
-    def __init__(self):
-        self.holder = subprocess.Popen(["unshare", "-n", "cat"], stdin=subprocess.PIPE)
-        self.name = f"/proc/{self.holder.pid}/ns/net"
-        while os.readlink(self.name) == os.readlink("/proc/self/ns/net"):
-            time.sleep(0.01)
-        self.inside = ["nsenter", f"--net={self.name}"]
-
-    def run(self, script):
-        subprocess.run([*self.inside, "sh", "-ec", script], check=True)
-
-
 # Between a robot and the watch is a network that loses datagrams, sends some twice, and others late.
-robots, between, watchers = Network(), Network(), Network()
+robots, between, watchers = apart.Network(), apart.Network(), apart.Network()
 for network, name, address, other in [(robots, "robot", "10.0.0.1", "from"), (watchers, "watch", "10.0.0.2", "to")]:
     between.run(f"ip link add {other} type veth peer name {name} netns {network.holder.pid} && ip link set {other} up")
     network.run(f"ip link set lo up && ip address add {address}/24 dev {name} && ip link set {name} up && "
@@ -346,7 +330,7 @@ robot.begin("go")
 hostile = subprocess.Popen([sys.executable, ROBOTS / "hostile.py", str(seconds)], stdout=subprocess.PIPE, text=True)
 largest_mb = 0
 while hostile.poll() is None:
-    for pid in [watching.pid, *listener()]:
+    for pid in [watching.pid, *children(watching)]:
         try:
             status = Path(f"/proc/{pid}/status").read_text()
         except OSError:

@@ -47,3 +47,9 @@ class Peer:
     def kill(self):
         self.process.kill()
         self.process.wait()
+
+
+def children(process):
+    """The processes that a process, which may have several threads, has started."""
+    tasks = Path(f"/proc/{process.pid}/task").iterdir()
+    return [child for task in tasks for child in (task / "children").read_text().split()]

@@ -38,6 +38,8 @@ class Count:
                 self.numbers.append(sum(self.numbers[-2:]))
                 self.goal.give_feedback(sequence=self.numbers)
                 self.due += COUNT_S
+                if counted == 2:
+                    say({"counts": True})
 
 
 parser = argparse.ArgumentParser()

@@ -43,6 +43,8 @@ def count(goal):
         else:
             numbers.append(sum(numbers[-2:]))
             goal.publish_feedback(Fibonacci.Feedback(sequence=numbers))
+            if counted == 2:
+                say({"counts": True})
         time.sleep(COUNT_S)
     return Fibonacci.Result(sequence=numbers)
 

@@ -64,8 +64,9 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
             pre.command { (markup::command(&command(view, report))) }
             @if is_recorded { p { "The hash of the events is " code { (report.trace_hash) } "." } }
             @else if let Some(outside) = outside(view) { p {
-                (outside) " took part from outside the program: another run need not be the same. The hash of this \
-                 one's trace is " code { (report.trace_hash) } "."
+                (outside) " took part from outside the program: another run need not be the same, and the verdicts are \
+                 about the messages that have arrived from there. The hash of this one's trace is "
+                code { (report.trace_hash) } "."
             } }
             @else if view.has_acts() { p {
                 "Without what was done by hand: " em { "Save as scenario" } " on the live page makes a scenario that gives \
