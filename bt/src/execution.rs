@@ -90,8 +90,7 @@ impl Execution {
     }
 
     /// The changes of status since the last call, in the order in which a logger of BehaviorTree.CPP hears them; none
-    /// if they are not [noted](Self::note_transitions). There is one other order: if the last child of a reactive node
-    /// is skipped although it counts as running, the library resets it before the other children, not after them.
+    /// if they are not [noted](Self::note_transitions).
     pub fn take_transitions(&mut self) -> Vec<NodeTransition> {
         self.state.take_transitions()
     }

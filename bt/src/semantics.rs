@@ -103,6 +103,8 @@ pub(crate) enum Reaction {
 pub(crate) enum Then {
     Tick(Which),
     Answer(Status),
+    /// It is done: all children are reset, and it starts over and answers.
+    Finish(Status),
     /// It is idle again, and is skipped.
     Skip,
     /// It returns running and requests another tick of the whole tree.
@@ -160,7 +162,7 @@ impl Reaction {
     }
 
     /// It is done: all children are reset, and it starts over.
-    fn finish(status: Status) -> Self {
+    pub(crate) fn finish(status: Status) -> Self {
         Self::Do { reset: Reset::All, resume: Resume::First, then: Then::Answer(status) }
     }
 
@@ -210,20 +212,25 @@ impl Memory {
 }
 
 impl Kind {
-    /// Whether, as in BehaviorTree.CPP, the first child that it ticks makes it running, even if the child is skipped.
-    pub(crate) fn runs_when_begun(self) -> bool {
-        !matches!(
-            self,
-            Self::Switch(_)
-                | Self::Precondition
-                | Self::SkipUnlessUpdated
-                | Self::WaitValueUpdate
-                | Self::PipelineSequence
-                | Self::NonblockingSequence
-                | Self::GoalUpdater
-                | Self::Condition
-                | Self::Action
-        )
+    /// Whether, as in BehaviorTree.CPP, a node that begins its tick like this is running, even if it is then skipped or
+    /// answers without a child.
+    pub(crate) fn runs_when_begun(self, reaction: Reaction) -> bool {
+        match (self, reaction) {
+            (Self::Repeat | Self::RetryUntilSuccessful, _) => true,
+            (_, Reaction::Do { then: Then::Tick(_), .. }) => !matches!(
+                self,
+                Self::Switch(_)
+                    | Self::Precondition
+                    | Self::SkipUnlessUpdated
+                    | Self::WaitValueUpdate
+                    | Self::PipelineSequence
+                    | Self::NonblockingSequence
+                    | Self::GoalUpdater
+                    | Self::Condition
+                    | Self::Action
+            ),
+            _ => false,
+        }
     }
 
     /// The answer of a child, other than the last, after which a node of this kind simply ticks the next one.
@@ -261,7 +268,7 @@ impl Kind {
 
     /// Whether a node of this kind that is ticked again has its earlier answer until it gives another.
     pub(crate) fn keeps_answer(self) -> bool {
-        self == Self::SubTree
+        matches!(self, Self::SubTree | Self::Loop(_))
     }
 
     /// Whether a node of this kind starts over after it has been halted.

@@ -12,7 +12,7 @@ use crate::{captured, heard, read};
 
 /// Leaves that answer one after the other what their port `answers` says.
 #[derive(Default)]
-struct Scripted(BTreeMap<NodeId, usize>);
+pub(crate) struct Scripted(BTreeMap<NodeId, usize>);
 
 impl Leaves for Scripted {
     fn tick(&mut self, leaf: Leaf<'_>) -> Status {
@@ -30,13 +30,24 @@ impl Leaves for Scripted {
     fn halt(&mut self, _: Leaf<'_>) {}
 }
 
-const MODEL: &str = r#"<TreeNodesModel> <Action ID="Scripted"> <input_port name="answers" type="std::string"/> </Action>
+const MODELS: &str = r#"<TreeNodesModel>
+    <Action ID="Scripted"> <input_port name="answers" type="std::string"/> </Action>
+    <Condition ID="Look"> <input_port name="answers" type="std::string"/> </Condition>
 </TreeNodesModel> </root>"#;
+
+/// A tree file, with the models of its leaves.
+pub(crate) fn with_models(xml: &str) -> String {
+    xml.replace("</root>", MODELS)
+}
+
+/// The time of a tick.
+pub(crate) fn at_tick(tick: u64) -> Duration {
+    Duration::from_millis(20 * tick)
+}
 
 fn loaded(file: &str) -> Arc<Tree> {
     let text = fs::read_to_string(captured(file)).unwrap();
-    let text = text.replace("</root>", MODEL);
-    Arc::new(Tree::from_xml(file, &text).unwrap())
+    Arc::new(Tree::from_xml(file, &with_models(&text)).unwrap())
 }
 
 /// The changes in this many ticks, and in a halt after them.
@@ -44,9 +55,9 @@ fn run(tree: &Arc<Tree>, ticks: u64) -> Vec<(u16, i64)> {
     let (mut execution, mut leaves) = (Execution::new(Arc::clone(tree)), Scripted::default());
     execution.note_transitions();
     for tick in 0..ticks {
-        execution.tick(Duration::from_millis(20 * tick), &mut leaves);
+        execution.tick(at_tick(tick), &mut leaves);
     }
-    execution.halt(Duration::from_millis(20 * ticks), &mut leaves);
+    execution.halt(at_tick(ticks), &mut leaves);
     let number = |status: Option<Status>| status.map_or(NodeStatus::Idle, NodeStatus::Answered).number();
     let told = execution.take_transitions().into_iter();
     told.map(|told| (u16::try_from(told.node.index() + 1).unwrap(), number(told.status).into())).collect()

@@ -7,7 +7,7 @@ use crate::semantics::{
     Answer, PortReading, Reaction, Reset, Resume, Then, Which, needs_reading_after, react, react_plain,
 };
 use crate::status::Mark;
-use crate::{Kind, Outcome, Status};
+use crate::{Category, Kind, Outcome, Status};
 
 impl TreeState {
     /// Handles the root's answer: returns the next action, or the tree's answer.
@@ -35,13 +35,17 @@ impl TreeState {
         node: u32,
         mut status: Status,
     ) -> Result<Next, Status> {
-        let Op { flags, parent, end: sibling, .. } = context.op(node);
+        let Op { kind, flags, parent, end: sibling, .. } = context.op(node);
         if flags.has(Flags::EXIT) {
             status = self.run_exit_scripts(context.program(), node, status);
         }
         let mark = self.marks[node as usize];
         self.mark(node, mark.answered(status));
         self.outcomes[node as usize].note(Outcome::Answered(status));
+        // As in BehaviorTree.CPP: unless it has done so itself, before it answered.
+        if kind.category() == Category::Decorator && self.marks[node as usize + 1].is_completed() {
+            self.mark(node + 1, Mark::Idle);
+        }
         if node == 0 {
             return self.finish(status);
         }
@@ -122,7 +126,7 @@ impl TreeState {
     ) -> Next {
         let program = context.program();
         let Reaction::Do { reset, resume, then } = reaction else {
-            return self.do_then(program, node, here, Then::Tick(Which::Next));
+            return self.do_then(context, node, here, Then::Tick(Which::Next));
         };
         match resume {
             Resume::Same => {}
@@ -131,19 +135,19 @@ impl TreeState {
             Resume::Next => self.resume[node as usize] = program.ops[here as usize].end,
         }
         let (start, end, spared) = match reset {
-            Reset::None => return self.do_then(program, node, here, then),
+            Reset::None => return self.do_then(context, node, here, then),
             Reset::All => (node + 1, program.ops[node as usize].end, 0),
             Reset::Others => (node + 1, program.ops[node as usize].end, here),
             Reset::FromHere => (here, program.ops[node as usize].end, 0),
             Reset::Here => (here, program.ops[here as usize].end, 0),
             Reset::Nth(child) => match program.children(node).nth(child as usize) {
                 Some(child) => (child, program.ops[child as usize].end, 0),
-                None => return self.do_then(program, node, here, then),
+                None => return self.do_then(context, node, here, then),
             },
         };
         // Most resets find only idle children. Only from the first running one on can a leaf suspend the reset.
         match self.reset_idle(program, start, end, spared) {
-            None => self.do_then(program, node, here, then),
+            None => self.do_then(context, node, here, then),
             Some(cursor) => context.reset(Halting::of_children(cursor, end, spared, After::Do(node, here, then))),
         }
     }
@@ -165,7 +169,8 @@ impl TreeState {
     }
 
     #[inline]
-    pub(super) fn do_then(&mut self, program: &Program, node: u32, here: u32, then: Then) -> Next {
+    pub(super) fn do_then<A>(&mut self, context: &mut Context<'_, A>, node: u32, here: u32, then: Then) -> Next {
+        let program = context.program();
         match then {
             Then::Tick(which) => {
                 let child = match which {
@@ -181,6 +186,7 @@ impl TreeState {
                 if is_done { Next::Pass(child) } else { Next::Enter(child) }
             }
             Then::Answer(status) => Next::Answer(node, status),
+            Then::Finish(status) => self.carry_out(context, node, here, Reaction::finish(status)),
             Then::Skip => {
                 self.mark(node, Mark::Started);
                 Next::Answer(node, Status::Skipped)

@@ -143,7 +143,7 @@ impl TreeState {
     pub(super) fn after_reset<A>(&mut self, context: &mut Context<'_, A>, after: After) -> Next {
         let program = context.program();
         match after {
-            After::Do(node, here, then) => self.do_then(program, node, here, then),
+            After::Do(node, here, then) => self.do_then(context, node, here, then),
             After::Skip(node) => Next::Answer(node, Status::Skipped),
             After::Catch(node) => Next::Enter(program.children(node).last().unwrap_or(node + 1)),
             After::Caught(node) => {

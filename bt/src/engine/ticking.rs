@@ -4,7 +4,7 @@ use super::reset::{After, Halting};
 use super::{Answers, Context, Next, TreeState};
 use crate::hooks::Entrance;
 use crate::program::{Flags, Op};
-use crate::semantics::{Beginning, PortReading, Reaction, Then, Which, begin, begin_plain, needs_reading};
+use crate::semantics::{Beginning, PortReading, Then, Which, begin, begin_plain, needs_reading};
 use crate::status::Mark;
 use crate::{Leaf, NodeId, Status};
 
@@ -74,7 +74,7 @@ impl TreeState {
         let child_runs = node + 1 < end && self.marks[node as usize + 1].is_running();
         let beginning = Beginning { was: was.status(), reading, now: context.now, child_runs };
         let reaction = begin(kind, memory, beginning);
-        if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
+        if kind.runs_when_begun(reaction) {
             self.mark(node, self.marks[node as usize].begun(kind.keeps_answer()));
         }
         self.carry_out(context, node, 0, reaction)

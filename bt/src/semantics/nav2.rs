@@ -142,7 +142,9 @@ pub(super) fn react_nav2(kind: Kind, memory: &mut Memory, status: Status, answer
             if kind == Kind::RateController && status == Status::Success {
                 memory.until = Some(answer.now.saturating_add(nanoseconds(memory.limits[0])));
             }
-            Reaction::finish(if let PortReading::Status(status) = answer.reading { status } else { status })
+            let status = if let PortReading::Status(status) = answer.reading { status } else { status };
+            // The others leave it to the library to reset their child after the answer.
+            if kind == Kind::PathLongerOnApproach { Reaction::finish(status) } else { Reaction::answer(status) }
         }
     }
 }

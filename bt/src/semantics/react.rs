@@ -45,11 +45,13 @@ fn react_reactive(memory: &mut Memory, neutral: Status, status: Status, is_last:
         }
         Status::Skipped => {
             memory.skipped += 1;
-            match is_last {
-                true if memory.skipped == memory.children => Reaction::finish(Status::Skipped),
-                true => Reaction::finish(neutral),
-                false => Reaction::Do { reset: Reset::Here, resume: Resume::Same, then: Then::Tick(Which::Next) },
-            }
+            // It is reset first, so that it can be skipped again, even if all are reset then.
+            let then = match is_last {
+                true if memory.skipped == memory.children => Then::Finish(Status::Skipped),
+                true => Then::Finish(neutral),
+                false => Then::Tick(Which::Next),
+            };
+            Reaction::Do { reset: Reset::Here, resume: Resume::Same, then }
         }
         status if status == neutral && !is_last => Reaction::Next,
         status => Reaction::finish(status),
@@ -141,7 +143,8 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, answer: Answer) 
         (Kind::KeepRunningUntilFailure, _) => until_failure(status),
         (Kind::SkipUnlessUpdated | Kind::WaitValueUpdate, _) => {
             memory.flag = status == Running;
-            pass_on(status)
+            // If the child is done, it is reset after the answer, as that of any decorator.
+            Reaction::answer(status)
         }
         (kind, _) if kind.is_of_nav2() => react_nav2(kind, memory, status, answer),
 

@@ -17,7 +17,7 @@ use crate::semantics::{
     react,
 };
 use crate::status::Mark;
-use crate::{Outcome, Request, Status};
+use crate::{Category, Outcome, Request, Status};
 
 impl NodeProcess {
     pub(super) fn take_request(&mut self, envelope: &Envelope, now: Duration) -> Stage {
@@ -51,7 +51,7 @@ impl NodeProcess {
         let beginning = Beginning { was: self.mark.status(), reading, now, child_runs };
         let reaction = begin(kind, &mut self.memory, beginning);
         self.mark = self.mark.entered();
-        if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
+        if kind.runs_when_begun(reaction) {
             self.mark = self.mark.begun(kind.keeps_answer());
         }
         self.carry_out(0, reaction)
@@ -190,6 +190,7 @@ impl NodeProcess {
                 Which::Last => self.records.len() - 1,
             }),
             Then::Answer(status) => self.leave(status),
+            Then::Finish(status) => self.carry_out(here, Reaction::finish(status)),
             Then::Skip => {
                 self.mark = Mark::Started;
                 self.leave(Status::Skipped)
@@ -216,6 +217,9 @@ impl NodeProcess {
 
     pub(super) fn answer(&mut self, status: Status) -> Stage {
         let own_status = self.mark.answered(status).status();
+        if self.kind().category() == Category::Decorator && self.records[0].mark.is_completed() {
+            self.records[0].mark = Mark::Idle;
+        }
         Stage::Answering(NodeReply { status: Some(status), own_status, again: std::mem::take(&mut self.again) })
     }
 
