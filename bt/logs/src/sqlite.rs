@@ -89,8 +89,13 @@ impl SqliteLog {
             .file
             .prepare_cached(query)
             .and_then(|mut query| query.query_row(params![from_us, self.session], read).optional());
-        let row = row.map_err(|error| LogError::Damaged { path: path.to_owned(), problem: error.to_string() })?;
+        let damaged = |problem| LogError::Damaged { path: path.to_owned(), problem };
+        let row = row.map_err(|error| damaged(error.to_string()))?;
         if let Some(LoggedTransition { at_us, .. }) = row {
+            // SQLite does not check the order in which it finds rows. Without this, such a file would have no end.
+            if at_us < from_us {
+                return Err(damaged("its transitions are not in the order of their times".to_owned()));
+            }
             self.from_us = at_us.checked_add(1);
         }
         Ok(row)

@@ -145,6 +145,21 @@ fn a_session_may_have_the_first_and_the_last_of_all_times() {
     assert!(logged.is_sorted());
 }
 
+/// The search for the row after one that is out of order leads back, so that reading would not end.
+#[cfg(feature = "sqlite")]
+#[test]
+fn a_session_whose_times_are_out_of_order_is_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("order.db3");
+    let mut bytes = fs::read(captured("fetch.db3")).unwrap();
+    // The time of a row in the table of transitions.
+    bytes[6123] = 129;
+    fs::write(&path, bytes).unwrap();
+    let (logged, problem) = read(&path);
+    assert!(problem.unwrap().to_string().contains("not in the order of their times"));
+    assert!(!logged.is_empty() && logged.is_sorted());
+}
+
 #[test]
 fn wherever_a_file_is_cut_off_all_before_is_read() {
     let whole = fs::read(captured("fetch.btlog")).unwrap();
