@@ -57,6 +57,7 @@ struct Declaration {
     /// The process that this one is part of; itself if it is not part of another.
     whole: ProcessId,
     is_outside: bool,
+    other_names: Vec<String>,
 }
 
 /// The processes and channels of a system, by name: the static structure.
@@ -121,8 +122,34 @@ impl Topology {
         if self.find_process(name).is_some() {
             return Err(WiringError::DuplicateProcess { name: name.to_owned() });
         }
-        self.processes.push(Declaration { name: name.to_owned(), whole, is_outside: false });
+        let name = name.to_owned();
+        self.processes.push(Declaration { name, whole, is_outside: false, other_names: Vec::new() });
         Ok(ProcessId(self.processes.len() - 1))
+    }
+
+    /// Lets people call a process by these names, its own among them, from the most specific to the most general.
+    /// Other processes may have the same ones.
+    pub fn call(&mut self, process: ProcessId, names: Vec<String>) {
+        self.processes[process.0].other_names = names;
+    }
+
+    /// The names by which people [may call](Self::call) a process; none if only by its own.
+    #[must_use]
+    pub fn other_names(&self, process: ProcessId) -> &[String] {
+        &self.processes[process.0].other_names
+    }
+
+    /// The processes that a name may mean: those for which it is the most specific.
+    #[must_use]
+    pub fn meant_by(&self, name: &str) -> Vec<ProcessId> {
+        let own = self.find_process(name).filter(|process| self.other_names(*process).is_empty());
+        if let Some(own) = own {
+            return vec![own];
+        }
+        let place = |process: ProcessId| self.other_names(process).iter().position(|other| other == name);
+        let places: Vec<_> = self.processes().filter_map(|process| Some((place(process)?, process))).collect();
+        let first = places.iter().map(|(place, _)| *place).min();
+        places.into_iter().filter(|(place, _)| Some(*place) == first).map(|(_, process)| process).collect()
     }
 
     /// Declares the channel from `source` to `target`.

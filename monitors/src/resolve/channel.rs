@@ -1,6 +1,6 @@
 //! The channel of an event.
 
-use channels::ChannelId;
+use channels::{ChannelId, ProcessId};
 use diagnostics::{Problem, nearest_or_all};
 
 use super::Resolver;
@@ -22,15 +22,16 @@ impl Resolver<'_> {
 
     /// The events on all channels that fit: whose messages the condition can be about.
     fn any(&mut self, event: &syntax::Event) -> Option<Vec<EventAtom>> {
-        let named = [event.source.name(), event.target.name()];
-        if named.into_iter().flatten().any(|name| !self.process_is_known(name)) {
+        let topology = self.topology;
+        let ends = [event.source.name(), event.target.name()].map(|name| name.map(|name| self.process(name)));
+        if ends.contains(&Some(None)) {
             return None;
         }
-        let topology = self.topology;
         let fits = |channel: &ChannelId| {
             let (source, target) = topology.ends(*channel);
-            let is_named = |name: Option<&Name>, end: &str| name.is_none_or(|name| name.text == end);
-            !topology.is_internal(*channel) && is_named(named[0], source) && is_named(named[1], target)
+            let is_meant = |meant: Option<ProcessId>, end: &str| meant.is_none_or(|meant| topology.name(meant) == end);
+            let [from, to] = ends.map(Option::flatten);
+            !topology.is_internal(*channel) && is_meant(from, source) && is_meant(to, target)
         };
         let noted = self.problems.len();
         let (mut events, mut reasons): (Vec<EventAtom>, Option<Vec<Problem>>) = (Vec::new(), None);
@@ -62,12 +63,9 @@ impl Resolver<'_> {
             self.problems.push(problem.at(source.span, "no such process").with_help(help));
             return None;
         }
-        let known = [self.process_is_known(source), self.process_is_known(target)];
-        if known != [true, true] {
-            return None;
-        }
         let span = source.span.to(target.span);
-        let (source, target) = (source.text.as_str(), target.text.as_str());
+        let (source, target) = (self.process(source), self.process(target));
+        let (source, target) = (self.topology.name(source?), self.topology.name(target?));
         let Some(channel) = self.topology.find_channel(source, target) else {
             let problem = Problem::new(format!("there is no channel from {source} to {target}"));
             self.problems.push(problem.at(span, "no such channel").with_help(self.other_channels(source, target)));
@@ -82,9 +80,17 @@ impl Resolver<'_> {
         Some(channel)
     }
 
-    fn process_is_known(&mut self, name: &Name) -> bool {
-        if self.topology.find_process(&name.text).is_some() {
-            return true;
+    /// The process that is meant by a name. `None` after the problem has been reported.
+    fn process(&mut self, name: &Name) -> Option<ProcessId> {
+        let meant = self.topology.meant_by(&name.text);
+        if let [process] = *meant {
+            return Some(process);
+        }
+        if !meant.is_empty() {
+            let problem = Problem::new(format!("{} processes are called `{}`", meant.len(), name.text));
+            let problem = problem.at(name.span, "which of them?");
+            self.problems.push(problem.with_help(format!("call one by its full path: {}", self.paths(&meant))));
+            return None;
         }
         // Members of a process have no channels to which a property may refer.
         let topology = self.topology;
@@ -92,7 +98,17 @@ impl Resolver<'_> {
         let known: Vec<&str> = wholes.map(|process| topology.name(process)).collect();
         let problem = Problem::new(format!("unknown process `{}`", name.text)).at(name.span, "no such process");
         self.problems.push(problem.with_help(nearest_or_all(&name.text, "processes", &known)));
-        false
+        None
+    }
+
+    /// The most specific names of these processes, as they are written.
+    fn paths(&self, processes: &[ProcessId]) -> String {
+        const MOST: usize = 10;
+        let paths = processes.iter().filter_map(|process| self.topology.other_names(*process).first());
+        let paths: Vec<String> = paths.take(MOST).map(|path| format!("{path:?}")).collect();
+        let others = processes.len().saturating_sub(MOST);
+        let others = if others == 0 { String::new() } else { format!(", and {others} others") };
+        paths.join(", ") + &others
     }
 
     /// The channels that may have been meant: the opposite direction, or those of the sender.

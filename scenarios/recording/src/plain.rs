@@ -174,14 +174,18 @@ pub(crate) mod topology {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// Processes: a name, the index of the parent process, and whether it is outside the system. Channels: the indices
-    /// of sender and receiver, whether they are synchronous, and the messages that may pass. Topics: the index of the
-    /// publisher, and the messages.
-    type Plain = (Vec<(String, usize, bool)>, Vec<(usize, usize, bool, Domain)>, Vec<(usize, Shape)>);
+    /// A name, the index of the parent process, whether it is outside the system, and its other names.
+    type Process = (String, usize, bool, Vec<String>);
+
+    /// Processes. Channels: the indices of sender and receiver, whether they are synchronous, and the messages that may
+    /// pass. Topics: the index of the publisher, and the messages.
+    type Plain = (Vec<Process>, Vec<(usize, usize, bool, Domain)>, Vec<(usize, Shape)>);
 
     pub(crate) fn serialize<S: Serializer>(topology: &Topology, serializer: S) -> Result<S::Ok, S::Error> {
-        let process =
-            |id: ProcessId| (topology.name(id).to_owned(), topology.whole(id).index(), topology.is_outside(id));
+        let process = |id: ProcessId| {
+            let (name, whole) = (topology.name(id).to_owned(), topology.whole(id).index());
+            (name, whole, topology.is_outside(id), topology.other_names(id).to_vec())
+        };
         let channels = topology.channels().map(|id| {
             let channel = topology.get(id);
             let handshake = channel.capacity == Capacity::Zero;
@@ -198,14 +202,16 @@ pub(crate) mod topology {
         let mut topology = Topology::default();
         let mut ids: Vec<ProcessId> = Vec::new();
         let unknown = || D::Error::custom("a process that does not exist");
-        for (place, (name, whole, is_outside)) in processes.iter().enumerate() {
-            let declared = match ids.get(*whole) {
-                Some(whole) => topology.member(*whole, name),
-                None if *whole == place && *is_outside => topology.outside(name),
-                None if *whole == place => topology.process(name),
+        for (place, (name, whole, is_outside, other_names)) in processes.into_iter().enumerate() {
+            let declared = match ids.get(whole) {
+                Some(whole) => topology.member(*whole, &name),
+                None if whole == place && is_outside => topology.outside(&name),
+                None if whole == place => topology.process(&name),
                 None => return Err(unknown()),
             };
-            ids.push(declared.map_err(D::Error::custom)?);
+            let process = declared.map_err(D::Error::custom)?;
+            topology.call(process, other_names);
+            ids.push(process);
         }
         let end = |place: usize| ids.get(place).copied().ok_or_else(unknown);
         for (source, target, handshake, domain) in channels {
@@ -251,6 +257,7 @@ mod tests {
         let [world, monitors] = ["World", "Monitors"].map(|name| topology.outside(name).unwrap());
         topology.channel(world, monitors, Capacity::Zero, answers.clone()).unwrap();
         topology.publish(leaf, Shape::new([("topic", FieldKind::symbols(["news"]))]).with_role(Role::Topic));
+        topology.call(leaf, vec!["Main/BatteryLevel".to_owned(), "BatteryLevel".to_owned()]);
         let cells = vec![Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Free, Cell::Free, Cell::Occupied];
         // The bits stay the same even if the rotation is not quite normalized.
         let pose = of_numbers([-0.0, 0.1 + 0.2, 1.0 + f64::EPSILON, 1e-300]);
@@ -280,7 +287,9 @@ mod tests {
         assert!(read.is_err(), "a cell is missing");
         let nobody: Vec<(usize, usize, bool, Domain)> = vec![(0, 1, false, Domain::new([]))];
         let topics: Vec<(usize, Shape)> = Vec::new();
-        let bytes = postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize, false)], nobody, topics)).unwrap();
+        let bytes =
+            postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize, false, Vec::<String>::new())], nobody, topics))
+                .unwrap();
         let read = topology::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "there is one process");
     }

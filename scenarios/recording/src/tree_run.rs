@@ -247,11 +247,15 @@ fn wired(nodes: &[LoggedNode]) -> Arc<Topology> {
     let mut topology = Topology::default();
     let unique = "every name is different, and every channel has ends of its own";
     let tree = topology.process(TREE).expect(unique);
+    let mut paths: BTreeMap<&str, usize> = BTreeMap::new();
+    nodes.iter().for_each(|node| *paths.entry(&node.path).or_default() += 1);
     let answers = ["running", "success", "failure", "skipped", "halted"];
     let reply = Domain::new([Shape::new([("reply", FieldKind::symbols(answers))])]);
-    for name in &names {
-        let node = topology.process(name).expect(unique);
+    for (LoggedNode { uid, type_id, name: label, path, .. }, name) in nodes.iter().zip(names) {
+        let node = topology.process(&name).expect(unique);
         topology.channel(node, tree, Capacity::One, reply.clone()).expect(unique);
+        let unique_path = if paths[path.as_str()] == 1 { path.clone() } else { format!("{path}::{uid}") };
+        topology.call(node, vec![unique_path, path.clone(), label.clone(), name, type_id.clone()]);
     }
     Arc::new(topology)
 }
