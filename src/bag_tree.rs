@@ -1,11 +1,11 @@
 //! `--tree FILE`: the tree whose statuses a bag has.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
-use bt::Tree;
 use campaigns::Error;
 use clap::Args;
-use recording::Recording;
+use recording::{BagTree, Recording};
 use reports::html::quoted;
 
 use crate::named_files;
@@ -13,20 +13,35 @@ use crate::named_files;
 /// The tree of a bag that Nav2 wrote.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct BagTreeArgs {
-    /// The tree that ran, for a bag with Nav2's topic `/behavior_tree_log`: the XML file that Nav2 loaded
-    #[arg(long, value_name = "FILE")]
-    tree: Option<PathBuf>,
+    /// The tree that ran, for a bag with Nav2's topic `/behavior_tree_log`: the XML file that Nav2 loaded. Of several
+    /// such topics, `/TOPIC=FILE` names one
+    #[arg(long, value_name = "[TOPIC=]FILE", value_parser = topic_and_file)]
+    tree: Option<TopicAndFile>,
+}
+
+/// The file of a tree, and the topic that it belongs to.
+#[derive(Clone, Debug)]
+struct TopicAndFile {
+    topic: Option<String>,
+    file: PathBuf,
+}
+
+/// A file may have any name: what exists is one.
+fn topic_and_file(text: &str) -> Result<TopicAndFile, Infallible> {
+    let named = text.split_once('=').filter(|(topic, _)| topic.starts_with('/') && !Path::new(text).exists());
+    let (topic, file) = named.map_or((None, text), |(topic, file)| (Some(topic.to_owned()), file));
+    Ok(TopicAndFile { topic, file: file.into() })
 }
 
 impl BagTreeArgs {
     /// The tree, if one is named: then not all of the logs may have a tree of their own.
-    pub(crate) fn load(&self, logs: &[PathBuf]) -> Result<Option<Tree>, Error> {
-        let Some(file) = &self.tree else { return Ok(None) };
+    pub(crate) fn load(&self, logs: &[PathBuf]) -> Result<Option<BagTree>, Error> {
+        let Some(TopicAndFile { topic, file }) = &self.tree else { return Ok(None) };
         if logs.iter().all(|log| Recording::open(log).is_ok()) {
             let help = "leave it out: a recording, and a log of BehaviorTree.CPP, has its tree";
             return Err(Error::refused("`--tree` is for a ROS 2 bag", help));
         }
-        Ok(Some(named_files::tree(file)?))
+        Ok(Some(BagTree { topic: topic.clone(), ..named_files::tree(file)?.into() }))
     }
 
     /// Whether one is named.
@@ -36,7 +51,10 @@ impl BagTreeArgs {
 
     /// As words of a command.
     pub(crate) fn words(&self) -> impl Iterator<Item = String> {
-        let file = self.tree.as_deref().map(Path::to_string_lossy);
-        file.into_iter().flat_map(|file| ["--tree".to_owned(), quoted(&file)])
+        let words = |TopicAndFile { topic, file }: &TopicAndFile| {
+            let topic = topic.as_ref().map_or_else(String::new, |topic| format!("{topic}="));
+            ["--tree".to_owned(), quoted(&(topic + &file.to_string_lossy()))]
+        };
+        self.tree.iter().flat_map(words)
     }
 }

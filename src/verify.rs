@@ -28,11 +28,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bags::{Contents, Found};
-use bt::Tree;
 use campaigns::Error;
 use channels::Gap;
 use monitors::{Channels, EventLog, LogError, Property};
-use recording::{Doubts, Header, LoggedRecording, Recording, RecordingError};
+use recording::{BagTree, Doubts, Header, LoggedRecording, Recording, RecordingError};
 use reports::report::ViolationsReport;
 use scenarios::scenario::find;
 use serde_json::json;
@@ -164,7 +163,7 @@ fn verify_event_log(
     args: &VerifyArgs,
     path: &Path,
     folder: Option<&Path>,
-    tree: Option<&Tree>,
+    tree: Option<&BagTree>,
 ) -> Result<Verified, Error> {
     if args.map_channels.is_some() {
         let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
@@ -302,7 +301,7 @@ impl Subject {
 }
 
 /// The header of a recording, which says everything about its system; none of other logs.
-fn header(log: &Path, tree: Option<&Tree>) -> Option<Header> {
+fn header(log: &Path, tree: Option<&BagTree>) -> Option<Header> {
     let is_whole = tree.is_some() || !is_pipe(log);
     let view =
         is_whole.then(|| Recording::open_with(log, tree).and_then(|mut recording| recording.begin()).ok()).flatten();
@@ -319,7 +318,7 @@ fn is_pipe(log: &Path) -> bool {
 type Truncated = Rc<Cell<Option<String>>>;
 
 /// The log's bytes: a file's, a pipe's, or those of standard input. A recording is read as its log.
-fn open(log: &Path, tree: Option<&Tree>, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
+fn open(log: &Path, tree: Option<&BagTree>, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
     if follow {
         return Ok(Box::new(BufReader::new(Growing::open(log)?)));
     }

@@ -49,6 +49,7 @@ use nav2::Nav2Log;
 
 pub use channels::Flaw;
 pub use error::LogError;
+pub use nav2::BagTree;
 pub use status::{LogEntry, LogGap, LoggedTransition, NodeStatus, StatusChange};
 pub use tree::{LoggedNode, LoggedTree};
 pub use writer::LogWriter;
@@ -111,12 +112,12 @@ impl Log {
         Self::with(path, &xml, Some(log.began_us()), None, Reader::File(log))
     }
 
-    /// Opens a bag with one topic of `nav2_msgs/msg/BehaviorTreeLog`, whose messages are about this tree.
+    /// Opens a bag with a topic of `nav2_msgs/msg/BehaviorTreeLog`, whose messages are about this tree.
     ///
     /// # Errors
-    /// [`LogError::Bag`] if the bag cannot be read; [`LogError::Unfit`] if it has no such topic, or if no message is
-    /// about the tree.
-    pub fn of_bag(path: &Path, tree: &bt::Tree) -> Result<Self, LogError> {
+    /// [`LogError::Bag`] if the bag cannot be read; [`LogError::Unfit`] if it has no such topic, or several and none is
+    /// named, or if no message is about the tree.
+    pub fn of_bag(path: &Path, tree: &BagTree) -> Result<Self, LogError> {
         let (tree, reader) = nav2::open(path, tree)?;
         let (began_us, topic) = (reader.began_us(), Some(reader.topic().to_owned()));
         Ok(Self { path: path.to_owned(), tree, began_us, session: None, topic, reader: Reader::Nav2(Box::new(reader)) })

@@ -21,6 +21,21 @@ const KIND: &str = "nav2_msgs/msg/BehaviorTreeLog";
 /// measured. Simulated time is years away from the wall clock.
 const SAME_CLOCK_US: i64 = 1_000_000;
 
+/// The tree whose statuses a bag has.
+#[derive(Debug)]
+pub struct BagTree {
+    /// As Nav2 loaded it.
+    pub tree: Tree,
+    /// The topic with its statuses; none if the bag has only one of that type.
+    pub topic: Option<String>,
+}
+
+impl From<Tree> for BagTree {
+    fn from(tree: Tree) -> Self {
+        Self { tree, topic: None }
+    }
+}
+
 /// The statuses of a tree's nodes in a bag.
 pub(crate) struct Nav2Log {
     path: PathBuf,
@@ -80,21 +95,27 @@ impl std::fmt::Debug for Nav2Log {
 }
 
 /// Opens a bag that has the statuses of a tree. Returns the tree as the log has it, too.
-pub(crate) fn open(path: &Path, tree: &Tree) -> Result<(LoggedTree, Nav2Log), LogError> {
+pub(crate) fn open(path: &Path, BagTree { tree, topic }: &BagTree) -> Result<(LoggedTree, Nav2Log), LogError> {
     let unfit = |problem: String, help: String| LogError::Unfit { path: path.to_owned(), problem, help };
     let bag = Bag::open(path)?;
     let survey = bag.survey();
-    let mut topics = survey.topics.iter().filter(|topic| topic.kind == KIND);
-    let topic = match (topics.next(), topics.next()) {
-        (Some(topic), None) => topic,
-        (None, _) => {
+    let topics: Vec<_> = survey.topics.iter().filter(|topic| topic.kind == KIND).collect();
+    let names: Vec<&str> = topics.iter().map(|topic| topic.name.as_str()).collect();
+    let file = tree.source().name();
+    let topic = match (topics.as_slice(), topic) {
+        ([], _) => {
             let help = "record `/behavior_tree_log`, which Nav2's navigators publish".to_owned();
             return Err(unfit(format!("it has no topic of type {KIND}"), help));
         }
-        (Some(one), Some(other)) => {
-            let problem = format!("it has several topics of type {KIND}: {} and {}", one.name, other.name);
-            return Err(unfit(problem, "record a bag for each robot".to_owned()));
+        ([topic], None) => *topic,
+        ([first, ..], None) => {
+            let problem = format!("it has several topics of type {KIND}: {}", names.join(", "));
+            return Err(unfit(problem, format!("name the one of the tree: `--tree {}={file}`", first.name)));
         }
+        (_, Some(name)) => *topics.iter().find(|topic| topic.name == *name).ok_or_else(|| {
+            let known = if names.len() == 1 { "only one" } else { "only these" };
+            unfit(format!("it has no topic {name} of type {KIND}"), format!("{known}: {}", names.join(", ")))
+        })?,
     };
     let definitions = Definitions { survey, folders: &[], read: &from_disk };
     let layout = definitions.layout(topic).map_err(|undefined| unfit(undefined.why, undefined.help))?;

@@ -150,7 +150,7 @@ pub use tally::{BatteryTally, LocalizationError, Tally};
 pub use trace_hash::TraceHash;
 pub use tree_failure::TreeFailure;
 pub use tree_log_writer::logged_transitions;
-pub use tree_logs::LogError;
+pub use tree_logs::{BagTree, LogError};
 pub use tree_run::TreeRun;
 pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError};
 pub use violations_file::write_violations;

@@ -3,8 +3,7 @@
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use bt::Tree;
-use tree_logs::LogError;
+use tree_logs::{BagTree, LogError};
 
 use crate::chunk::ChunkError;
 use crate::file::FileChunks;
@@ -118,12 +117,12 @@ impl Recording {
         Ok(Self { path: path.to_owned(), source, ahead: None })
     }
 
-    /// Opens a bag, whose only topic of `nav2_msgs/msg/BehaviorTreeLog` has the statuses of this tree, as a
+    /// Opens a bag, of which a topic of `nav2_msgs/msg/BehaviorTreeLog` has the statuses of this tree, as a
     /// [log](tree_logs::Log::of_bag).
     ///
     /// # Errors
     /// [`RecordingError::TreeLog`].
-    pub fn of_bag(path: &Path, tree: &Tree) -> Result<Self, RecordingError> {
+    pub fn of_bag(path: &Path, tree: &BagTree) -> Result<Self, RecordingError> {
         let log = TreeLog::of_bag(path, tree).map_err(RecordingError::TreeLog)?;
         Ok(Self { path: path.to_owned(), source: Records::Tree(Box::new(log)), ahead: None })
     }
@@ -132,7 +131,7 @@ impl Recording {
     ///
     /// # Errors
     /// [`RecordingError`].
-    pub fn open_with(path: &Path, tree: Option<&Tree>) -> Result<Self, RecordingError> {
+    pub fn open_with(path: &Path, tree: Option<&BagTree>) -> Result<Self, RecordingError> {
         match (Self::open(path), tree) {
             (Err(RecordingError::Foreign(_) | RecordingError::Read { .. }), Some(tree)) => Self::of_bag(path, tree),
             (opened, _) => opened,

@@ -4,9 +4,8 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
-use bt::Tree;
 use channels::{Flaw, Gap};
-use tree_logs::{Log, LogEntry, LogError, NodeStatus, StatusChange};
+use tree_logs::{BagTree, Log, LogEntry, LogError, NodeStatus, StatusChange};
 
 use crate::{Doubts, Ended, Origin, Record, Step, TreeRun};
 
@@ -43,8 +42,9 @@ impl TreeLog {
     }
 
     /// The log of a tree that Nav2 has written into a bag.
-    pub(crate) fn of_bag(path: &Path, tree: &Tree) -> Result<Self, LogError> {
-        let recorded = format!("steward report {} --tree {}", path.display(), tree.source().name());
+    pub(crate) fn of_bag(path: &Path, tree: &BagTree) -> Result<Self, LogError> {
+        let topic = tree.topic.as_ref().map_or_else(String::new, |topic| format!("{topic}="));
+        let recorded = format!("steward report {} --tree {topic}{}", path.display(), tree.tree.source().name());
         Ok(Self::begin(Log::of_bag(path, tree)?, path, recorded))
     }
 

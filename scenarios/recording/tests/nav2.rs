@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bt::Tree;
+use bt::{Status, Tree};
 use channels::{EventKind, Flaw, Gap};
 use mcap::records::MessageHeader;
-use recording::{Happening, LogError, LoggedRecording, Recording, RecordingError, RunView};
+use recording::{BagTree, Happening, LogError, LoggedRecording, Recording, RecordingError, RunView};
 use ros_messages::{CdrWriter, RosMessage, messages};
+use tree_logs::{Log as TreeLog, LogEntry, NodeStatus};
 
 messages! {
     Time = "builtin_interfaces/Time" { sec: i32, nanosec: u32 }
@@ -101,8 +102,8 @@ fn written<M: RosMessage>(folder: &Path, topics: &[(&str, Vec<M>)]) -> PathBuf {
     path
 }
 
-fn tree() -> Tree {
-    Tree::from_xml("tree.xml", TREE).unwrap()
+fn tree() -> BagTree {
+    Tree::from_xml("tree.xml", TREE).unwrap().into()
 }
 
 /// What the nodes told, and the gaps, as lines; and the run at its end.
@@ -124,7 +125,7 @@ fn played(path: &Path) -> (Vec<String>, Vec<Gap>, RunView) {
     (told, gaps, view)
 }
 
-fn refused(path: &Path, tree: &Tree) -> String {
+fn refused(path: &Path, tree: &BagTree) -> String {
     match Recording::of_bag(path, tree) {
         Err(RecordingError::TreeLog(LogError::Unfit { problem, .. })) => problem,
         other => panic!("{other:?}"),
@@ -231,8 +232,32 @@ fn without_numbers_every_name_must_be_that_of_one_node() {
     let (told, gaps, _) = played(&path);
     assert_eq!((&told[..], gaps.len()), (&["0 Navigate running", "0 FollowPath running"].map(str::to_owned)[..], 0));
     let twice = Tree::from_xml("tree.xml", &TREE.replace("<FollowPath/>", "<FollowPath name=\"Navigate\"/>")).unwrap();
-    let problem = refused(&path, &twice);
+    let problem = refused(&path, &twice.into());
     assert!(problem.ends_with("and several nodes of the tree are called `Navigate`"), "{problem}");
-    let path = written(folder.path(), &[("/a", vec![log.clone()]), ("/b", vec![log])]);
-    assert!(refused(&path, &tree()).contains("several topics of type nav2_msgs/msg/BehaviorTreeLog: /a and /b"));
+}
+
+#[test]
+fn of_several_topics_the_named_one_is_the_tree_s() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |status: &str| OldLog {
+        timestamp: time(1e9),
+        event_log: vec![OldChange {
+            timestamp: time(1e9),
+            node_name: "Navigate".to_owned(),
+            previous_status: "IDLE".to_owned(),
+            current_status: status.to_owned(),
+        }],
+    };
+    let path = written(folder.path(), &[("/a/log", vec![told("RUNNING")]), ("/b/log", vec![told("FAILURE")])]);
+    let of = |topic: &str| BagTree { topic: Some(topic.to_owned()), ..tree() };
+    for (topic, status) in
+        [("/a/log", NodeStatus::Answered(Status::Running)), ("/b/log", NodeStatus::Answered(Status::Failure))]
+    {
+        let mut log = TreeLog::of_bag(&path, &of(topic)).unwrap();
+        let Some(LogEntry::Changed(change)) = log.next_entry().unwrap() else { panic!("{topic}") };
+        assert_eq!((log.topic(), change.status), (Some(topic), status));
+    }
+    let kind = "of type nav2_msgs/msg/BehaviorTreeLog";
+    assert_eq!(refused(&path, &tree()), format!("it has several topics {kind}: /a/log, /b/log"));
+    assert_eq!(refused(&path, &of("/c/log")), format!("it has no topic /c/log {kind}"));
 }
