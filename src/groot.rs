@@ -207,12 +207,12 @@ impl Watched {
         self.view.apply(step).expect(FITS);
         self.page.follow(&self.view)?;
         self.archive.follow(&self.view)?;
-        self.announcer.follow(self.view.time(), &self.properties, self.run.doubts(), &Around::default())
+        self.announcer.follow(self.view.time(), &self.properties, self.run.doubts(), &Around::without_ticks())
     }
 
     /// Nothing is new.
     fn idle(&mut self) -> Result<(), Error> {
-        self.announcer.idle(&self.properties, &Around::default());
+        self.announcer.idle(&self.properties, &Around::without_ticks());
         self.page.show()
     }
 

@@ -93,12 +93,13 @@ fn errors(report: &Report) -> impl Iterator<Item = Fact<'_>> {
         ("tree", format!("{label} (node {node}): {message}; first at tick {tick}, {time_s:.2} s"))
     });
     let lost = report.lost.iter().map(|lost| ("lost", lost.clone()));
+    let remarks = report.remarks.iter().map(|remark| ("note", remark.clone()));
     let failure = report.tree_failure.iter().map(|failure| ("tree", failure.words()));
     let skills = report
         .skill_errors
         .iter()
         .map(|error| (error.kind, format!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s)));
-    faults.chain(absent).chain(lost).chain(tree).chain(failure).chain(skills)
+    faults.chain(absent).chain(lost).chain(remarks).chain(tree).chain(failure).chain(skills)
 }
 
 /// Battery, robot and places; of a run without a robot, the time.
@@ -178,12 +179,12 @@ fn reached(report: &Report) -> String {
 
 /// When a property was violated, and by which message, if it was.
 fn evidence(monitor: &MonitorReport) -> String {
-    let (Some(tick), Some(time_s), Some(witness)) = (monitor.tick, monitor.time_s, &monitor.witness) else {
+    let (Some(moment), Some(witness)) = (monitor.moment(), &monitor.witness) else {
         return String::new();
     };
     let message = witness
         .communication
         .as_ref()
         .map_or_else(String::new, |seen| format!(": {} → {} {}", seen.from, seen.to, seen.message_in_words()));
-    format!("at tick {tick}, {time_s:.2} s{message}")
+    format!("at {moment}{message}")
 }

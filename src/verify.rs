@@ -214,7 +214,7 @@ fn verify_event_log(
         about,
         mapping: String::new(),
         system: &system,
-        around: &Around { answers, ..Around::default() },
+        around: &Around { answers, lacks_ticks: tree_log.is_some(), ..Around::default() },
         announcer: args.announcer(),
         board: None,
     };
@@ -234,7 +234,7 @@ fn verify_event_log(
     let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).chain(left_open);
     let notes = notes.collect();
-    Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
+    Ok(Verified { properties, end, unsure, unheard, start_ns: None, knows_ticks: tree_log.is_none(), notes })
 }
 
 /// The gaps of a log, in words: the first few, and how many more there are.
@@ -402,11 +402,12 @@ fn numbers(version: &str) -> Vec<u64> {
 }
 
 pub(crate) fn in_words(verified: &Verified) -> String {
-    let Verified { properties, end, start_ns, .. } = verified;
+    let Verified { properties, end, start_ns, knows_ticks, .. } = verified;
     let mut text = String::new();
     let since = start_ns.map_or_else(String::new, |ns| format!(" since {}", bags::moment(ns)));
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "{}, {}{since}", counted(end.messages, "message"), counted(end.ticks, "tick"));
+    let ticks = if *knows_ticks { format!(", {}", counted(end.ticks, "tick")) } else { String::new() };
+    let _ = writeln!(text, "{}{ticks}{since}", counted(end.messages, "message"));
     for nothing in verified.nothing() {
         let _ = writeln!(text, "{nothing}");
     }
@@ -422,7 +423,7 @@ pub(crate) fn in_words(verified: &Verified) -> String {
         }
         let Some(monitor) = property.scope_monitor() else { continue };
         if let Some(witness) = monitor.witness() {
-            let _ = write!(text, "{witness}");
+            text += &reports::witness_in_words(witness, *knows_ticks);
             if let Some(start_ns) = start_ns {
                 let ns = i64::try_from(witness.settled.time.as_nanos()).unwrap_or(i64::MAX);
                 let _ = writeln!(text, "  at {}", bags::moment(start_ns.saturating_add(ns)));
@@ -431,7 +432,7 @@ pub(crate) fn in_words(verified: &Verified) -> String {
         if let Some(words) = monitor.violations().and_then(|violations| violations.in_words(verified.end_time())) {
             let _ = writeln!(text, "  {words}");
         }
-        for open in monitor.open_obligations() {
+        for open in verified.open(monitor) {
             let _ = writeln!(text, "  {open}");
         }
         for vacuity in monitor.vacuous() {
@@ -446,17 +447,19 @@ pub(crate) fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
     let of = |(index, property): (usize, &Property)| {
         let monitor = property.scope_monitor();
         let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
-        let open = monitor.map(|monitor| monitor.open_obligations()).unwrap_or_default();
+        let open = monitor.map(|monitor| verified.open(monitor)).unwrap_or_default();
+        let witness = monitor.and_then(|monitor| monitor.witness());
         let violations = monitor.and_then(|monitor| monitor.violations());
         json!({
             "name": property.name,
             "property": property.formula,
+            "timed": monitor.is_some_and(|monitor| monitor.formula().is_timed()),
             "verdict": verified.verdict(index),
             "unsure": unsure[index],
             "state": property.monitor.location(),
-            "witness": monitor.and_then(|monitor| monitor.witness()).map(reports::witness),
+            "witness": witness.map(|witness| reports::witness(witness, verified.knows_ticks)),
             "violations": violations.map(|violations| ViolationsReport::of(violations, verified.end_time())),
-            "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "open": open,
             "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "unheard": unheard[index],
         })

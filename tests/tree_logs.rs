@@ -19,9 +19,30 @@ fn verified(log: &str, property: &str) -> (Value, String, Option<i32>) {
     let folder = tempdir().unwrap();
     let file = folder.path().join("p.scope");
     fs::write(&file, property).unwrap();
-    let output = steward(&["verify", log, "--json", "--property", file.to_str().unwrap()]);
+    let out = folder.path().join("out");
+    let [file, out] = [file, out].map(|path| path.display().to_string());
+    let words = steward(&["verify", log, "--property", &file, "--out", &out]);
+    if words.status.code().is_some_and(|status| status < 2) {
+        // Such a log knows no ticks, so neither what is printed nor the report names one.
+        let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
+        let (page, told) = (in_words(&page), String::from_utf8(words.stdout).unwrap());
+        for text in [page, told] {
+            assert!(!text.contains("tick ") && !text.contains("Tick ") && !text.contains(" ticks"), "{text}");
+        }
+    }
+    let output = steward(&["verify", log, "--json", "--property", &file]);
     let notes = String::from_utf8(output.stderr).unwrap();
     (serde_json::from_slice(&output.stdout).unwrap_or_default(), notes, output.status.code())
+}
+
+/// The text of a page, without markup, scripts and styles.
+fn in_words(page: &str) -> String {
+    let mut page = page.to_owned();
+    for element in ["script", "style"] {
+        let parts = page.split(&format!("<{element}"));
+        page = parts.map(|part| part.rsplit(&format!("</{element}>")).next().unwrap_or_default()).collect();
+    }
+    page.split('<').filter_map(|part| Some(part.split_once('>')?.1)).collect()
 }
 
 #[test]
@@ -44,7 +65,41 @@ fn properties_of_nodes_have_verdicts_and_what_they_leave_open_is_said() {
         assert_eq!((verdict("lifted"), verdict("arrives")), (lifted.into(), "satisfied".into()), "{log}: {report}");
         assert_eq!((verdict("slow"), status), ("violated".into(), Some(1)), "{log}: {report}");
         assert!(notes.contains("not the answers that repeat the one before"), "{notes}");
+        let slow = report["monitors"].as_array().unwrap().iter().find(|property| property["name"] == "slow").unwrap();
+        let (witness, null) = (&slow["witness"], Value::Null);
+        assert!(slow["timed"] == true && !witness["words"].as_str().unwrap().contains("tick"), "{slow}");
+        assert_eq!([&witness["tick"], &witness["deadline_tick"], &witness["since_tick"]], [&null; 3], "{slow}");
+        assert!(witness["messages"].as_array().unwrap().iter().all(|message| message["tick"].is_null()), "{slow}");
     }
+}
+
+#[test]
+fn a_node_is_called_by_its_path_its_name_or_its_id_and_what_several_are_called_is_refused() {
+    let log = captured("fetch.btlog");
+    let succeeds = |node: &str| verified(&log, &format!("property p := eventually ({node}, BT, reply = <success>)"));
+    for [path, name, other] in [
+        ["\"GoTo::10/Drive\"", "Drive_2", "Drive_2"],
+        ["deliver", "deliver", "deliver"],
+        ["\"Parallel::14\"", "Parallel", "Parallel"],
+        ["main", "main", "ReactiveFallback"],
+    ] {
+        let [by_path, by_name, by_other] = [path, name, other].map(|node| succeeds(node).0["monitors"].clone());
+        assert!(by_path[0]["verdict"].is_string(), "{path}: {by_path}");
+        assert_eq!([&by_path[0]["verdict"]; 2], [&by_name[0]["verdict"], &by_other[0]["verdict"]], "{path}");
+    }
+    let any = verified(
+        &log,
+        "property p := eventually (*, BT, reply = <success>) and eventually (\"dock\", *, reply = <success>)",
+    );
+    assert_eq!(any.0["monitors"][0]["verdict"], "satisfied");
+    for (name, paths) in
+        [("Drive", "\"dock/Drive\", \"GoTo::10/Drive\""), ("Scripted", "\"Scripted::17\", \"Scripted::18\"")]
+    {
+        let (_, notes, status) = succeeds(name);
+        assert!(status == Some(2) && notes.contains(&format!("2 processes are called `{name}`")), "{notes}");
+        assert!(notes.contains(paths), "{notes}");
+    }
+    assert!(succeeds("GoTo_3").1.contains("unknown process `GoTo_3`"));
 }
 
 #[test]
@@ -119,6 +174,16 @@ fn a_report_of_a_log_does_not_claim_what_the_log_does_not_know() {
         verified(cut.to_str().unwrap(), "property p := eventually (Lift, BT, reply = <failure>)");
     assert!(status == Some(1) && report.to_string().contains("unsure"), "{report}");
     assert!(notes.contains("its last transition is not whole"), "{notes}");
+    // One second before the log began: nothing is violated, and the report says it nevertheless.
+    let mut back = bytes.clone();
+    let start = back.len() - 9 * 76;
+    back[start + 9 * 40..][..6].copy_from_slice(&(-1_000_000_i64).to_le_bytes()[..6]);
+    fs::write(&cut, back).unwrap();
+    let output = steward(&["report", cut.to_str().unwrap(), "--out", folder]);
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("the clock of the log went back by 1."), "{told}");
+    let page = fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(in_words(&page).contains("the clock of the log went back by 1."));
     fs::write(&cut, &bytes[..200]).unwrap();
     assert!(refusal(&["report", cut.to_str().unwrap()]).contains("it ends within its tree"));
     assert!(refusal(&["report", &(whole + "#2")]).contains("it has no sessions"));

@@ -401,6 +401,12 @@ impl Term {
 }
 
 impl Formula {
+    /// Whether it is that of a `timed property`.
+    #[must_use]
+    pub fn is_timed(&self) -> bool {
+        matches!(self, Self::Timed(_))
+    }
+
     /// The negation of this formula.
     #[must_use]
     pub fn negated(self) -> Self {

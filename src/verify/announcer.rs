@@ -179,13 +179,14 @@ impl Announcer {
         let witness = witness.filter(|witness| verdict == "violated" && witness.settled.time == self.time);
         let at_ns = around.start_ns.get().map(|start_ns| start_ns.saturating_add(nanoseconds(self.time)));
         let behind_s = self.has_caught_up.then_some(at_ns).flatten().and_then(behind_s);
+        let knows_ticks = !around.lacks_ticks;
         let line = json!({
             "property": property.name,
             "verdict": verdict,
             "time_s": self.time.as_secs_f64(),
             "at_s": at_ns.map(bags::seconds),
             "behind_s": behind_s,
-            "witness": witness.map(reports::witness),
+            "witness": witness.map(|witness| reports::witness(witness, knows_ticks)),
             "unsure": unsure,
         });
         if verdict == "violated" {
@@ -201,7 +202,7 @@ impl Announcer {
         let behind = behind_s.map_or_else(String::new, |behind_s| format!(", reported {behind_s:.1} s later"));
         let mut text = format!("{:>9.3} s  {}  {verdict}{at}{behind}\n", self.time.as_secs_f64(), property.name);
         text.extend(unsure.map(|why| format!("  {why}\n")));
-        text.extend(witness.map(ToString::to_string));
+        text.extend(witness.map(|witness| reports::witness_in_words(witness, knows_ticks)));
         self.line.pause(|| print_wrapped(text))
     }
 

@@ -31,9 +31,16 @@ pub(crate) struct Around {
     pub(super) answers: Option<Answers>,
     /// Whether the events have the times of the log, and not stamps.
     pub(super) is_by_log: bool,
+    /// Whether it is not known when the tree was ticked.
+    pub(super) lacks_ticks: bool,
 }
 
 impl Around {
+    /// Around a tree of which it is not known when it was ticked.
+    pub(crate) fn without_ticks() -> Self {
+        Self { lacks_ticks: true, ..Self::default() }
+    }
+
     /// The time of a place, in that of the events.
     pub(super) fn time(&self, place: &WayPlace) -> Duration {
         let ns = place.stamp_ns.filter(|_| !self.is_by_log).unwrap_or(place.log_ns);

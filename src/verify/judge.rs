@@ -35,6 +35,8 @@ pub(crate) struct Verified {
     pub(crate) unheard: Vec<Option<String>>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(crate) start_ns: Option<i64>,
+    /// Whether it is known when the tree was ticked.
+    pub(crate) knows_ticks: bool,
     /// What is missing from the log or was not judged, in words.
     pub(crate) notes: Vec<String>,
 }
@@ -64,7 +66,13 @@ impl Verified {
         let judgment = Judgment::of(end, doubts);
         let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
         let unheard = vec![None; properties.len()];
-        Self { properties, end, unsure: judgment.unsure, unheard, start_ns: None, notes }
+        Self { properties, end, unsure: judgment.unsure, unheard, start_ns: None, knows_ticks: false, notes }
+    }
+
+    /// What a monitor still waits for, in words.
+    pub(super) fn open(&self, monitor: &ScopeMonitor) -> Vec<String> {
+        let open = monitor.open_obligations().into_iter();
+        open.map(|owed| if self.knows_ticks { owed.to_string() } else { format!("{owed:#}") }).collect()
     }
 
     /// When the log ends.

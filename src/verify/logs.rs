@@ -82,7 +82,8 @@ impl Checked {
         let verdicts = verified.properties.iter().enumerate().map(|(index, property)| {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
-            let witness = monitor.and_then(|monitor| monitor.witness()).map(ToString::to_string);
+            let witness = monitor.and_then(|monitor| monitor.witness());
+            let witness = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
             Judgment {
                 property: property.name.clone(),
                 verdict: verified.verdict(index),

@@ -114,7 +114,8 @@ impl Mapped<'_> {
         let notes = survey.lost.iter().cloned().chain(events.notes()).chain(judgment.notes(&properties)).collect();
         let unheard = vec![None; properties.len()];
         let Judgment { end, unsure, .. } = judgment;
-        Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
+        let start_ns = events.start_ns();
+        Ok(Verified { properties, end, unsure, unheard, start_ns, knows_ticks: true, notes })
     }
 }
 

@@ -27,9 +27,14 @@ impl EventTime {
     }
 }
 
+/// In the alternate form, `{:#}`, without the tick: of a run whose ticks are not known. So are all that contain it.
 impl fmt::Display for EventTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "step {}, tick {}, {:.2} s", self.step, self.tick, self.time.as_secs_f64())
+        let time_s = self.time.as_secs_f64();
+        if f.alternate() {
+            return write!(f, "step {}, {time_s:.2} s", self.step);
+        }
+        write!(f, "step {}, tick {}, {time_s:.2} s", self.step, self.tick)
     }
 }
 
@@ -73,7 +78,9 @@ impl Sighting {
 
 impl fmt::Display for Sighting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} → {} {} ({})", self.from, self.to, self.message_in_words(), self.at)
+        write!(f, "{} → {} {} (", self.from, self.to, self.message_in_words())?;
+        self.at.fmt(f)?;
+        f.write_str(")")
     }
 }
 
@@ -105,9 +112,13 @@ impl Witness {
 
 impl fmt::Display for Witness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "violated at {}: {}", self.settled, self.clause)?;
+        f.write_str("violated at ")?;
+        self.settled.fmt(f)?;
+        writeln!(f, ": {}", self.clause)?;
         for message in &self.messages {
-            writeln!(f, "  seen: {message}")?;
+            f.write_str("  seen: ")?;
+            message.fmt(f)?;
+            writeln!(f)?;
         }
         if let Some(missing) = &self.missing {
             writeln!(f, "  missing: {missing}")?;
@@ -116,6 +127,10 @@ impl fmt::Display for Witness {
             writeln!(f, "  no continuation can meet all of them")?;
         }
         match (self.deadline_tick, self.since) {
+            (Some(_), Some(since)) if f.alternate() => {
+                writeln!(f, "  pending since {:.2} s", since.time.as_secs_f64())
+            }
+            (Some(_), None) if f.alternate() => Ok(()),
             (Some(deadline), Some(since)) => {
                 writeln!(f, "  pending since tick {}, due by tick {deadline}", since.tick)
             }
@@ -140,9 +155,10 @@ impl fmt::Display for OpenObligation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "still pending: {}", self.what)?;
         if let Some(since) = &self.since {
-            write!(f, ", since {since}")?;
+            f.write_str(", since ")?;
+            since.fmt(f)?;
         }
-        if let Some(tick) = self.until_tick {
+        if let Some(tick) = self.until_tick.filter(|_| !f.alternate()) {
             write!(f, ", due by tick {tick}")?;
         }
         Ok(())

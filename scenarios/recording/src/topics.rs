@@ -389,8 +389,12 @@ fn log_entry(happening: &Happening, view: &RunView) -> (u8, String, String) {
     };
     let mut words = happening.words(view);
     if let Happening::Verdict { decision, .. } = happening {
-        words += &format!(" at tick {}", decision.event.tick);
-        words.extend(decision.witness.iter().map(|witness| format!("\n{witness}")));
+        if view.header().knows_ticks() {
+            words += &format!(" at tick {}", decision.event.tick);
+            words.extend(decision.witness.iter().map(|witness| format!("\n{witness}")));
+        } else {
+            words.extend(decision.witness.iter().map(|witness| format!("\n{witness:#}")));
+        }
     }
     (level, name.to_owned(), words)
 }

@@ -207,7 +207,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
                 (words::time(view.time())) (if recorded { " recorded" } else { " simulated" })
                 @if view.header().knows_ticks() { " · " (words::count(report.ticks, "tick")) }
             }
-            @for lost in &report.lost { p { (text(&words::sentence(lost))) } }
+            @for said in report.lost.iter().chain(&report.remarks) { p { (text(&words::sentence(said))) } }
             nav { @for (id, words) in links.into_iter().filter(|(id, _)| is_there(*id)) { a href={ "#" (id) } { (words) } } }
         }
     }

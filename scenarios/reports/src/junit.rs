@@ -194,12 +194,7 @@ fn of_expectation(expectation: &ExpectationReport) -> Case {
 /// When and why it happened, for readers of a build log.
 fn details(monitor: &MonitorReport) -> String {
     let mut details = format!("{}\nmonitor in state {}", monitor.property, monitor.state);
-    if let (Some(tick), Some(time_s)) = (monitor.tick, monitor.time_s) {
-        details += &format!("\nat tick {tick}, {time_s:.2} s");
-    }
-    if let Some(witness) = &monitor.witness {
-        let words = witness.why.as_ref().map_or_else(|| witness.to_json().to_string(), ToString::to_string);
-        details += &format!("\n{}", words.trim_end());
-    }
+    details.extend(monitor.moment().map(|moment| format!("\nat {moment}")));
+    details.extend(monitor.witness.as_ref().map(|witness| format!("\n{}", witness.in_words().trim_end())));
     details
 }

@@ -27,4 +27,4 @@ pub use error::Error;
 pub use file_name::file_name;
 pub use presentation::{Outputs, Presentation, REPORT, report_recording};
 pub use unheard::unheard_level;
-pub use witness::{WitnessReport, witness};
+pub use witness::{WitnessReport, witness, witness_in_words};

@@ -249,19 +249,23 @@ fn state(states: &[MachineState], index: usize) -> drawing::State {
 
 /// A property of a run as pictures show it.
 pub fn monitor(monitor: MonitorView<'_>, view: &RunView) -> drawing::Monitor {
-    let when = |decision: &Decision| match view.header().knows_ticks() {
-        true => format!("tick {}", decision.event.tick),
-        false => format!("{} s", recording::decimals(decision.event.time.as_secs_f64(), 2)),
-    };
     drawing::Monitor {
         name: monitor.name().to_owned(),
         description: monitor.about.summary.clone(),
         verdict: verdict(monitor.state, view.end().is_some()),
-        note: monitor.decision.map_or_else(String::new, when),
+        note: monitor.decision.map_or_else(String::new, |decision| when(decision, view)),
         diagram: match (&monitor.about.graph, monitor.state.active) {
             (Some(graph), Some(active)) => diagram(graph, active),
             _ => drawing::Diagram::default(),
         },
+    }
+}
+
+/// When a verdict was reached: the tick, or else the time.
+pub(crate) fn when(decision: &Decision, view: &RunView) -> String {
+    match view.header().knows_ticks() {
+        true => format!("tick {}", decision.event.tick),
+        false => format!("{} s", recording::decimals(decision.event.time.as_secs_f64(), 2)),
     }
 }
 

@@ -10,7 +10,7 @@ use monitors::Outcome;
 use recording::{Decision, Follower, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion};
 
 use crate::file_name;
-use crate::pictures::Camera;
+use crate::pictures::{self, Camera};
 use crate::report::{Report, SnapshotReport};
 use crate::timeline::Timeline;
 use crate::{Error, html, reporting};
@@ -214,7 +214,7 @@ impl RunPictures {
                     // A violation always has a picture.
                     let violated = (monitor.outcome() == Outcome::Violated).then(|| monitor.name().to_owned());
                     if violated.is_some() || wanted(SnapshotOccasion::Verdict) {
-                        let (word, caption) = verdict_occasion(monitor, decision);
+                        let (word, caption) = verdict_occasion(monitor, decision, view);
                         occasions.push(Occasion { word, caption, by_clock: false, violated });
                     }
                 }
@@ -284,8 +284,8 @@ fn failed(path: &Path, error: drawing::Error) -> Error {
     }
 }
 
-fn verdict_occasion(monitor: MonitorView<'_>, decision: &Decision) -> (String, String) {
-    let (name, outcome, tick) = (monitor.name(), monitor.outcome(), decision.event.tick);
-    let summary = &monitor.about.summary;
-    (format!("{name}-{outcome}"), format!("At tick {tick}, {name} is {outcome}: {summary}"))
+fn verdict_occasion(monitor: MonitorView<'_>, decision: &Decision, view: &RunView) -> (String, String) {
+    let (name, outcome) = (monitor.name(), monitor.outcome());
+    let (when, summary) = (pictures::when(decision, view), &monitor.about.summary);
+    (format!("{name}-{outcome}"), format!("At {when}, {name} is {outcome}: {summary}"))
 }

@@ -53,6 +53,9 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// What a recording lacks, in words: the first few losses, and how many more there are.
     pub lost: Vec<String>,
+    /// What else is to be said of the log of a tree, in words: when its clock was set back. The first few times, and how
+    /// many more there are.
+    pub remarks: Vec<String>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
     pub skill_errors: Vec<SkillErrorReport>,
     /// What speakers said, in order.
@@ -100,13 +103,15 @@ pub struct MonitorReport {
     pub name: String,
     /// Its formula.
     pub property: String,
+    /// Whether it is a `timed property`, whose durations are measured and not counted in ticks.
+    pub timed: bool,
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
     /// What the scenario expects it to be; null if it does not say.
     pub expected: Option<Outcome>,
     /// The monitor's location.
     pub state: String,
-    /// The tick of the violation.
+    /// The tick of the violation; null if it is not known when the tree was ticked.
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
@@ -125,6 +130,18 @@ pub struct MonitorReport {
     pub unheard: Option<String>,
     /// Errors in the scripts, if the monitor is a machine; each once.
     pub errors: Vec<String>,
+}
+
+impl MonitorReport {
+    /// When it was violated, in words.
+    #[must_use]
+    pub fn moment(&self) -> Option<String> {
+        let time_s = self.time_s?;
+        Some(match self.tick {
+            Some(tick) => format!("tick {tick}, {time_s:.2} s"),
+            None => format!("{time_s:.2} s"),
+        })
+    }
 }
 
 /// How often, when and how long a property was violated.

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use monitors::{Outcome, Sighting};
+use monitors::{Formula, OpenObligation, Outcome, Sighting};
 use recording::{
-    BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said, SkillError,
-    TreeError, TreeFailure, Truth, UndoneFault,
+    BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, Moved, RunView, Said,
+    SkillError, TreeError, TreeFailure, Truth, UndoneFault,
 };
 
 use crate::report::{
@@ -50,7 +50,8 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         absent_faults: view.absent_faults().map(absent_fault).collect(),
         tree_failure: view.tree_failure().map(|failure| tree_failure(view, failure)),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
-        lost: lost(view),
+        lost: first_few(view.lost().to_vec()),
+        remarks: first_few(remarks(view)),
         skill_errors: end.skill_errors.iter().map(|error| skill_error(view, error)).collect(),
         said: view.said().iter().map(said).collect(),
         battery: battery(view),
@@ -61,13 +62,19 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
     }
 }
 
-/// No more losses than this are listed: nobody would read them.
-const MOST_LOSSES: usize = 5;
+fn first_few(mut all: Vec<String>) -> Vec<String> {
+    /// Nobody would read more of them.
+    const MOST: usize = 5;
+    let more = all.len().saturating_sub(MOST);
+    all.truncate(MOST);
+    all.extend((more > 0).then(|| format!("and {more} more like these")));
+    all
+}
 
-fn lost(view: &RunView) -> Vec<String> {
-    let more = view.lost().len().saturating_sub(MOST_LOSSES);
-    let first = view.lost().iter().take(MOST_LOSSES).cloned();
-    first.chain((more > 0).then(|| format!("and {more} more like these"))).collect()
+/// Nothing moves around a tree that was logged: what happened besides is about the log.
+fn remarks(view: &RunView) -> Vec<String> {
+    let moves = view.moves().iter().filter(|_| !view.header().knows_ticks());
+    moves.map(|Moved { time, words }| format!("at {:.2} s, {words}", time.as_secs_f64())).collect()
 }
 
 fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
@@ -190,20 +197,22 @@ fn expectation(expected: String, met: Option<String>, difference: Option<String>
 
 fn monitors(view: &RunView) -> Vec<MonitorReport> {
     let report = |monitor: MonitorView<'_>| {
-        let decision = monitor.violation();
-        let ending = monitor.ending();
+        let (decision, ending) = (monitor.violation(), monitor.ending());
+        let knows_ticks = view.header().knows_ticks();
+        let open = |owed: &OpenObligation| if knows_ticks { owed.to_string() } else { format!("{owed:#}") };
         MonitorReport {
             name: monitor.name().to_owned(),
             property: monitor.about.property.clone(),
+            timed: monitor.about.formula.as_ref().is_some_and(Formula::is_timed),
             verdict: monitor.outcome(),
             expected: view.header().expected.of(monitor.name()),
             state: monitor.state.location.clone(),
-            tick: decision.map(|decision| decision.event.tick),
+            tick: decision.map(|decision| decision.event.tick).filter(|_| knows_ticks),
             time_s: decision.map(|decision| decision.event.time.as_secs_f64()),
             violations: ending.violations.as_ref().map(|all| ViolationsReport::of(all, view.time())),
-            witness: decision.map(|decision| WitnessReport::of(decision, view.topology())),
+            witness: decision.map(|decision| WitnessReport::of(decision, view.topology(), knows_ticks)),
             unsure: ending.unsure,
-            open: words(&ending.open),
+            open: ending.open.iter().map(open).collect(),
             vacuous: words(&ending.vacuous),
             unheard: unheard_level(monitor.about, monitor.outcome(), view),
             errors: ending.errors,

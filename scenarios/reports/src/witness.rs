@@ -14,18 +14,26 @@ pub struct WitnessReport {
     pub communication: Option<Sighting>,
     /// Why, if the monitor can explain it.
     pub why: Option<Witness>,
+    /// Whether it is known when the tree was ticked.
+    knows_ticks: bool,
 }
 
 impl WitnessReport {
-    pub(crate) fn of(Decision { event, witness, .. }: &Decision, topology: &Topology) -> Self {
+    pub(crate) fn of(Decision { event, witness, .. }: &Decision, topology: &Topology, knows_ticks: bool) -> Self {
         let communication = Sighting::of(event, topology);
-        Self { at: EventTime::of(event), communication, why: witness.clone() }
+        Self { at: EventTime::of(event), communication, why: witness.clone(), knows_ticks }
+    }
+
+    /// In words: as data if the monitor cannot explain it.
+    pub(crate) fn in_words(&self) -> String {
+        self.why.as_ref().map_or_else(|| self.to_json().to_string(), |why| witness_in_words(why, self.knows_ticks))
     }
 
     /// As data and in words.
     #[must_use]
     pub fn to_json(&self) -> Value {
-        let mut json = self.why.as_ref().map_or_else(|| moment(&self.at), witness);
+        let knows_ticks = self.knows_ticks;
+        let mut json = self.why.as_ref().map_or_else(|| moment(&self.at, knows_ticks), |why| witness(why, knows_ticks));
         if let Some(Sighting { from, to, message, .. }) = &self.communication {
             json["from"] = from.as_str().into();
             json["to"] = to.as_str().into();
@@ -41,26 +49,32 @@ impl Serialize for WitnessReport {
     }
 }
 
-/// Why a property is violated, as in `report.json`: as data and in words.
-pub fn witness(why: &Witness) -> Value {
-    let mut witness = moment(&why.settled);
+/// Why a property is violated, as in `report.json`: as data and in words. `knows_ticks` says whether it is known when
+/// the tree was ticked.
+pub fn witness(why: &Witness, knows_ticks: bool) -> Value {
+    let mut witness = moment(&why.settled, knows_ticks);
     witness["clause"] = why.clause.as_str().into();
-    witness["messages"] = why.messages.iter().map(sighting).collect();
-    witness["since_tick"] = why.since.map(|since| since.tick).into();
-    witness["deadline_tick"] = why.deadline_tick.into();
+    witness["messages"] = why.messages.iter().map(|seen| sighting(seen, knows_ticks)).collect();
+    witness["since_tick"] = why.since.map(|since| since.tick).filter(|_| knows_ticks).into();
+    witness["deadline_tick"] = why.deadline_tick.filter(|_| knows_ticks).into();
     witness["missing"] = why.missing.as_deref().into();
-    witness["words"] = why.to_string().into();
+    witness["words"] = witness_in_words(why, knows_ticks).into();
     witness
 }
 
-fn sighting(seen: &Sighting) -> Value {
-    let mut sighting = moment(&seen.at);
+/// Why a property is violated, in lines.
+pub fn witness_in_words(why: &Witness, knows_ticks: bool) -> String {
+    if knows_ticks { why.to_string() } else { format!("{why:#}") }
+}
+
+fn sighting(seen: &Sighting, knows_ticks: bool) -> Value {
+    let mut sighting = moment(&seen.at, knows_ticks);
     sighting["from"] = seen.from.as_str().into();
     sighting["to"] = seen.to.as_str().into();
     sighting["message"] = message_json(&seen.message);
     sighting
 }
 
-fn moment(at: &EventTime) -> Value {
-    json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() })
+fn moment(at: &EventTime, knows_ticks: bool) -> Value {
+    json!({ "step": at.step, "tick": knows_ticks.then_some(at.tick), "time_s": at.time.as_secs_f64() })
 }

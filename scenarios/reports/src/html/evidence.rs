@@ -16,6 +16,8 @@ pub(super) struct Evidence<'a> {
     pub(super) name: &'a str,
     /// What it requires.
     pub(super) summary: &'a str,
+    /// Whether it is known when the tree was ticked.
+    pub(super) knows_ticks: bool,
     /// The violation with the events around it.
     pub(super) episode: &'a Episode,
     /// The messages that caused it, oldest first.
@@ -70,6 +72,7 @@ impl<'a> Evidence<'a> {
         let mut evidence = Self {
             name: monitor.name(),
             summary: &monitor.about.summary,
+            knows_ticks: view.header().knows_ticks(),
             episode,
             causes: decided.iter().cloned().collect(),
             since: None,
@@ -97,7 +100,7 @@ impl<'a> Evidence<'a> {
         self.concerned.extend(events.iter().map(|(event, _)| ends(event.channel)).flat_map(|(from, to)| [from, to]));
         let Some(witness) = witness else { return };
         self.since = witness.since;
-        self.deadline_tick = witness.deadline_tick;
+        self.deadline_tick = witness.deadline_tick.filter(|_| self.knows_ticks);
         self.causes = witness.messages.iter().map(Seen::from).collect();
         // The witness names what is missing in the property's language, with the values that were remembered.
         let named = witness.missing.as_ref().filter(|_| witness.deadline_tick.is_some());
@@ -117,6 +120,11 @@ impl<'a> Evidence<'a> {
         if let Some(since) = self.since.filter(|_| !self.missing.is_empty()) {
             self.causes.retain(|seen| seen.at.step <= since.step);
         }
+    }
+
+    /// When it happened.
+    pub(super) fn decided(&self) -> EventTime {
+        EventTime::of(&self.episode.decided)
     }
 
     /// The first tick that belongs to the story.

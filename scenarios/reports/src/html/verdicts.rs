@@ -2,7 +2,7 @@
 
 use drawing::Verdict;
 use maud::{Markup, html};
-use monitors::Outcome;
+use monitors::{EventTime, Outcome};
 use recording::{MonitorView, RunView};
 
 use super::evidence::Evidence;
@@ -153,7 +153,7 @@ fn every_violation(all: &ViolationsReport) -> Markup {
 
 /// The result of a property that was not violated.
 fn not_violated(monitor: &MonitorView<'_>, view: &RunView, verdict: Outcome) -> Markup {
-    let end = monitor.ending();
+    let (end, knows_ticks) = (monitor.ending(), view.header().knows_ticks());
     let settled = monitor.decision.filter(|decision| decision.verdict == channels::Verdict::True);
     html! {
         @match verdict {
@@ -162,16 +162,17 @@ fn not_violated(monitor: &MonitorView<'_>, view: &RunView, verdict: Outcome) -> 
             _ if view.ticks() + view.communications() == 0 => "There were no events, so nothing could violate it.",
             _ if settled.is_some_and(|settled| settled.event.step > 0) => {
                 @if let Some(event) = settled.map(|settled| &settled.event) {
-                    "It was satisfied for good at tick " (event.tick) " (" (words::time(event.time)) ")."
+                    "It was satisfied for good at " (words::tick_and_time(knows_ticks, &EventTime::of(event))) "."
                 }
             }
-            _ => { "It held throughout the run, over " (words::count(view.ticks(), "tick")) "." }
+            _ if knows_ticks => { "It held throughout the run, over " (words::count(view.ticks(), "tick")) "." }
+            _ => "It held throughout the run.",
         }
         @if let Some(missing) = &end.unsure { " " (text(&format!("{missing}."))) }
         @for owed in &end.open {
             " Pending"
-            @if let Some(since) = owed.since { " since tick " (since.tick) }
-            @if let Some(tick) = owed.until_tick { ", due by tick " (tick) }
+            @if let Some(since) = &owed.since { " since " (words::tick(knows_ticks, since)) }
+            @if let Some(tick) = owed.until_tick.filter(|_| knows_ticks) { ", due by tick " (tick) }
             ": " code { (owed.what) } "."
         }
         @for error in &end.errors { " Its machine had an error: " (text(error)) "." }

@@ -85,7 +85,9 @@ impl Story {
 /// When and where it happened, and how often.
 fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
     let decided = &evidence.episode.decided;
-    let mut facts = vec![("when", format!("tick {}, {}", decided.tick, words::moment(view, decided.time)))];
+    let moment = words::moment(view, decided.time);
+    let moment = if evidence.knows_ticks { format!("tick {}, {moment}", decided.tick) } else { moment };
+    let mut facts = vec![("when", moment)];
     if let Some(position) = &evidence.episode.position {
         facts.push(("where", whereabouts(position, view.header().places())));
     }
@@ -173,8 +175,8 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
         sentences.extend(sent_once::sentence(&evidence.episode.events, (from, to), topology));
     }
     if !evidence.missing.is_empty() {
-        let at = words::time(decided.time);
-        sentences.push(format!("At tick {} ({at}) it was too late: `{}` is violated.", decided.tick, evidence.name));
+        let at = words::tick_and_time(evidence.knows_ticks, &evidence.decided());
+        sentences.push(format!("At {at} it was too late: `{}` is violated.", evidence.name));
     }
     sentences.extend(afterwards_sentence(evidence, timeline));
     let given_up = view.given_up().iter().find(|given_up| given_up.time > decided.time);
@@ -220,17 +222,18 @@ fn cause_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<Strin
 
 /// What the monitor saw.
 fn cause_sentence(evidence: &Evidence<'_>) -> String {
-    let decided = &evidence.episode.decided;
+    let knows_ticks = evidence.knows_ticks;
     let Some((last, before)) = evidence.causes.split_last() else {
-        return format!("It was violated at tick {} ({}).", decided.tick, words::time(decided.time));
+        return format!("It was violated at {}.", words::tick_and_time(knows_ticks, &evidence.decided()));
     };
     let earlier = |seen: &Seen| {
-        format!("{} had {} {} `{}` at tick {}", seen.from, told(seen).1, seen.to, seen.message, seen.at.tick)
+        let at = words::tick(knows_ticks, &seen.at);
+        format!("{} had {} {} `{}` at {at}", seen.from, told(seen).1, seen.to, seen.message)
     };
     let before: Vec<String> = before.iter().map(earlier).collect();
     let after = if before.is_empty() { String::new() } else { format!(", after {}", words::list(&before)) };
     let Seen { at, from, to, message } = last;
-    format!("At tick {} ({}) {from} {} {to} `{message}`{after}.", at.tick, words::time(at.time), told(last).0)
+    format!("At {} {from} {} {to} `{message}`{after}.", words::tick_and_time(knows_ticks, at), told(last).0)
 }
 
 /// What the sender did, as a simple past and as a participle.
@@ -271,7 +274,8 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<(Dura
 /// The part of the run that the story covers.
 fn window(evidence: &Evidence<'_>) -> (Duration, Duration) {
     let from_tick = evidence.since.map_or(evidence.first_tick(), |since| since.tick);
-    let first = evidence.episode.events.iter().find(|event| event.tick >= from_tick);
+    let from_step = evidence.since.filter(|_| !evidence.knows_ticks).map_or(0, |since| since.step);
+    let first = evidence.episode.events.iter().find(|event| event.tick >= from_tick && event.step >= from_step);
     let decided = evidence.episode.decided.time;
     (first.map_or(decided, |event| event.time), decided)
 }
@@ -312,11 +316,11 @@ fn turn_sentence(moment: Duration, timeline: &Timeline) -> Option<String> {
     let before = place.checked_sub(1).map(|before| &stages[before].doing).filter(|before| !before.is_empty());
     match before {
         Some(before) if now.is_empty() => {
-            let until = if turned { "this tick".to_owned() } else { words::time(stages[place].from) };
+            let until = if turned { "this moment".to_owned() } else { words::time(stages[place].from) };
             Some(format!("No leaf of the tree was running; until {until} it had been {before}."))
         }
         Some(before) if turned => {
-            Some(format!("Until then the tree was running {before}; at this tick it switched to {now}."))
+            Some(format!("Until then the tree was running {before}; at this moment it switched to {now}."))
         }
         _ => (!now.is_empty()).then(|| format!("The tree was running {now}.")),
     }
@@ -360,6 +364,7 @@ fn last_before(evidence: &Evidence<'_>, missing: &Missing, topology: &Topology) 
 fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     let (from, _) = window(evidence);
     let decided = evidence.episode.decided.step;
+    let at = |seen: &Seen| words::tick(evidence.knows_ticks, &seen.at);
     let sentence = |missing: &Missing| {
         let passed = evidence.episode.events.iter().filter(|event| {
             event.time >= from
@@ -370,17 +375,17 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
         // An earlier message matters only if it differs: a level from before the condition may have been the right one.
         let before = last_before(evidence, missing, topology)
             .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
-            .map(|seen| format!("; the last message before that was `{}`, at tick {}", seen.message, seen.at.tick))
+            .map(|seen| format!("; the last message before that was `{}`, at {}", seen.message, at(&seen)))
             .unwrap_or_default();
         match passed.last() {
             None => format!("But {} sent {} nothing at all in that time{before}.", missing.from, missing.to),
             Some(last) => format!(
-                "But {} sent {} only {} in that time, the last of them `{}` at tick {}{before}.",
+                "But {} sent {} only {} in that time, the last of them `{}` at {}{before}.",
                 missing.from,
                 missing.to,
                 words::count(passed.len(), "other message"),
                 last.message,
-                last.at.tick
+                at(last)
             ),
         }
     };
@@ -395,7 +400,8 @@ fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<Str
     let mut later = later.filter_map(|event| Seen::of(event, topology));
     let last = later.rfind(|seen| seen.from == cause.from && seen.to == cause.to)?;
     let Seen { at, from, to, message } = &last;
-    Some(format!("{from} continued to send messages to {to}: the last, at tick {}, was `{message}`.", at.tick))
+    let at = words::tick(evidence.knows_ticks, at);
+    Some(format!("{from} continued to send messages to {to}: the last, at {at}, was `{message}`."))
 }
 
 /// The answers to the tree from the leaves that the property concerns.
@@ -444,7 +450,8 @@ fn transcript(sequence: &Sequence) -> Markup {
     };
     let line = |row: &Row| match row {
         Row::Tick { tick, time } => {
-            html! { li.tick { (markup::moment(*time, &format!("Tick {tick}, {}", words::time(*time)))) } }
+            let tick = tick.map_or_else(String::new, |tick| format!("Tick {tick}, "));
+            html! { li.tick { (markup::moment(*time, &(tick + &words::time(*time)))) } }
         }
         Row::Message { seen: Seen { at, from, to, message }, weight, .. } => {
             html! { li class=[class(*weight)] { "step " (at.step) ": " (from) " → " (to) " " code { (message) } } }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::{Relation, Shape, Value};
-use monitors::MessageCondition;
+use monitors::{EventTime, MessageCondition};
 
 use recording::RunView;
 pub(super) use recording::{decimals, length};
@@ -19,6 +19,16 @@ pub(super) fn moment(view: &RunView, at: Duration) -> String {
         Some(date) => format!("{} ({})", time(at), date.format("%H:%M:%S%.3f UTC")),
         None => time(at),
     }
+}
+
+/// The tick at which something happened, or its time if it is not known when the tree was ticked.
+pub(super) fn tick(knows_ticks: bool, at: &EventTime) -> String {
+    if knows_ticks { format!("tick {}", at.tick) } else { time(at.time) }
+}
+
+/// The same, always with its time.
+pub(super) fn tick_and_time(knows_ticks: bool, at: &EventTime) -> String {
+    if knows_ticks { format!("tick {} ({})", at.tick, time(at.time)) } else { time(at.time) }
 }
 
 /// A duration, roughly: `0.3 s`, `14 s`.

@@ -135,7 +135,10 @@ impl Chart<'_> {
 
     fn row(&mut self, row: &Row) {
         match row {
-            Row::Tick { tick, time } => self.tick(&format!("tick {tick} · {}", words::time(*time))),
+            Row::Tick { tick, time } => {
+                let tick = tick.map_or_else(String::new, |tick| format!("tick {tick} · "));
+                self.tick(&(tick + &words::time(*time)));
+            }
             Row::Message { from, to, seen, weight } => self.message((*from, *to), seen, *weight),
             Row::Missing { from, to, message, words } => self.missing((*from, *to), message, words),
             Row::Ticks { .. } => self.note(row, (theme::IDLE_LIGHT, theme::RULE, theme::MUTED), None),

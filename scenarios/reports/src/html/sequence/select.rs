@@ -31,8 +31,8 @@ pub(crate) enum Weight {
 /// A line of a sequence chart.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Row {
-    /// A tick begins.
-    Tick { tick: u64, time: Duration },
+    /// A tick begins; of a run whose ticks are not known, what follows.
+    Tick { tick: Option<u64>, time: Duration },
     /// A message is received. Lifelines are indices.
     Message { from: usize, to: usize, seen: Seen, weight: Weight },
     /// Ticks that are summarized.
@@ -217,7 +217,8 @@ impl Narrator<'_> {
     }
 
     fn narrate_tick(&mut self, tick: &TickEvents<'_>) {
-        self.rows.push(Row::Tick { tick: tick.tick, time: tick.time });
+        let number = Some(tick.tick).filter(|_| self.evidence.knows_ticks);
+        self.rows.push(Row::Tick { tick: number, time: tick.time });
         let decided = &self.evidence.episode.decided;
         let is_last = tick.tick == decided.tick;
         if is_last && decided.kind == EventKind::Tick {
