@@ -5,8 +5,10 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
-use serde_json::Value;
+use groot::{Client, GrootError};
+use serde_json::{Value, json};
 use tempfile::{TempDir, tempdir};
 
 #[path = "../bt/groot/tests/program.rs"]
@@ -14,7 +16,7 @@ mod program;
 
 use program::{captured, program};
 
-use crate::live::browser::{Page, hear, until};
+use crate::live::browser::{Page, ask, hear, until};
 use crate::steward::{binary, refusal, steward};
 
 /// The program, which ends after its last transitions. Returns its address.
@@ -68,7 +70,7 @@ fn live(
 fn the_tree_of_a_running_program_is_shown_checked_and_recorded() {
     let properties = "property never_fails := always not (main, BT, reply = <failure>)
         property waits := always not (count, BT, reply = <success>)
-        property goes := eventually (Drive, BT, reply = <running>)";
+        property goes := eventually (\"there/Drive\", BT, reply = <running>)";
     let (mut child, mut printed, page, folder) = live(&captured_program(), properties, &[]);
     let mut socket = page.socket(&page.pilot);
     let mut notes = BufReader::new(child.stderr.take().unwrap());
@@ -128,4 +130,42 @@ fn a_program_that_cannot_be_asked_is_refused() {
     assert!(said.contains("cannot be used with"), "{said}");
     let said = refusal(&["live", "nominal", "--passive"]);
     assert!(said.contains("cannot be used with"), "{said}");
+}
+
+#[test]
+fn a_session_that_begins_anew_is_another_tree_for_its_clients() {
+    let mut child = Command::new(binary())
+        .args(["live", "nominal", "--no-open", "--serve-groot", "0"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut notes = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let address = notes.find_map(|note| {
+        let (_, address) = note.split_once("Groot2 can connect to ")?;
+        address.split(';').next().map(str::to_owned)
+    });
+    let address = address.expect("the address is told");
+    let mut printed = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    let [pilot, viewer] = [(); 2].map(|()| printed.next().unwrap());
+    let page = Page::new(&pilot, &viewer);
+    let mut pilot = page.socket(&page.pilot);
+    until(&mut pilot, |known| known["time"].as_f64() > Some(1.5));
+    let connect = || Client::connect(&address, Duration::from_secs(10)).unwrap();
+    let mut before = connect();
+    let tree = before.tree().unwrap();
+    assert!(before.start_recording().unwrap() >= 1_500_000);
+    ask(&mut pilot, &json!({ "do": "restart" }));
+    assert!(matches!(before.statuses(), Err(GrootError::OtherTree { .. })));
+    let mut after = connect();
+    assert_eq!(after.tree().unwrap(), tree);
+    let began_us = after.start_recording().unwrap();
+    let until_us = began_us + 2_000_000;
+    until(&mut pilot, |known| known["time"].as_f64().is_some_and(|time_s| time_s > until_us as f64 / 1e6));
+    let transitions = after.transitions(began_us).unwrap();
+    assert!(!transitions.is_empty() && transitions.iter().all(|change| change.at_us >= began_us), "{transitions:?}");
+    let entries = after.blackboards(tree.blackboards()).unwrap();
+    assert_eq!(entries.len(), tree.blackboards().len());
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
