@@ -1,4 +1,10 @@
-//! Operations on a text that may be a tree file, and a generator of texts that resemble tree files.
+//! Operations on a text that may be a tree file, and a generator of texts that resemble tree files. The modules have the
+//! same for logs of trees, and for what each side of Groot2's protocol may send the other.
+
+pub mod groot_client;
+pub mod groot_server;
+pub mod log;
+mod wire;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -70,6 +76,28 @@ impl Random {
 
     fn pick<'a>(&mut self, choices: &[&'a str]) -> &'a str {
         choices[self.below(choices.len())]
+    }
+
+    fn bytes(&mut self, most: usize) -> Vec<u8> {
+        let length = self.below(most);
+        (0..length).map(|_| self.below(256) as u8).collect()
+    }
+
+    /// Changes, cuts, inserts or repeats bytes.
+    fn damage_bytes(&mut self, bytes: &mut Vec<u8>) {
+        for _ in 0..self.below(20) {
+            let place = self.below(bytes.len() + 1);
+            match self.below(24) {
+                0 => bytes.truncate(place),
+                1 => drop(bytes.splice(place..place, self.bytes(20))),
+                2 => drop(bytes.splice(place.., bytes[place / 2..place].to_vec())),
+                kind => {
+                    if let Some(byte) = bytes.get_mut(place) {
+                        *byte = if kind < 8 { *byte ^ 1 << self.below(8) } else { self.below(256) as u8 };
+                    }
+                }
+            }
+        }
     }
 }
 

@@ -1,0 +1,5 @@
+//! With coverage: `cargo +nightly fuzz run groot_client --features libfuzzer`, in the folder bt.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bt_fuzz::groot_client::exercise(bytes));
