@@ -39,8 +39,8 @@ fn verified(log: &str, property: &str) -> (Value, String, Option<i32>) {
 fn in_words(page: &str) -> String {
     let mut page = page.to_owned();
     for element in ["script", "style"] {
-        let parts = page.split(&format!("<{element}"));
-        page = parts.map(|part| part.rsplit(&format!("</{element}>")).next().unwrap_or_default()).collect();
+        let [begin, end] = [format!("<{element}"), format!("</{element}>")];
+        page = page.split(&begin).filter_map(|part| part.rsplit(&end).next()).collect();
     }
     page.split('<').filter_map(|part| Some(part.split_once('>')?.1)).collect()
 }

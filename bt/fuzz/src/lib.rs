@@ -1,5 +1,5 @@
-//! Operations on a text that may be a tree file, and a generator of texts that resemble tree files. The modules have the
-//! same for logs of trees, and for what each side of Groot2's protocol may send the other.
+//! Operations on a text that may be a tree file, and a generator of texts that resemble tree files. The modules have
+//! the same for logs of trees, and for what each side of Groot2's protocol may send the other.
 
 pub mod groot_client;
 pub mod groot_server;

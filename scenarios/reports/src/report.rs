@@ -53,8 +53,8 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// What a recording lacks, in words: the first few losses, and how many more there are.
     pub lost: Vec<String>,
-    /// What else is to be said of the log of a tree, in words: when its clock was set back. The first few times, and how
-    /// many more there are.
+    /// What else is to be said of the log of a tree, in words: when its clock was set back. The first few times, and
+    /// how many more there are.
     pub remarks: Vec<String>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
     pub skill_errors: Vec<SkillErrorReport>,

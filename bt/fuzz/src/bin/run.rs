@@ -1,16 +1,16 @@
-//! Without coverage, on stable Rust: `cargo run --release --bin run -- load 10000000 [SEED]`, in the folder bt/fuzz; for
-//! `load`, also `log`, `groot_client` or `groot_server`.
+//! Without coverage, on stable Rust: `cargo run --release --bin run -- load 10000000 [SEED]`, in the folder bt/fuzz;
+//! for `load`, also `log`, `groot_client` or `groot_server`.
 //!
 //! Each input depends only on its number and the seed, so an input that fails can be reproduced.
 
 use bt_fuzz::{Random, groot_client, groot_server, log};
 
-type Input = fn(&mut Random) -> Vec<u8>;
+type RandomInput = fn(&mut Random) -> Vec<u8>;
 type Exercise = fn(&[u8]);
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let (input, exercise): (Input, Exercise) = match arguments.next().as_deref() {
+    let (input, exercise): (RandomInput, Exercise) = match arguments.next().as_deref() {
         Some("load") => {
             (|random| bt_fuzz::text(random).into_bytes(), |bytes| bt_fuzz::exercise(&String::from_utf8_lossy(bytes)))
         }
