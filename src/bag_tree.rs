@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use campaigns::Error;
 use clap::Args;
+use diagnostics::Disk;
+use editor::named_files;
 use recording::{BagTree, Recording};
 use reports::html::quoted;
-
-use crate::named_files;
 
 /// The tree of a bag that Nav2 wrote.
 #[derive(Clone, Debug, Default, Args)]
@@ -41,7 +41,7 @@ impl BagTreeArgs {
             let help = "leave it out: a recording, and a log of BehaviorTree.CPP, has its tree";
             return Err(Error::refused("`--tree` is for a ROS 2 bag", help));
         }
-        Ok(Some(BagTree { topic: topic.clone(), ..named_files::tree(file)?.into() }))
+        Ok(Some(BagTree { topic: topic.clone(), ..named_files::tree(&Disk::default(), file)?.into() }))
     }
 
     /// Whether one is named.

@@ -17,12 +17,12 @@ use reports::{Outputs, file_name};
 use runs::Run;
 use scenarios::scenario::Scenario;
 
-use crate::counted::counted;
 use crate::live::BoardArgs;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
 use crate::{interrupt, summary};
+use editor::counted;
 
 /// The campaign, and how many of its runs to run.
 #[derive(Debug, Args)]

@@ -1,17 +1,5 @@
 //! Entries of a list: names with their meanings beside them.
 
-use diagnostics::document::Key;
-
-/// A key's meaning, its type, and its default.
-pub(crate) fn meaning(key: &Key) -> String {
-    let default = match key.default() {
-        _ if key.required => "; required".to_owned(),
-        Some(default) => format!("; default {default}"),
-        None => String::new(),
-    };
-    format!("{} [{}{default}]", key.about, key.accepts())
-}
-
 /// A name longer than this has its own line.
 const LONGEST: usize = 28;
 

@@ -9,7 +9,7 @@ use scenarios::faults::{FaultKind, KINDS, Parameter, kind};
 use scenarios::scenario::ScenarioFile;
 use serde_json::json;
 
-use crate::entry::{column, entry, meaning};
+use crate::entry::{column, entry};
 use crate::names::FaultName;
 use crate::output::{explain, print_json};
 
@@ -72,7 +72,7 @@ fn details(kind: &FaultKind) -> String {
     let timing = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s"));
     let timing: Vec<Key> = timing.cloned().collect();
     let column = column(parameters.iter().chain(&timing).map(|key| key.split().1));
-    let list = |keys: &[Key]| keys.iter().map(|key| entry(column, key.split().1, &meaning(key))).collect::<String>();
+    let list = |keys: &[Key]| keys.iter().map(|key| entry(column, key.split().1, &key.meaning())).collect::<String>();
     let mut text = format!("{}: {} ({})\n", kind.name, kind.about, kind.subsystem.name());
     for keys in [parameters, timing].iter().filter(|keys| !keys.is_empty()) {
         text += &format!("\n{}", list(keys));

@@ -17,7 +17,6 @@ use tree_logs::LoggedTree;
 use crate::interrupt;
 use crate::live::groot_args::GrootArgs;
 use crate::live::{PageArgs, serve_meanwhile};
-use crate::monitor::System;
 use crate::output::{note, print_wrapped};
 use crate::verify::announcer::{Announcer, Reactions};
 use crate::verify::around::Around;
@@ -26,6 +25,7 @@ use crate::verify::in_words;
 use crate::verify::judge::{Verified, load};
 use crate::verify::live_page::LivePage;
 use crate::verify::tree_log::refuse_unknown;
+use editor::System;
 
 /// How long a program may take to answer.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -144,7 +144,7 @@ impl Watched {
         number: usize,
     ) -> Result<Self, Error> {
         let topology = TreeRun::topology(tree);
-        let system = System { topology: Arc::clone(&topology), tick: Duration::ZERO };
+        let system = System::new(Arc::clone(&topology), Duration::ZERO);
         let properties = if args.properties.is_empty() { Vec::new() } else { load(&args.properties, &system)? };
         refuse_unknown(&properties)?;
         let root = &tree.nodes()[0];

@@ -9,7 +9,7 @@ use maps::PlacesFile;
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::scenario::ScenarioFile;
 
-use crate::entry::{column, entry, meaning};
+use crate::entry::{column, entry};
 use crate::output::{explain, print};
 
 /// Help topics besides commands.
@@ -117,7 +117,7 @@ fn listed(keys: &[Key]) -> String {
             if table != inside || text.is_empty() {
                 text.push('\n');
             }
-            text += &entry(beside(key), name, &meaning(key));
+            text += &entry(beside(key), name, &key.meaning());
         }
         table = if key.is_table() { &key.path } else { inside };
     }

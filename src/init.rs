@@ -12,7 +12,7 @@ use scenarios::scenario::{Found, Scenario, ScenarioFile, find};
 
 use crate::names::ScenarioName;
 use crate::output::print_wrapped;
-use crate::toml_subject::Toml;
+use editor::Toml;
 
 /// The template, and where to write it.
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 
 mod log;
 
+use diagnostics::Disk;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -19,8 +20,8 @@ use trials::replay::fit::Fit;
 use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
-use crate::named_files;
 use crate::output::{note, print_json, print_wrapped};
+use editor::named_files;
 
 pub(crate) use log::{Log, TopicArgs, open_log};
 
@@ -82,7 +83,7 @@ fn share(text: &str) -> Result<f64, String> {
 fn open(args: &LocalizeArgs) -> Result<(Arc<OccupancyGrid>, Arc<Recording>), Error> {
     let Log { recording, map } = open_log(&args.log, &args.topics)?;
     let map = match (&args.map, map) {
-        (Some(path), _) => named_files::map(path)?,
+        (Some(path), _) => named_files::map(&Disk::default(), path)?,
         (None, Some(map)) => map,
         (None, None) => {
             let message = format!("{} has no map", args.log.display());

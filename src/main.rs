@@ -7,7 +7,6 @@ mod browser;
 mod campaign;
 mod check;
 mod completions;
-mod counted;
 mod domain;
 mod entry;
 mod faults;
@@ -19,12 +18,12 @@ mod interrupt;
 mod list;
 mod live;
 mod localize;
+mod lsp;
 mod man;
 mod map;
 mod matrix;
 mod moment;
 mod monitor;
-mod named_files;
 mod names;
 mod navigate;
 mod output;
@@ -41,7 +40,6 @@ mod serve_groot;
 mod sim;
 mod skill;
 mod summary;
-mod toml_subject;
 mod tree;
 mod tree_script;
 mod verify;
@@ -149,6 +147,8 @@ enum Command {
     },
     /// Prints a script with which a shell completes commands
     Completions(completions::CompletionsArgs),
+    /// Serves an editor: problems as you type, completion, explanations
+    Lsp(lsp::LspArgs),
     /// Writes a man page for each command
     Man(man::ManArgs),
     /// Prints the notices that the licenses of the program's parts require
@@ -198,6 +198,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
             None => live::live(args),
         },
         Some(Command::Localize(args)) => localize::localize(args),
+        Some(Command::Lsp(args)) => lsp::lsp(args),
         Some(Command::Man(args)) => man::man(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Map(args)) => map::map(args),
         Some(Command::Sim(args)) => sim::sim(args),

@@ -3,24 +3,19 @@
 
 mod new;
 
+use editor::System;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::time::Duration;
 
 use campaigns::Error;
-use channels::{Monitor as _, Topology};
+use channels::Monitor as _;
 use clap::{Args, Subcommand, ValueEnum};
-use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor, explain};
+use monitors::{Format, Method, Property, ScopeMonitor, explain};
 use reports::file_name;
-use runs::{topology, topology_for_properties};
 use scenarios::Complaints;
-use scenarios::files::Kind;
-use scenarios::scenario::{Scenario, find};
 
 use new::NewProperty;
 
-use crate::named_files;
 use crate::output::{print, print_wrapped, warn};
 
 /// Property files: checks them, explains them, exports their monitors.
@@ -127,39 +122,6 @@ impl PropertySource {
         }
         complaints.check()?;
         Ok(properties)
-    }
-}
-
-/// The subject of properties: the processes and channels of a scenario, and how often it ticks.
-pub(crate) struct System {
-    pub(crate) topology: Arc<Topology>,
-    pub(crate) tick: Duration,
-}
-
-impl System {
-    /// The system of the scenario with this name or path, for properties that it does not have yet.
-    pub(crate) fn of(scenario: &str) -> Result<Self, Error> {
-        Self::with(scenario, topology_for_properties)
-    }
-
-    /// The system of the scenario's runs.
-    pub(crate) fn of_runs(scenario: &str) -> Result<Self, Error> {
-        Self::with(scenario, topology)
-    }
-
-    fn with(scenario: &str, topology: fn(&Scenario) -> Result<Arc<Topology>, scenarios::Error>) -> Result<Self, Error> {
-        let scenario = Scenario::load(&find::find(scenario)?, &[])?;
-        Ok(Self { topology: topology(&scenario)?, tick: scenario.file.execution.tick })
-    }
-
-    /// Reads a property file.
-    pub(crate) fn load(&self, path: &Path) -> Result<PropertyFile, scenarios::Error> {
-        let (path, text) = named_files::read(Kind::Properties, path)?;
-        self.read(&path.display().to_string(), &text)
-    }
-
-    fn read(&self, name: &str, text: &str) -> Result<PropertyFile, scenarios::Error> {
-        monitors::load(name, text, &self.topology, self.tick).map_err(scenarios::Error::bad_input)
     }
 }
 

@@ -1,5 +1,6 @@
 //! `steward navigate`: how well the robot drives from anywhere to anywhere.
 
+use diagnostics::Disk;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,9 +13,9 @@ use reports::file_name;
 use scenarios::Complaints;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
-use crate::named_files;
 use crate::output::{print, print_wrapped};
 use crate::progress::CountProgress;
+use editor::named_files;
 
 /// The name of the results' file.
 const DATA: &str = "navigate.json";
@@ -131,7 +132,7 @@ fn names(maps: &[PathBuf]) -> Vec<String> {
 }
 
 fn course(path: &Path, name: &str) -> Result<Course, scenarios::Error> {
-    Course::new(name, path, named_files::map(path)?).map_err(|error| {
+    Course::new(name, path, named_files::map(&Disk::default(), path)?).map_err(|error| {
         let help = "the robot is a disc of 0.3 m radius and drives on free cells";
         scenarios::Error::refused(format!("{}: {error}", path.display()), help)
     })

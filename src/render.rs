@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::sync::OnceLock;
 
+use editor::parts;
 use miette::{
     Diagnostic, GraphicalReportHandler, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Severity,
     SourceCode, SourceSpan, SpanContents,
@@ -38,7 +39,7 @@ pub(crate) fn rendered<'d>(
     };
     let (mut shown, mut all) = (0, 0);
     for diagnostic in diagnostics {
-        let problems = problems(diagnostic, None);
+        let problems = parts(diagnostic);
         if problems.len() > 1 && shown < MOST_PROBLEMS {
             render(&Cut { diagnostic, text: None });
         }
@@ -51,17 +52,6 @@ pub(crate) fn rendered<'d>(
         text += &format!("and {} more\n", grouped(all - shown));
     }
     text
-}
-
-/// All parts of a diagnostic, each with the text to which it refers: its own, or otherwise the diagnostic's.
-fn problems<'d>(
-    diagnostic: &'d dyn Diagnostic,
-    outer: Option<&'d dyn SourceCode>,
-) -> Vec<(&'d dyn Diagnostic, Option<&'d dyn SourceCode>)> {
-    let text = diagnostic.source_code().or(outer);
-    let related = diagnostic.related().into_iter().flatten();
-    let related: Vec<_> = related.flat_map(|related| problems(related, text)).collect();
-    if related.is_empty() { vec![(diagnostic, text)] } else { related }
 }
 
 /// One part of a diagnostic, with its location.
@@ -81,14 +71,9 @@ impl Finding {
     }
 }
 
-/// The number of all parts of a diagnostic. To find the location of each takes a time proportional to the text.
-pub(crate) fn count(diagnostic: &dyn Diagnostic) -> usize {
-    problems(diagnostic, None).len()
-}
-
 /// All parts of a diagnostic, with their locations.
 pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<Finding> {
-    problems(diagnostic, None).into_iter().map(|(problem, text)| found(problem, text)).collect()
+    parts(diagnostic).into_iter().map(|(problem, text)| found(problem, text)).collect()
 }
 
 fn found(diagnostic: &dyn Diagnostic, source: Option<&dyn SourceCode>) -> Finding {

@@ -1,5 +1,6 @@
 //! `steward skill`: machines without a robot.
 
+use diagnostics::Disk;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -13,8 +14,9 @@ use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
 use skills::{Chart, Cues, SkillError, Status, Strictness, rehearse};
 
+use crate::check;
 use crate::output::print;
-use crate::{check, named_files};
+use editor::named_files;
 
 /// What to do with a machine.
 #[derive(Debug, Subcommand)]
@@ -74,9 +76,9 @@ pub(crate) enum Format {
 /// Carries out a command on a machine.
 pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
     match command {
-        SkillCommand::Check { files, scenario } => {
-            check::each(files, false, |file| check::machine(file, scenario.as_deref()).map(|(_, checked)| checked))
-        }
+        SkillCommand::Check { files, scenario } => check::each(files, false, |file| {
+            editor::check::machine(&Disk::default(), file, scenario.as_deref()).map(|(_, checked)| checked)
+        }),
         SkillCommand::Show { file, scenario, format } => show(file, scenario.as_deref(), *format),
         SkillCommand::Mutants { files } => mutants(files),
         SkillCommand::Run { file, events, until, json } => run(file, events.as_deref(), *until, *json),
@@ -86,7 +88,7 @@ pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
 fn show(file: &Path, scenario: Option<&str>, format: Format) -> Result<ExitCode, Error> {
     let chart = match scenario {
         Some(scenario) => machine_of(scenario, &file.to_string_lossy())?,
-        None => named_files::machine(file, Strictness::Standard)?,
+        None => named_files::machine(&Disk::default(), file, Strictness::Standard)?,
     };
     match format {
         Format::Text => print(&chart.outline())?,
@@ -118,7 +120,7 @@ fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
         Ok::<(), Error>(())
     };
     for file in files {
-        let (path, machine) = named_files::read(Kind::Skill, file)?;
+        let (path, machine) = named_files::read(&Disk::default(), Kind::Skill, file)?;
         list(&path.to_string_lossy(), &machine)?;
     }
     if files.is_empty() {
@@ -131,7 +133,7 @@ fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
 }
 
 fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<ExitCode, Error> {
-    let chart = named_files::machine(file, Strictness::Standard)?;
+    let chart = named_files::machine(&Disk::default(), file, Strictness::Standard)?;
     let cues = match events {
         Some(events) => read_cues(events)?,
         None => Cues::default(),

@@ -1,5 +1,6 @@
 //! `steward tree`: behavior trees without a robot.
 
+use diagnostics::Disk;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -11,9 +12,10 @@ use drawing::FoldedTree;
 use reports::pictures;
 use serde_json::json;
 
+use crate::check;
 use crate::output::{print, print_json};
 use crate::tree_script::{MOST_TICKS, TreeScript};
-use crate::{check, named_files};
+use editor::named_files;
 
 /// The commands for a tree.
 #[derive(Debug, Subcommand)]
@@ -63,8 +65,10 @@ pub(crate) enum Format {
 /// Carries out a command on a tree.
 pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
     match command {
-        TreeCommand::Check { files } => check::each(files, false, |file| check::tree(file).map(|(_, checked)| checked)),
-        TreeCommand::Show { file, format } => show(&named_files::tree(file)?, *format),
+        TreeCommand::Check { files } => {
+            check::each(files, false, |file| editor::check::tree(&Disk::default(), file).map(|(_, checked)| checked))
+        }
+        TreeCommand::Show { file, format } => show(&named_files::tree(&Disk::default(), file)?, *format),
         TreeCommand::Run { file, leaves, ticks, json } => run(file, leaves, *ticks, *json),
     }
 }
@@ -86,7 +90,7 @@ fn nodes(tree: &Tree) -> Vec<recording::Node> {
 
 /// Exit status 1 if there was an error in a node: a script that could not be evaluated, or a port without a value.
 fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<ExitCode, Error> {
-    let tree = Arc::new(named_files::tree(file)?);
+    let tree = Arc::new(named_files::tree(&Disk::default(), file)?);
     let script = TreeScript::open(leaves, &tree)?;
     let (mut moments, mut boards) = (Vec::new(), Vec::new());
     rehearse(&tree, &script, ticks, |rehearsal, moment| {

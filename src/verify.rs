@@ -36,12 +36,12 @@ use reports::report::ViolationsReport;
 use scenarios::scenario::find;
 use serde_json::json;
 
-use crate::counted::counted;
 use crate::interrupt;
-use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, print_json_line, print_wrapped};
 use answers::Answers;
 use around::Around;
+use editor::System;
+use editor::counted;
 use growing::{Growing, STILL_WRITTEN};
 use judge::{Judged, Judgment, Verified, load, recorded, unheard};
 use logs::Line;
@@ -288,7 +288,7 @@ impl Subject {
     fn of(args: &VerifyArgs, described: &Description, header: Option<&Header>) -> Result<Self, Error> {
         let header = header.filter(|_| args.scenario.is_none());
         let mut system = match header {
-            Some(header) => System { topology: Arc::clone(&header.topology), tick: header.tick },
+            Some(header) => System::new(Arc::clone(&header.topology), header.tick),
             None => System::of_runs(described.scenario(args.scenario.as_deref())?)?,
         };
         system.tick = described.tick.unwrap_or(system.tick);

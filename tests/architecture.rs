@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 34] = [
+const ROOMS: [(&str, &[&str]); 35] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -119,6 +119,21 @@ const ROOMS: [(&str, &[&str]); 34] = [
         ],
     ),
     (
+        "editor",
+        &[
+            "channels",
+            "diagnostics",
+            "maps",
+            "bt",
+            "interfaces",
+            "skills",
+            "monitors",
+            "scenarios",
+            "runs",
+            "campaigns",
+        ],
+    ),
+    (
         "steward",
         &[
             "channels",
@@ -147,6 +162,7 @@ const ROOMS: [(&str, &[&str]); 34] = [
             "proofs",
             "reports",
             "campaigns",
+            "editor",
             "cockpit",
         ],
     ),

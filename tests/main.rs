@@ -24,6 +24,7 @@ mod guide;
 mod leaves;
 mod live;
 mod localize_command;
+mod lsp;
 mod monitors;
 mod navigation;
 mod notices;

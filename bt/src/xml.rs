@@ -29,6 +29,7 @@ use diagnostics::text_from_disk;
 
 pub use loader::Loader;
 pub use ports::{BuiltinPort, builtin_ports};
+pub use vocabulary::{elements_in, node_attributes};
 
 use crate::{Tree, TreeError};
 

@@ -10,10 +10,10 @@ use crate::{Error, FileProblems, Source};
 pub type ReadFile<'r> = &'r dyn Fn(&Path) -> io::Result<Vec<u8>>;
 
 /// Larger files are refused: no valid map needs more.
-const MAX_BYTES: u64 = 1 << 30;
+pub(crate) const MAX_BYTES: u64 = 1 << 30;
 
 /// Longer texts are refused: even generated scenarios and trees are far shorter.
-const MAX_TEXT_BYTES: u64 = 1 << 24;
+pub(crate) const MAX_TEXT_BYTES: u64 = 1 << 24;
 
 /// Reads a file from disk; a [`ReadFile`].
 ///
@@ -89,7 +89,7 @@ fn bounded(from: impl Read, max_bytes: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > max_bytes { Err(too_large(max_bytes)) } else { Ok(bytes) }
 }
 
-fn too_large(max_bytes: u64) -> io::Error {
+pub(crate) fn too_large(max_bytes: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than {} MiB", max_bytes >> 20))
 }
 

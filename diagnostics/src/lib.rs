@@ -17,7 +17,8 @@
 //! assert_eq!(problems.plain(), "robot.conf:2:1: unknown key `spede` (did you mean `speed`?)\n");
 //! ```
 //!
-//! [`text_from_disk`] and [`read_text`] read files, always with a limit. [`write_whole`], [`Unfinished`] and
+//! [`text_from_disk`] and [`read_text`] read files, always with a limit. A [`Disk`] also has the unsaved texts of an
+//! editor. [`write_whole`], [`Unfinished`] and
 //! [`Staging`] write them: a file under its final name is always complete.
 //!
 //! [`markup`] is text as it is written in XML.
@@ -25,6 +26,7 @@
 //! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
 //! `xml`, which explains why a text is not XML.
 
+mod disk;
 #[cfg(feature = "documents")]
 pub mod document;
 mod error;
@@ -37,6 +39,7 @@ mod source;
 #[cfg(feature = "xml")]
 pub mod xml;
 
+pub use disk::{Disk, Reads, normal};
 pub use error::Error;
 pub use files::{
     ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, open_regular, read_text, text, text_from_disk,

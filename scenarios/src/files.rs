@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use diagnostics::document::{Field, Table};
-use diagnostics::{Span, Spanned};
+use diagnostics::{Disk, Span, Spanned};
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
@@ -89,6 +89,7 @@ pub struct Files {
     of_bases: Vec<PathBuf>,
     /// Whether the scenario is shipped. If so, its only files on disk are those that an [assignment](named) names.
     is_shipped: bool,
+    disk: Disk,
     /// The contents of files read from disk, if they are remembered.
     memory: Option<Arc<Mutex<Memory>>>,
 }
@@ -118,6 +119,12 @@ impl Files {
     #[must_use]
     pub fn beside(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into(), ..Self::default() }
+    }
+
+    /// The same files, on this disk.
+    #[must_use]
+    pub fn on(self, disk: &Disk) -> Self {
+        Self { disk: disk.clone(), ..self }
     }
 
     /// The same files, except that those that assignments name are relative to `folder` if the scenario is a shipped
@@ -184,7 +191,7 @@ impl Files {
         let own = self.folder.join(&self.instead);
         let mut of_base = self.as_written(path).map(|written| own.join(written)).peekable();
         let first = if of_base.peek().is_some() { self.folder.join(path) } else { own.join(path) };
-        std::iter::once(first).chain(of_base).find(|found| found.exists())
+        std::iter::once(first).chain(of_base).find(|found| self.disk.exists(found))
     }
 
     /// Reads a file.
@@ -202,7 +209,7 @@ impl Files {
             memory().map(|mut memory| memory.shipped.insert(path.to_owned(), bytes));
             return Ok(bytes.to_vec());
         };
-        let bytes = diagnostics::from_disk(&found)?;
+        let bytes = self.disk.read_named(&found, path)?;
         // The first reader determines the contents.
         let first = memory()
             .map(|mut memory| Arc::clone(memory.on_disk.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
@@ -284,12 +291,12 @@ impl Kind {
     }
 
     /// The path that an argument refers to, where [`Files::beside`] is the current folder: the argument itself, if it
-    /// is the path of a file there or of a shipped one, or otherwise that of the shipped file with this name.
+    /// is the path of a file on this disk or of a shipped one, or otherwise that of the shipped file with this name.
     #[must_use]
-    pub fn path(self, argument: &Path) -> PathBuf {
+    pub fn path(self, argument: &Path, disk: &Disk) -> PathBuf {
         let (folder, ending) = self.place();
         let named = PathBuf::from(format!("{folder}{}{ending}", argument.display()));
-        let is_path = argument.exists() && !argument.is_dir() || shipped(argument).is_some();
+        let is_path = disk.is_file(argument) || shipped(argument).is_some();
         if !is_path && shipped(&named).is_some() { named } else { argument.to_owned() }
     }
 
@@ -372,9 +379,16 @@ mod tests {
             (Kind::Map, "house", "maps/house.yaml"),
             (Kind::Places, "house", "maps/house.places.toml"),
         ] {
-            assert_eq!([name, path].map(|given| kind.path(Path::new(given))), [path, path].map(PathBuf::from));
+            assert_eq!(
+                [name, path].map(|given| kind.path(Path::new(given), &Disk::default())),
+                [path, path].map(PathBuf::from)
+            );
             assert!(kind.names().any(|known| known == name), "{name}");
         }
-        assert_eq!(Kind::Tree.path(Path::new("phi1")), Path::new("phi1"), "which is not a name in any tree");
+        assert_eq!(
+            Kind::Tree.path(Path::new("phi1"), &Disk::default()),
+            Path::new("phi1"),
+            "which is not a name in any tree"
+        );
     }
 }

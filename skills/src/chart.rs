@@ -12,7 +12,6 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 
 use diagnostics::{Problem, did_you_mean};
@@ -28,6 +27,7 @@ pub(crate) use state::{Descriptor, Initial, TransitionDomain};
 pub use state::{HistoryKind, State, StateKind, Transition};
 
 use crate::expression::Expr;
+use crate::folder::Folder;
 use crate::ids::{DataId, Identifiers, StateId, TransitionId};
 use crate::{Concerns, Strictness};
 
@@ -100,7 +100,7 @@ pub struct Chart {
     /// The position of `<scxml>` in the file: a file may contain machines inside machines.
     pub(crate) span: SourceSpan,
     /// The folder in which `src` is looked up; `None` if files are not accessible.
-    pub(crate) folder: Option<Arc<Path>>,
+    pub(crate) folder: Option<Folder>,
     pub(crate) strictness: Strictness,
     pub(crate) warnings: Vec<Problem>,
 }

@@ -123,6 +123,7 @@ mod engine;
 mod error;
 mod event;
 mod expression;
+mod folder;
 mod ids;
 mod load;
 mod machine;
@@ -140,6 +141,7 @@ pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use event::{Event, EventKind, Outgoing, Params};
 pub use ids::{StateId, TransitionId};
+pub use load::{attributes_of, elements_in};
 pub use machine::{Host, Machine, Note, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, mutate_all, mutations};
 pub use process::{

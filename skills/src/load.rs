@@ -18,6 +18,7 @@ mod value;
 mod xml;
 
 pub(crate) use reach::can_be_done;
+pub use rules::{attributes_of, elements_in};
 pub(crate) use send::INTERNAL_TARGET;
 pub(crate) use xml::{Written, name_span, own_elements};
 
@@ -25,13 +26,14 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::{Problem, Source};
+use diagnostics::{Disk, Problem, Source};
 use roxmltree::{Document, ParsingOptions};
 
 use files::MAX_BYTES;
 use origin::Origin;
 
 use crate::chart::Chart;
+use crate::folder::Folder;
 use crate::{SkillError, Strictness};
 
 /// The maximum number of elements, attributes and texts in a file.
@@ -99,19 +101,32 @@ impl Chart {
     /// # Errors
     /// [`SkillError::Read`] if the file cannot be read, [`SkillError::Load`] with all its problems.
     pub fn open(path: &Path, strictness: Strictness) -> Result<Arc<Self>, SkillError> {
-        Self::open_with(path, strictness, true)
+        Self::open_on(&Disk::default(), path, strictness)
     }
 
-    pub(crate) fn open_with(path: &Path, strictness: Strictness, looks_further: bool) -> Result<Arc<Self>, SkillError> {
-        let text = files::read(path).map_err(|reason| SkillError::Read { reason })?;
-        let folder: Arc<Path> = path.parent().unwrap_or_else(|| Path::new("")).into();
+    /// Reads and compiles a machine's file like [`open`](Self::open), from this disk.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open).
+    pub fn open_on(disk: &Disk, path: &Path, strictness: Strictness) -> Result<Arc<Self>, SkillError> {
+        Self::open_with(path, disk, strictness, true)
+    }
+
+    pub(crate) fn open_with(
+        path: &Path,
+        disk: &Disk,
+        strictness: Strictness,
+        looks_further: bool,
+    ) -> Result<Arc<Self>, SkillError> {
+        let text = files::read(path, disk).map_err(|reason| SkillError::Read { reason })?;
+        let folder = Folder::of(path, disk);
         Self::load_from(&path.to_string_lossy(), &text, strictness, Some(folder), looks_further)
     }
 
     /// The machine in a file beside this one's, as named by `srcexpr`.
     pub(crate) fn beside(&self, address: &str) -> Result<Arc<Self>, String> {
-        let path = files::path(address, self.folder.as_deref())?;
-        Self::open_with(&path, self.strictness, false).map_err(|error| error.to_string())
+        let (path, folder) = files::path(address, self.folder.as_ref())?;
+        Self::open_with(&path, &folder.disk, self.strictness, false).map_err(|error| error.to_string())
     }
 
     /// A machine that was computed.
@@ -124,7 +139,7 @@ impl Chart {
         file: &str,
         text: &str,
         strictness: Strictness,
-        folder: Option<Arc<Path>>,
+        folder: Option<Folder>,
         looks_further: bool,
     ) -> Result<Arc<Self>, SkillError> {
         Self::compile(file, text, strictness, folder, looks_further).map(Arc::new)
@@ -134,7 +149,7 @@ impl Chart {
         file: &str,
         text: &str,
         strictness: Strictness,
-        folder: Option<Arc<Path>>,
+        folder: Option<Folder>,
         looks_further: bool,
     ) -> Result<Self, SkillError> {
         let named = Source::new(file, text);

@@ -10,7 +10,7 @@ use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
 use super::violation::{Violation, words};
-use crate::counted::counted;
+use editor::counted;
 
 /// A property that was explored.
 pub(crate) struct Finding {

@@ -15,9 +15,9 @@ use reports::junit::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 
-use crate::counted::counted;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 use crate::progress::CountProgress;
+use editor::counted;
 
 /// The results for the mutants of a scenario.
 pub(super) struct Mutants {

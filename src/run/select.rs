@@ -1,5 +1,6 @@
 //! Turns names, folders and patterns into scenarios.
 
+use diagnostics::Disk;
 use std::path::{Path, PathBuf};
 
 use campaigns::Error;
@@ -8,7 +9,7 @@ use scenarios::files::{Files, scenario_names};
 use scenarios::scenario::{Found, RunsEntry, ScenarioFile, find};
 
 use crate::output::note;
-use crate::toml_subject::Toml;
+use editor::Toml;
 
 /// The requested scenarios, each once, as far as they pass the filters; without names, all that come with the program.
 pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
@@ -84,7 +85,8 @@ fn in_folder(folder: &Path) -> Result<Vec<Found>, Error> {
         std::fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>).map_err(unreadable)?;
     let mut paths: Vec<PathBuf> = entries.iter().map(std::fs::DirEntry::path).collect();
     paths.retain(|path| {
-        path.extension().is_some_and(|ending| ending == "toml") && Toml::of_file(path) == Toml::Scenario
+        path.extension().is_some_and(|ending| ending == "toml")
+            && Toml::of_file(&Disk::default(), path) == Toml::Scenario
     });
     paths.sort();
     if paths.is_empty() {

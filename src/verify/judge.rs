@@ -17,8 +17,8 @@ use super::announcer::Announcer;
 use super::around::{Around, Looking};
 use super::live_page::LivePage;
 use crate::live::BoardArgs;
-use crate::monitor::System;
 use crate::output::{note, warn};
+use editor::System;
 
 /// How long a page waits for the map, the robot on it and its laser: what is latched may take as long as the period of
 /// a publisher's heartbeats.

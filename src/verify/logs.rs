@@ -11,7 +11,7 @@ use reports::junit::{self, Case, CaseResult, Suite};
 use serde_json::{Value, json};
 
 use super::judge::Verified;
-use crate::counted::counted;
+use editor::counted;
 
 /// The name of the page that leads to the reports.
 const INDEX: &str = "index.html";

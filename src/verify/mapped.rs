@@ -20,8 +20,8 @@ use super::args::RobotsArgs;
 use super::around::Around;
 use super::judge::{Judged, Judgment, Verified, load};
 use crate::live::BoardArgs;
-use crate::monitor::System;
 use crate::output::note;
+use editor::System;
 
 /// The file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";
@@ -69,7 +69,7 @@ impl Mapped<'_> {
         let Self { mapping, folder, .. } = self;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
-        let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
+        let system = System::new(compiled.topology.clone(), mapping.tick);
         let mut properties = match self.robots {
             [] => load(self.properties, &system)?,
             robots => load_for_each(robots, self.properties, &system)?,
@@ -154,7 +154,7 @@ fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Resul
     let mut all = Vec::new();
     for space in robots {
         let prefix = bags::prefix(space);
-        let part = System { topology: Arc::new(system.topology.part(&prefix)), tick: system.tick };
+        let part = System::new(Arc::new(system.topology.part(&prefix)), system.tick);
         let mut properties = load(paths, &part)?;
         properties.iter_mut().for_each(|property| property.rename(format!("{prefix}{}", property.name)));
         all.append(&mut properties);

@@ -50,8 +50,7 @@ impl Scan<'_> {
                 "BehaviorTree" => definitions.push(self.read_tree(element)),
                 "TreeNodesModel" | "include" => {}
                 name => {
-                    let known = ["BehaviorTree", "TreeNodesModel", "include"];
-                    let near = near(name, known.into_iter(), self.problems.len());
+                    let near = near(name, vocabulary::IN_ROOT.into_iter(), self.problems.len());
                     let help = near
                         .map_or("<root> may contain <BehaviorTree> and <TreeNodesModel>".to_owned(), |near| {
                             format!("did you mean <{near}>?")

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
+use crate::hooks::Hooks;
 use crate::{Category, Kind};
 
 /// The meaning of a name in BehaviorTree.CPP or Nav2.
@@ -46,6 +47,27 @@ const OTHER_NAMES: [(&str, Builtin); 8] = [
 /// The elements of the explicit form.
 const EXPLICIT: [Category; 5] =
     [Category::Action, Category::Condition, Category::Control, Category::Decorator, Category::SubTree];
+
+/// The elements in the root.
+pub(super) const IN_ROOT: [&str; 3] = ["BehaviorTree", "TreeNodesModel", "include"];
+
+/// The names of the elements that may be in one with this name, or in none. A node of a kind that the file declares has
+/// the name that it gives to the kind.
+#[must_use]
+pub fn elements_in(parent: Option<&str>) -> Vec<&'static str> {
+    let explicit = EXPLICIT.into_iter().map(Category::element);
+    match parent {
+        None => vec!["root"],
+        Some("root") => IN_ROOT.to_vec(),
+        Some("TreeNodesModel") => explicit.collect(),
+        Some(_) => Kind::BUILTIN.into_iter().map(Kind::name).chain(explicit).collect(),
+    }
+}
+
+/// The attributes that every node may have, apart from its ports.
+pub fn node_attributes() -> impl Iterator<Item = &'static str> {
+    std::iter::once("name").chain(Hooks::NAMES)
+}
 
 /// The first character of a name that BehaviorTree.CPP forbids in the ID of a tree and in the name of a node or a port.
 pub(super) fn forbidden(name: &str) -> Option<char> {

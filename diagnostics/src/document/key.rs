@@ -58,6 +58,17 @@ impl Key {
         self.takes.get("default").map(Value::to_string)
     }
 
+    /// Its meaning, its accepted values, and its default.
+    #[must_use]
+    pub fn meaning(&self) -> String {
+        let default = match self.default() {
+            _ if self.required => "; required".to_owned(),
+            Some(default) => format!("; default {default}"),
+            None => String::new(),
+        };
+        format!("{} [{}{default}]", self.about, self.accepts())
+    }
+
     /// The JSON schema, draft 2020-12, of a file with these keys; `rules` relate several keys of its top level.
     #[must_use]
     pub fn json_schema(title: &str, rules: Value, keys: &[Self]) -> Value {

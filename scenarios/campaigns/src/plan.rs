@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::{Problem, Spanned, did_you_mean};
+use diagnostics::{Disk, Problem, Spanned, did_you_mean};
 use runs::Run;
 use scenarios::Complaints;
 use scenarios::files::{shipped_campaigns, shipped_scenarios};
@@ -74,25 +74,33 @@ impl Plan {
     /// # Errors
     /// Everything that is wrong with them; see [`parse`](Self::parse).
     pub fn load(path: &Path) -> Result<Self, Error> {
+        Self::load_on(&Disk::default(), path)
+    }
+
+    /// Loads a campaign like [`load`](Self::load), from this disk.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load).
+    pub fn load_on(disk: &Disk, path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
-        let is_name = path.extension().is_none() && path.components().count() == 1 && !path.is_file();
+        let is_name = path.extension().is_none() && path.components().count() == 1 && !disk.is_file(path);
         let in_sources = name.strip_prefix("scenarios/campaigns/").and_then(|file| file.strip_suffix(".toml"));
-        let shipped = if is_name { Some(&*name) } else { in_sources.filter(|_| !path.exists()) };
+        let shipped = if is_name { Some(&*name) } else { in_sources.filter(|_| !disk.exists(path)) };
         let shipped = shipped.and_then(|wanted| shipped_campaigns().find(|(known, _)| *known == wanted));
         match shipped {
-            Some((name, text)) => return Self::parse(name, text),
+            Some((name, text)) => return Self::parse_on(disk, name, text),
             None if is_name => return Err(no_campaign(&name)),
             None => {}
         }
-        if find::is_model(path) {
-            return Self::parse(&name, &of_model(path));
+        if find::is_model(disk, path) {
+            return Self::parse_on(disk, &name, &of_model(path));
         }
-        let text = diagnostics::text_from_disk(path).map_err(|error| {
+        let text = disk.read_text(path).map_err(|error| {
             let message = format!("cannot read the campaign {name}: {error}");
             let help = "a campaign is a TOML file that names a scenario and the parameters to vary";
             Error::refused(message, format!("{help}, or one of {}", campaign_names()))
         })?;
-        Self::parse(&name, &text)
+        Self::parse_on(disk, &name, &text)
     }
 
     /// Reads a campaign's text. A scenario given as a path is looked up relative to `name`.
@@ -104,9 +112,13 @@ impl Plan {
     /// # Errors
     /// [`Error::Scenario`] with everything that is wrong.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        Self::parse_on(&Disk::default(), name, text)
+    }
+
+    fn parse_on(disk: &Disk, name: &str, text: &str) -> Result<Self, Error> {
         let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
         // All runs must use the same files, even if the campaign resumes later.
-        let mut found = scenario(name, &file)?;
+        let mut found = scenario(disk, name, &file)?;
         found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
         let base = Arc::new(Scenario::load(&found, &set)?);
@@ -329,11 +341,11 @@ fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
 }
 
 /// The scenario that a campaign names: a file relative to the campaign's, or one that comes with the program.
-fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
+fn scenario(disk: &Disk, name: &str, file: &CampaignFile) -> Result<Found, Error> {
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let beside = folder.join(&file.scenario.value);
-    let found =
-        if beside.is_file() { find::find(&beside.display().to_string()) } else { find::find(&file.scenario.value) };
+    let beside = if disk.is_file(&beside) { beside.display().to_string() } else { file.scenario.value.clone() };
+    let found = find::find_on(disk, &beside);
     let with_files = |found: Found| Found { files: found.files.with_assignments_in(folder), ..found };
     found.map(with_files).map_err(|error| {
         let problem = file.scenario.span.problem(error.to_string()).with_label("this scenario");

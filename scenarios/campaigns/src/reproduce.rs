@@ -133,7 +133,7 @@ impl Settings {
     /// The settings in the syntax of `--set`; every scenario also gets the monitors of the paper's figure.
     fn overrides(&self) -> Vec<String> {
         let path = |key: &str, kind: Kind, path: &Option<PathBuf>| {
-            let path = path.as_ref().map(|path| kind.path(path).display().to_string());
+            let path = path.as_ref().map(|path| kind.path(path, &diagnostics::Disk::default()).display().to_string());
             path.map(|path| format!("{key}={path:?}"))
         };
         let form = |form| match form {

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use diagnostics::Disk;
+
 use crate::Error;
 use crate::files::{Files, scenario_names, shipped_scenarios};
 
@@ -38,10 +40,19 @@ pub enum FoundKind {
 /// # Errors
 /// If there is no such scenario (with the nearest name), or its file cannot be read.
 pub fn find(scenario: &str) -> Result<Found, Error> {
+    find_on(&Disk::default(), scenario)
+}
+
+/// Finds a scenario by name, or by path on this disk.
+///
+/// # Errors
+/// As for [`find`].
+pub fn find_on(disk: &Disk, scenario: &str) -> Result<Found, Error> {
     let path = Path::new(scenario);
-    let is_path = path.extension().is_some() || path.components().count() > 1 || path.is_file();
-    let name = name_of(scenario).filter(|_| !path.exists()).unwrap_or(scenario);
-    if is_path && shipped(name).is_none() { on_disk(path) } else { by_name(name) }
+    let is_path = path.extension().is_some() || path.components().count() > 1 || disk.is_file(path);
+    let name = name_of(scenario).filter(|_| !disk.exists(path)).unwrap_or(scenario);
+    let found = if is_path && shipped(name).is_none() { on_disk(disk, path) } else { by_name(name) }?;
+    Ok(Found { files: found.files.on(disk), ..found })
 }
 
 /// The name of the shipped scenario with this path.
@@ -64,8 +75,8 @@ fn by_name(name: &str) -> Result<Found, Error> {
     Ok(Found { name: name.to_owned(), argument: name.to_owned(), kind, path: path.to_owned(), text, files })
 }
 
-fn on_disk(path: &Path) -> Result<Found, Error> {
-    let text = diagnostics::text_from_disk(path).map_err(|error| {
+fn on_disk(disk: &Disk, path: &Path) -> Result<Found, Error> {
+    let text = disk.read_text(path).map_err(|error| {
         let message = format!("cannot read the scenario {}: {error}", path.display());
         Error::refused(message, help(path, "a scenario is a TOML file, or one of", ""))
     })?;
@@ -80,10 +91,10 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
     Ok(Found { name, kind, path: argument.clone(), argument, text, files })
 }
 
-/// Whether a file is the main file of a RoAML model, which can be used directly as a scenario.
+/// Whether a file on this disk is the main file of a RoAML model, which can be used directly as a scenario.
 #[must_use]
-pub fn is_model(path: &Path) -> bool {
-    diagnostics::text_from_disk(path).is_ok_and(|text| is_model_with(path, &text))
+pub fn is_model(disk: &Disk, path: &Path) -> bool {
+    disk.read_text(path).is_ok_and(|text| is_model_with(path, &text))
 }
 
 fn is_model_with(path: &Path, text: &str) -> bool {

@@ -35,6 +35,15 @@ impl Scenario {
         Self::load_with(found, overrides, None, |_| Ok(()))
     }
 
+    /// Loads a scenario like [`load`](Self::load), but shares the map, and what was computed from it, with `like` if
+    /// that has a map with the same path, whose files have not changed since.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load).
+    pub fn load_on_map_of(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
+        Self::load_with(found, overrides, Some(Like { scenario: like, only_map: true }), |_| Ok(()))
+    }
+
     /// Loads a scenario like [`load`](Self::load), with the machines that replace components in its
     /// `[prove.components]`.
     ///
@@ -50,13 +59,13 @@ impl Scenario {
     /// # Errors
     /// As for [`load`](Self::load).
     pub fn load_like(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, Some(like), |_| Ok(()))
+        Self::load_with(found, overrides, Some(Like { scenario: like, only_map: false }), |_| Ok(()))
     }
 
     fn load_with(
         found: &Found,
         overrides: &[String],
-        like: Option<&Self>,
+        like: Option<Like<'_>>,
         change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let assignments = overrides.iter().map(String::as_str);
@@ -83,7 +92,9 @@ impl Scenario {
         let found = &found;
         let mut complaints = Complaints::default();
         let reader = FileReader { files: &found.files, complaints: &mut complaints };
-        let loaded = Loader { found, overrides, like, reader }.load(file);
+        let (of_map, like) = (like.map(|like| like.scenario), like.filter(|like| !like.only_map));
+        let like = like.map(|like| like.scenario);
+        let loaded = Loader { found, overrides, like, of_map, reader }.load(file);
         complaints.check()?;
         let loaded = loaded.expect("a file that could not be loaded was reported");
         Ok(Self { schedule: schedule.map(Arc::new), ..loaded })
@@ -114,6 +125,13 @@ enum PlacesOfMap<'p> {
     /// They could not be loaded.
     Refused,
     Read(&'p PlacesFile),
+}
+
+/// Whether both name the same file.
+fn is_same(one: &ScenarioFile, other: &ScenarioFile, path: fn(&ScenarioFile) -> Option<&Spanned<PathBuf>>) -> bool {
+    let folder = |file: &ScenarioFile| file.folder.as_ref().map(|folder| folder.value.clone());
+    let path = |file| path(file).map(|path| &path.value);
+    path(one) == path(other) && folder(one) == folder(other)
 }
 
 /// The text of a property. The name is quoted if it is none in the language.
@@ -189,12 +207,21 @@ impl Parts {
     }
 }
 
+/// A scenario with which another one shares what is the same.
+#[derive(Clone, Copy)]
+struct Like<'a> {
+    scenario: &'a Scenario,
+    only_map: bool,
+}
+
 /// Loads the files that a scenario names and records their problems.
 struct Loader<'a> {
     found: &'a Found,
     overrides: &'a [String],
     /// The same scenario with other overrides.
     like: Option<&'a Scenario>,
+    /// A scenario whose map is the same if it has the same path.
+    of_map: Option<&'a Scenario>,
     reader: FileReader<'a>,
 }
 
@@ -334,7 +361,7 @@ impl<'a> Loader<'a> {
         if let Some(map) = &map {
             world::check_world(&entry.world, map, self.reader.complaints);
         }
-        let like = self.shares_premises(file).filter(|_| self.shares(file, map_of));
+        let like = self.shared_map(file);
         let same_map =
             |like: &&Premises| wrong_map.is_none() && like.wrong_map.is_none() && like.places.zones() == zones;
         let (start, station) = poses?;
@@ -358,9 +385,13 @@ impl<'a> Loader<'a> {
 
     /// Whether the scenario to share with names the same file.
     fn shares(&self, file: &ScenarioFile, path: fn(&ScenarioFile) -> Option<&Spanned<PathBuf>>) -> bool {
-        let folder = |file: &ScenarioFile| file.folder.as_ref().map(|folder| folder.value.clone());
-        let path = |file| path(file).map(|path| &path.value);
-        self.like.is_some_and(|like| path(&like.file) == path(file) && folder(&like.file) == folder(file))
+        self.like.is_some_and(|like| is_same(&like.file, file, path))
+    }
+
+    /// The premises with the same map.
+    fn shared_map(&self, file: &ScenarioFile) -> Option<&'a Premises> {
+        let like = self.of_map.filter(|like| file.premises.is_some() && is_same(&like.file, file, map_of));
+        like.and_then(|like| like.premises.as_ref())
     }
 
     /// The premises of the scenario to share with, if both have some.
@@ -369,7 +400,7 @@ impl<'a> Loader<'a> {
     }
 
     fn map(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<OccupancyGrid>> {
-        if let Some(like) = self.shares_premises(file).filter(|_| self.shares(file, map_of)) {
+        if let Some(like) = self.shared_map(file) {
             return Some(Arc::clone(&like.map));
         }
         let map = maps::load_map(&entry.map.value, &|path: &Path| self.reader.files.read(path));
@@ -394,7 +425,7 @@ impl<'a> Loader<'a> {
         zones: &[Zone],
     ) -> Option<Arc<Reach>> {
         let is_same = |like: &&Premises| like.entry.sim.model == entry.sim.model && like.places.zones() == zones;
-        let shared = self.shares_premises(file).filter(|_| self.shares(file, map_of)).filter(is_same);
+        let shared = self.shared_map(file).filter(is_same);
         if let Some(like) = shared {
             return Some(Arc::clone(&like.reach));
         }

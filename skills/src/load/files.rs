@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use diagnostics::from_disk_up_to;
+use diagnostics::Disk;
+
+use crate::folder::Folder;
 
 /// The maximum length of a file.
 pub(super) const MAX_BYTES: usize = 4 << 20;
 
-/// The file at an address, relative to a folder.
-pub(super) fn path(address: &str, folder: Option<&Path>) -> Result<PathBuf, String> {
+/// The file at an address, relative to a folder, with that folder.
+pub(super) fn path<'f>(address: &str, folder: Option<&'f Folder>) -> Result<(PathBuf, &'f Folder), String> {
     let address = address.trim();
     let name = address.strip_prefix("file://").or_else(|| address.strip_prefix("file:")).unwrap_or(address);
     if name.contains("://") {
@@ -18,13 +20,13 @@ pub(super) fn path(address: &str, folder: Option<&Path>) -> Result<PathBuf, Stri
         return Err("no file is named".to_owned());
     }
     let folder = folder.ok_or("files beside the machine are not accessible here")?;
-    Ok(folder.join(name))
+    Ok((folder.path.join(name), folder))
 }
 
 /// The text of a file: UTF-8, UTF-16 with a byte order mark, or ISO 8859-1 if its first line says so.
-pub(super) fn read(path: &Path) -> Result<String, String> {
+pub(super) fn read(path: &Path, disk: &Disk) -> Result<String, String> {
     let unreadable = |reason: &dyn std::fmt::Display| format!("cannot read {}: {reason}", path.display());
-    let bytes = from_disk_up_to(path, MAX_BYTES as u64).map_err(|error| unreadable(&error))?;
+    let bytes = disk.read_up_to(path, MAX_BYTES as u64).map_err(|error| unreadable(&error))?;
     decode(bytes).ok_or_else(|| unreadable(&"it is neither UTF-8 nor UTF-16"))
 }
 
@@ -51,9 +53,9 @@ mod tests {
 
     #[test]
     fn files_are_looked_up_beside_the_machine() {
-        let folder = Path::new("machines");
+        let folder = &Folder::of(Path::new("machines/main.scxml"), &Disk::default());
         for address in ["sub.scxml", "file:sub.scxml", "file://sub.scxml", " sub.scxml "] {
-            assert_eq!(path(address, Some(folder)).unwrap(), folder.join("sub.scxml"));
+            assert_eq!(path(address, Some(folder)).unwrap().0, folder.path.join("sub.scxml"));
         }
         assert!(path("http://example.org/sub.scxml", Some(folder)).is_err());
         assert!(path("", Some(folder)).is_err());

@@ -1,13 +1,11 @@
 //! The origin of a machine.
 
-use std::path::Path;
-use std::sync::Arc;
-
 use diagnostics::Source;
 
 use super::files;
 use crate::Strictness;
 use crate::chart::Chart;
+use crate::folder::Folder;
 
 /// The origin of a machine, and how strictly it is checked.
 #[derive(Clone, Debug)]
@@ -17,7 +15,7 @@ pub(super) struct Origin<'o> {
     pub(super) stem: &'o str,
     pub(super) strictness: Strictness,
     /// The folder in which files are looked up.
-    pub(super) folder: Option<Arc<Path>>,
+    pub(super) folder: Option<Folder>,
     /// Whether machines that are invoked from files are checked, too.
     pub(super) looks_further: bool,
 }
@@ -25,15 +23,16 @@ pub(super) struct Origin<'o> {
 impl Origin<'_> {
     /// The text of a file beside the machine's.
     pub(super) fn read(&self, address: &str) -> Result<String, String> {
-        files::read(&files::path(address, self.folder.as_deref())?)
+        let (path, folder) = files::path(address, self.folder.as_ref())?;
+        files::read(&path, &folder.disk)
     }
 
     /// Whether a file can be invoked as a machine.
     pub(super) fn try_invoked(&self, address: &str) -> Result<(), String> {
-        let path = files::path(address, self.folder.as_deref())?;
+        let (path, folder) = files::path(address, self.folder.as_ref())?;
         if !self.looks_further {
             return Ok(());
         }
-        Chart::open_with(&path, self.strictness, false).map(|_| ()).map_err(|error| error.to_string())
+        Chart::open_with(&path, &folder.disk, self.strictness, false).map(|_| ()).map_err(|error| error.to_string())
     }
 }

@@ -113,6 +113,21 @@ impl Rule {
     }
 }
 
+/// The names of the elements that may be in one with this name, or in none.
+#[must_use]
+pub fn elements_in(parent: Option<&str>) -> Vec<&'static str> {
+    match parent {
+        None => vec!["scxml"],
+        Some(parent) => Rule::of(parent).map(Rule::contents).unwrap_or_default(),
+    }
+}
+
+/// The attributes of an element, each with whether it is required.
+pub fn attributes_of(element: &str) -> impl Iterator<Item = (&'static str, bool)> {
+    let rule = Rule::of(element).into_iter();
+    rule.flat_map(|rule| rule.attributes().into_iter().map(|name| (name, rule.required.contains(&name))))
+}
+
 /// Mutually exclusive attributes, by element.
 pub(super) const EXCLUSIVE: [(&str, [&str; 2]); 11] = [
     ("send", ["event", "eventexpr"]),

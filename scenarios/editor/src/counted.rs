@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 /// A count with its noun: `1 tick`, `3 ticks`, `2 properties`.
-pub(crate) fn counted(count: impl Display, noun: &str) -> String {
+pub fn counted(count: impl Display, noun: &str) -> String {
     let count = count.to_string();
     let plural = || match noun.strip_suffix('y').zip(Some("ies")).or(noun.strip_suffix('f').zip(Some("ves"))) {
         Some((stem, ending)) => format!("{stem}{ending}"),

@@ -1,0 +1,94 @@
+//! The kinds of files that can be checked.
+
+use std::path::Path;
+
+use diagnostics::Disk;
+use roxmltree::{Document, ParsingOptions};
+use scenarios::files::shipped_campaigns;
+use scenarios::scenario::{ScenarioFile, find};
+use toml::de::DeTable;
+
+use crate::toml_subject::Toml;
+
+/// A kind of file that can be checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// A behavior tree.
+    Tree,
+    /// The main file of a RoAML model.
+    Model,
+    /// A machine in SCXML.
+    Machine,
+    /// Properties in SCOPE.
+    Properties,
+    /// A map.
+    Map,
+    /// The places on a map in an INI file.
+    PlacesIni,
+    /// A TOML file.
+    Toml(Toml),
+}
+
+impl FileKind {
+    /// The kind of a file on this disk, or of the shipped file with this name; nothing for other files.
+    #[must_use]
+    pub fn of(disk: &Disk, file: &Path) -> Option<Self> {
+        let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        Some(match ending.as_deref() {
+            Some("xml") if find::is_model(disk, file) => Self::Model,
+            Some("xml") => Self::Tree,
+            Some("scxml") => Self::Machine,
+            Some("scope") => Self::Properties,
+            Some("yaml" | "yml") => Self::Map,
+            Some("ini") => Self::PlacesIni,
+            Some("toml") => Self::Toml(Toml::of_file(disk, file)),
+            Some(_) => return None,
+            None => {
+                let name = file.to_string_lossy();
+                let is_campaign = || shipped_campaigns().any(|(known, _)| known == name);
+                Self::Toml(if find::shipped(&name).is_none() && is_campaign() {
+                    Toml::Campaign
+                } else {
+                    Toml::Scenario
+                })
+            }
+        })
+    }
+
+    /// The kind of an open document; nothing for those of other programs.
+    #[must_use]
+    pub fn of_document(disk: &Disk, file: &Path) -> Option<Self> {
+        file.extension()?;
+        let text = disk.read_text(file).ok()?;
+        Self::of(disk, file).filter(|kind| match kind {
+            Self::Tree => is_tree(&text),
+            Self::Map => text.is_empty() || text.contains("resolution") || text.contains("image"),
+            Self::PlacesIni => text.contains("position"),
+            Self::Toml(Toml::Scenario) => is_scenario(&text),
+            _ => true,
+        })
+    }
+
+    /// Whether what is wrong with such a file depends on the scenario to which it belongs.
+    #[must_use]
+    pub fn needs_scenario(self) -> bool {
+        matches!(self, Self::Machine | Self::Properties | Self::Toml(Toml::Interface))
+    }
+}
+
+/// Whether an XML file is a tree, or may become one.
+fn is_tree(text: &str) -> bool {
+    let options = ParsingOptions { nodes_limit: 100_000, ..ParsingOptions::default() };
+    match Document::parse_with_options(text, options) {
+        Ok(document) => document.root_element().tag_name().name() == "root",
+        Err(_) => text.contains("BehaviorTree") || text.contains("<root"),
+    }
+}
+
+/// Whether a TOML file has any key of scenarios, or no key yet.
+fn is_scenario(text: &str) -> bool {
+    let (table, _) = DeTable::parse_recoverable(text);
+    let is_key = |key: &str| ScenarioFile::keys().iter().any(|known| known.split() == ("", key.trim_end_matches("[]")));
+    let table = table.get_ref();
+    table.is_empty() || table.keys().any(|key| is_key(key.get_ref()))
+}

@@ -1,0 +1,37 @@
+//! Files as people edit them: checked by their kinds, saved or not.
+
+mod answers;
+pub mod check;
+mod counted;
+mod file_kind;
+pub mod findings;
+mod knowledge;
+mod name_index;
+pub mod named_files;
+
+mod parts;
+mod project;
+pub mod proposal;
+mod quick_fix;
+mod rename;
+mod scope_place;
+mod scope_words;
+mod system;
+mod text;
+mod toml_keys;
+mod toml_place;
+mod toml_subject;
+mod xml_place;
+mod xml_words;
+
+pub use answers::EditedFile;
+pub use counted::counted;
+pub use file_kind::FileKind;
+pub use name_index::{Mention, NameIndex, NameKind};
+pub use parts::{Part, parts};
+pub use project::{Documents, FileContext, Project};
+pub use quick_fix::{QuickFix, quick_fix};
+pub use rename::{Renaming, rename};
+pub use system::System;
+pub use text::{Position, TextLines, Unit};
+pub use toml_subject::Toml;

@@ -1,0 +1,98 @@
+//! Files named on the command line: on disk, or among those that come with the program.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use bt::{Loader, Tree};
+use channels::Symbol;
+use diagnostics::Disk;
+use interfaces::Interface;
+use maps::{OccupancyGrid, PlacesFile};
+use scenarios::Error;
+use scenarios::files::{Files, Kind};
+use skills::{Chart, Strictness};
+
+/// Where they are all looked up: in the current folder of this disk, then among the shipped files.
+fn files(disk: &Disk) -> Files {
+    Files::beside("").on(disk)
+}
+
+/// The text of a file, or nothing if it cannot be read.
+pub(crate) fn text(disk: &Disk, path: &Path) -> Option<String> {
+    files(disk).read_text(path).ok()
+}
+
+/// The path to which an argument refers, and the text of the file.
+///
+/// # Errors
+/// If it cannot be read, with the names of the shipped files.
+pub fn read(disk: &Disk, kind: Kind, argument: &Path) -> Result<(PathBuf, String), Error> {
+    let path = kind.path(argument, disk);
+    let text = files(disk).read_text(&path).map_err(|error| {
+        let name = argument.display().to_string();
+        let meant = diagnostics::did_you_mean(&name, kind.names()).map_or_else(String::new, |meant| meant + " Or ");
+        let names: Vec<&str> = kind.names().filter(|name| !name.contains('/')).collect();
+        let help = format!("{meant}give the path of a file, or the name of a shipped one: {}", names.join(", "));
+        Error::refused(format!("cannot read {} {name}: {error}", what(kind)), help)
+    })?;
+    Ok((path, text))
+}
+
+fn what(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Tree => "the tree",
+        Kind::Skill => "the machine",
+        Kind::Properties => "the properties",
+        Kind::Map => "the map",
+        Kind::Places => "the places",
+    }
+}
+
+/// Loads a tree with the files that it includes.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn tree(disk: &Disk, argument: &Path) -> Result<Tree, Error> {
+    let (path, text) = read(disk, Kind::Tree, argument)?;
+    Loader::default().load_with(path, &text, |path| files(disk).read_text(path)).map_err(Error::bad_input)
+}
+
+/// Loads a machine.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn machine(disk: &Disk, argument: &Path, strictness: Strictness) -> Result<Arc<Chart>, Error> {
+    let (path, text) = read(disk, Kind::Skill, argument)?;
+    let chart = match files(disk).on_disk(&path) {
+        // It may name files beside it.
+        Some(path) => Chart::open_on(disk, &path, strictness),
+        None => Chart::load_with(&path.to_string_lossy(), &text, strictness),
+    };
+    chart.map_err(Error::bad_input)
+}
+
+/// Loads a map.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn map(disk: &Disk, argument: &Path) -> Result<OccupancyGrid, Error> {
+    let (path, _) = read(disk, Kind::Map, argument)?;
+    maps::load_map(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+}
+
+/// Loads places.
+///
+/// # Errors
+/// Everything that is wrong with them.
+pub fn places(disk: &Disk, argument: &Path) -> Result<PlacesFile, Error> {
+    let (path, _) = read(disk, Kind::Places, argument)?;
+    PlacesFile::load(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+}
+
+/// Loads an interface, in which fields of the kind `place` take these places.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn interface(disk: &Disk, path: &Path, places: &[Symbol]) -> Result<Interface, Error> {
+    Interface::load(path, places, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+}

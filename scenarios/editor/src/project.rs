@@ -1,0 +1,238 @@
+//! The files that are open in an editor, checked together with those to which they belong.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use diagnostics::{Disk, Reads, normal};
+use scenarios::scenario::{Scenario, find};
+
+use crate::check::examine_like;
+use crate::file_kind::FileKind;
+use crate::findings::{self, Findings};
+use crate::toml_subject::Toml;
+
+/// The texts that are open in an editor.
+#[derive(Clone, Debug, Default)]
+pub struct Documents {
+    /// By [normal] path.
+    pub open: BTreeMap<PathBuf, Arc<str>>,
+    /// The folders in which the editor works: scenarios of an open file are looked up in its folder and in those around
+    /// it, up to one of these.
+    pub folders: Vec<PathBuf>,
+}
+
+impl Documents {
+    /// The disk with these texts.
+    #[must_use]
+    pub fn disk(&self) -> Disk {
+        Disk::with_open(self.open.iter().map(|(path, text)| (path.clone(), Arc::clone(text))))
+    }
+
+    /// The folders in which the scenarios of an open file may be.
+    fn around<'p>(&'p self, file: &'p Path) -> impl Iterator<Item = &'p Path> {
+        let outermost = self.folders.iter().filter(|folder| file.starts_with(folder)).map(|folder| folder.as_path());
+        let outermost = outermost.min_by_key(|folder| folder.as_os_str().len()).or(file.parent());
+        file.ancestors().skip(1).take_while(move |folder| outermost.is_some_and(|outer| folder.starts_with(outer)))
+    }
+}
+
+/// Checks open documents after every edit. What has not changed since is not checked again.
+///
+/// A document that a scenario near it reads is checked with this scenario, as `steward check SCENARIO` does; any other
+/// alone, as `steward check FILE` does.
+#[derive(Debug, Default)]
+pub struct Project {
+    known: BTreeMap<PathBuf, Root>,
+    /// The scenario to which files belong that no other scenario reads, once needed.
+    nominal: Option<Option<Arc<Scenario>>>,
+}
+
+/// What belongs to a file.
+#[derive(Clone, Debug, Default)]
+pub struct FileContext {
+    /// The scenarios that read it, as they were when they could last be loaded.
+    pub scenarios: Vec<Arc<Scenario>>,
+    /// All files that these read, whether they exist or not, with the file itself.
+    pub files: BTreeSet<PathBuf>,
+}
+
+/// A checked file.
+#[derive(Debug)]
+struct Root {
+    reads: Reads,
+    /// The state of each file that was asked for.
+    stamps: BTreeMap<PathBuf, Stamp>,
+    findings: Findings,
+    is_refused: bool,
+    text: Arc<str>,
+    /// The scenario, as it was when it could last be loaded.
+    scenario: Option<Arc<Scenario>>,
+}
+
+/// What tells one state of a file from another.
+#[derive(Clone, Debug)]
+enum Stamp {
+    Open(Arc<str>),
+    Saved(Option<(SystemTime, u64)>),
+}
+
+impl PartialEq for Stamp {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Open(one), Self::Open(other)) => Arc::ptr_eq(one, other) || one == other,
+            (Self::Saved(one), Self::Saved(other)) => one == other,
+            _ => false,
+        }
+    }
+}
+
+impl Stamp {
+    fn of(path: &Path, documents: &Documents) -> Self {
+        documents.open.get(path).map_or_else(
+            || Self::Saved(fs::metadata(path).ok().and_then(|about| Some((about.modified().ok()?, about.len())))),
+            |text| Self::Open(Arc::clone(text)),
+        )
+    }
+}
+
+impl Project {
+    /// Everything that is wrong with the open documents, and with the scenarios that read them.
+    pub fn check(&mut self, documents: &Documents) -> Findings {
+        let roots = self.roots(documents);
+        let mut found = Findings::new();
+        roots
+            .iter()
+            .filter_map(|root| self.known.get(root))
+            .for_each(|root| findings::merge(&mut found, &root.findings));
+        found
+    }
+
+    /// What belongs to each open document.
+    pub fn contexts(&mut self, documents: &Documents) -> BTreeMap<PathBuf, FileContext> {
+        let roots = self.roots(documents);
+        documents.open.keys().map(|document| (document.clone(), self.context(document, &roots, documents))).collect()
+    }
+
+    fn context(&mut self, document: &Path, roots: &BTreeSet<PathBuf>, documents: &Documents) -> FileContext {
+        let roots = roots.iter().filter_map(|root| self.known.get(root));
+        let reads: Vec<&Root> = roots.filter(|root| root.reads.paths.contains(document)).collect();
+        let files = reads.iter().flat_map(|root| root.reads.paths.iter().cloned());
+        let files = files.chain([document.to_owned()]).collect();
+        let mut scenarios: Vec<Arc<Scenario>> = reads.iter().filter_map(|root| root.scenario.clone()).collect();
+        let needs_scenario =
+            || FileKind::of_document(&documents.disk(), document).is_some_and(FileKind::needs_scenario);
+        if scenarios.is_empty() && needs_scenario() {
+            // As `steward check` does.
+            let nominal = self.nominal.get_or_insert_with(|| {
+                let found = find::find("nominal").ok()?;
+                Some(Arc::new(Scenario::load(&found, &[]).ok()?))
+            });
+            scenarios.extend(nominal.clone());
+        }
+        FileContext { scenarios, files }
+    }
+
+    /// The files to check for the open documents. They have been checked.
+    pub fn roots(&mut self, documents: &Documents) -> BTreeSet<PathBuf> {
+        let disk = documents.disk();
+        let (mut roots, mut used) = (BTreeSet::new(), BTreeSet::new());
+        for document in documents.open.keys() {
+            let Some(kind) = FileKind::of_document(&disk, document) else { continue };
+            let scenarios = self.scenarios_of(document, kind, documents, &mut used);
+            if scenarios.is_empty() {
+                self.refresh(document, documents);
+                roots.insert(document.clone());
+            }
+            roots.extend(scenarios.into_iter().cloned());
+        }
+        used.extend(roots.iter().cloned());
+        self.known.retain(|path, _| used.contains(path));
+        roots
+    }
+
+    /// The scenarios to which a document belongs: those that read it and, if it has no meaning without one, those that
+    /// are refused before they read it but mention it. All that were considered are added to `used`.
+    fn scenarios_of<'u>(
+        &mut self,
+        document: &Path,
+        kind: FileKind,
+        documents: &Documents,
+        used: &'u mut BTreeSet<PathBuf>,
+    ) -> Vec<&'u PathBuf> {
+        let candidates: Vec<PathBuf> =
+            documents.around(document).flat_map(|folder| scenarios_in(folder, documents)).collect();
+        let needs_scenario = kind.needs_scenario();
+        let mut belongs_to = Vec::new();
+        for candidate in candidates {
+            let root = self.refresh(&candidate, documents);
+            let may_read = || needs_scenario && root.is_refused && mentions(&root.text, document);
+            if root.reads.paths.contains(document) || may_read() {
+                belongs_to.push(candidate.clone());
+            }
+            used.insert(candidate);
+        }
+        used.iter().filter(|path| belongs_to.contains(path)).collect()
+    }
+
+    /// The result of a check of this file, as it is now.
+    fn refresh(&mut self, path: &Path, documents: &Documents) -> &Root {
+        let is_fresh = self
+            .known
+            .get(path)
+            .is_some_and(|root| root.stamps.iter().all(|(path, stamp)| Stamp::of(path, documents) == *stamp));
+        if !is_fresh {
+            let before = self.known.remove(path);
+            self.known.insert(path.to_owned(), Root::check(path, documents, before));
+        }
+        &self.known[path]
+    }
+}
+
+impl Root {
+    fn check(path: &Path, documents: &Documents, before: Option<Self>) -> Self {
+        let is_same = |(path, stamp): (&PathBuf, &Stamp)| !is_of_map(path) || Stamp::of(path, documents) == *stamp;
+        let of_map = before.as_ref().filter(|before| before.stamps.iter().all(is_same));
+        let like = of_map.and_then(|before| before.scenario.as_deref());
+        let disk = documents.disk().remembering();
+        let text: Arc<str> = disk.read_text(path).unwrap_or_default().into();
+        let checked = examine_like(&disk, &path.to_string_lossy(), None, like);
+        let mut reads = disk.reads();
+        // What is shared is not read again.
+        let of_map = of_map.iter().flat_map(|before| before.reads.paths.iter().filter(|path| is_of_map(path)));
+        reads.paths.extend(of_map.cloned());
+        Self {
+            stamps: reads.paths.iter().map(|path| (path.clone(), Stamp::of(path, documents))).collect(),
+            findings: findings::of_check(path, &text, &checked, &reads),
+            is_refused: checked.is_err(),
+            reads,
+            text,
+            scenario: checked.ok().and_then(|checked| checked.scenario).or(before.and_then(|before| before.scenario)),
+        }
+    }
+}
+
+/// Whether a file may be a map or its image.
+fn is_of_map(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ["yaml", "yml", "pgm", "png", "bmp"].iter().any(|known| ending == *known))
+}
+
+/// The scenarios in a folder, open or not, in alphabetical order.
+fn scenarios_in(folder: &Path, documents: &Documents) -> BTreeSet<PathBuf> {
+    let saved = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| normal(&entry.path()));
+    let open = documents.open.keys().filter(|path| path.parent() == Some(folder)).cloned();
+    let disk = documents.disk();
+    let is_scenario = |path: &PathBuf| {
+        let kind = FileKind::of_document(&disk, path);
+        matches!(kind, Some(FileKind::Model | FileKind::Toml(Toml::Scenario)))
+    };
+    saved.chain(open).filter(is_scenario).collect()
+}
+
+/// Whether the text of a scenario has the name of a file or of its folder.
+fn mentions(text: &str, file: &Path) -> bool {
+    let names = [file.file_stem(), file.parent().and_then(Path::file_name)];
+    names.into_iter().flatten().any(|name| text.contains(&*name.to_string_lossy()))
+}

@@ -1,0 +1,80 @@
+//! Words and names of property files, and what their properties mean.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use monitors::syntax::{Item, parse_file};
+use monitors::{OPERATORS, Operator, explain};
+use runs::topology_for_properties;
+
+use crate::knowledge::Knowledge;
+use crate::proposal::{Explanation, Proposal, ProposalKind};
+use crate::scope_place::{ScopePlace, place};
+
+/// What may be written at a place of a property file.
+pub(crate) fn proposals(text: &str, at: usize, known: &Knowledge) -> Vec<Proposal> {
+    let Some((place, word)) = place(text, at) else { return Vec::new() };
+    let of_names = |names: BTreeMap<String, String>| {
+        names.into_iter().map(|(name, what)| proposal(name, ProposalKind::Name, what, &word)).collect::<Vec<_>>()
+    };
+    match place {
+        ScopePlace::Word { is_first } => {
+            let mut found = if is_first { of_names(known.processes()) } else { Vec::new() };
+            found.extend(words(&word));
+            found
+        }
+        ScopePlace::Receiver { sender } => of_names(known.receivers(&sender)),
+        ScopePlace::Condition { sender, receiver } => {
+            let field = |field: crate::knowledge::KnownField| {
+                proposal(field.name, ProposalKind::Name, format!("m[{}]", field.number), &word)
+            };
+            let mut found: Vec<_> = known.fields(&sender, &receiver).into_iter().map(field).collect();
+            found.extend(words(&word));
+            found
+        }
+        ScopePlace::Symbol { sender, receiver } => {
+            let fields = known.fields(&sender, &receiver).into_iter();
+            let symbols =
+                fields.flat_map(|field| field.symbols.into_iter().map(move |symbol| (symbol, field.name.clone())));
+            of_names(symbols.collect())
+        }
+    }
+}
+
+/// The words of the language.
+fn words(replaces: &Range<usize>) -> impl Iterator<Item = Proposal> {
+    let is_word = |operator: &&Operator| operator.written.starts_with(char::is_alphabetic);
+    OPERATORS.iter().filter(is_word).map(|operator| {
+        let word = operator.written.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+        let about = format!("{}\n\n```\n{}\n```", operator.about, operator.example);
+        Proposal { about, ..proposal(word.to_owned(), ProposalKind::Keyword, operator.signs.to_owned(), replaces) }
+    })
+}
+
+fn proposal(name: String, kind: ProposalKind, detail: String, replaces: &Range<usize>) -> Proposal {
+    let insert = name.clone();
+    Proposal { name, kind, detail, about: String::new(), insert, replaces: replaces.clone() }
+}
+
+/// What the property, the operator or the process at a place means.
+pub(crate) fn explanation(text: &str, at: usize, known: &Knowledge) -> Option<Explanation> {
+    let (_, range) = place(text, at)?;
+    let word = text.get(range.clone()).filter(|word| !word.is_empty())?;
+    let is_property = |item: &Item| matches!(item, Item::Property(property) if property.name.span.start <= at && at <= property.name.span.end);
+    if parse_file(text).file.items.iter().any(is_property) {
+        let explained = known.scenarios.iter().find_map(|scenario| {
+            let topology = topology_for_properties(scenario).ok()?;
+            let file = monitors::load("", text, &topology, scenario.file.execution.tick).ok()?;
+            let property = file.properties.into_iter().find(|property| property.name == word)?;
+            let monitor = property.scope_monitor()?;
+            Some(explain(monitor.formula(), monitor.topology()))
+        })?;
+        return Some(Explanation { range, text: explained });
+    }
+    let operator = OPERATORS
+        .iter()
+        .find(|operator| operator.written.split(|c: char| !c.is_alphanumeric() && c != '_').any(|part| part == word));
+    let about = operator.map(|operator| format!("{}\n\n```\n{}\n```", operator.about, operator.example));
+    let text = about.or_else(|| Some(format!("`{word}`: {}", known.processes().get(word)?)))?;
+    Some(Explanation { range, text })
+}

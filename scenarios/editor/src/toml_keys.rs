@@ -1,0 +1,238 @@
+//! Keys and values of TOML files, from what their readers declare.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use campaigns::CampaignFile;
+use diagnostics::document::Key;
+use interfaces::Interface;
+use maps::PlacesFile;
+use scenarios::scenario::ScenarioFile;
+use serde_json::Value;
+
+use crate::proposal::{Explanation, Proposal, ProposalKind};
+use crate::toml_place::{TomlPlace, place};
+use crate::toml_subject::Toml;
+
+/// The keys that the reader of such a file asks for.
+pub(crate) fn keys_of(kind: Toml) -> Vec<Key> {
+    match kind {
+        Toml::Scenario => ScenarioFile::keys().to_vec(),
+        Toml::Campaign => CampaignFile::keys(),
+        Toml::Interface => Interface::keys(),
+        Toml::Places => PlacesFile::keys(),
+    }
+}
+
+/// What may be written at a place of a file with these keys. `names` are those that the project defines, each with what
+/// it is; a value that is a string may be any of them.
+pub(crate) fn proposals(
+    text: &str,
+    at: usize,
+    keys: &[Key],
+    names: &[(String, ProposalKind, String)],
+) -> Vec<Proposal> {
+    let Some((place, word)) = place(text, at) else { return Vec::new() };
+    match place {
+        TomlPlace::Key { table, begins_line, present } => {
+            let mut found = below(keys, &table, begins_line, &present, &word);
+            if keys.iter().any(|key| is_at(key.split().0, &table) && is_chosen(key.split().1)) {
+                let chosen = names.iter().filter(|(name, ..)| !present.contains(name));
+                found.extend(chosen.map(|name| of_name(name, as_key(&name.0), &word)));
+            }
+            found
+        }
+        TomlPlace::Header { table } => {
+            let tables = keys.iter().filter(|key| key.is_table() && is_at(key.split().0, &table));
+            let mut found: Vec<_> = tables
+                .filter(|key| !is_chosen(key.split().1))
+                .map(|key| of_key(key, name_of(key).to_owned(), &word))
+                .collect();
+            if keys.iter().any(|key| key.is_table() && is_at(key.split().0, &table) && is_chosen(key.split().1)) {
+                found.extend(names.iter().map(|name| of_name(name, as_key(&name.0), &word)));
+            }
+            found
+        }
+        TomlPlace::Value { key: path, is_quoted } => {
+            let Some(key) = keys.iter().find(|key| is_at(&key.path, &path)) else { return Vec::new() };
+            values(key, is_quoted, names, &word)
+        }
+    }
+}
+
+/// What the key at a place means.
+pub(crate) fn explanation(text: &str, at: usize, keys: &[Key]) -> Option<Explanation> {
+    let (place, range) = place(text, at)?;
+    if range.is_empty() {
+        return None;
+    }
+    let path = match place {
+        TomlPlace::Key { table, .. } | TomlPlace::Header { table } => {
+            [table, vec![text[range.clone()].to_owned()]].concat()
+        }
+        TomlPlace::Value { key, .. } => key,
+    };
+    let key = keys.iter().find(|key| is_at(&key.path, &path))?;
+    Some(Explanation { range, text: format!("`{}`\n\n{}", path.join("."), key.meaning()) })
+}
+
+/// The keys and tables below a table that the file does not have yet.
+fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[String], word: &Range<usize>) -> Vec<Proposal> {
+    let here = keys.iter().filter(|key| is_at(key.split().0, table) && !is_chosen(key.split().1));
+    let missing = here.filter(|key| !present.iter().any(|name| name == name_of(key)));
+    let proposal = |key: &Key| {
+        let name = name_of(key);
+        let is_list = key.split().1.ends_with("[]");
+        let insert = match (key.is_table(), begins_line) {
+            (false, _) => format!("{name} = "),
+            // A header names the table from the top level on.
+            (true, true) => {
+                let path: Vec<String> = table.iter().map(|part| as_key(part)).chain([name.to_owned()]).collect();
+                if is_list { format!("[[{}]]", path.join(".")) } else { format!("[{}]", path.join(".")) }
+            }
+            (true, false) => name.to_owned(),
+        };
+        of_key(key, insert, word)
+    };
+    missing.map(proposal).collect()
+}
+
+fn of_key(key: &Key, insert: String, replaces: &Range<usize>) -> Proposal {
+    let kind = if key.is_table() { ProposalKind::Table } else { ProposalKind::Key };
+    let detail = if key.is_table() { String::new() } else { key.accepts() };
+    let about = key.meaning();
+    Proposal { name: name_of(key).to_owned(), kind, detail, about, insert, replaces: replaces.clone() }
+}
+
+fn of_name((name, kind, what): &(String, ProposalKind, String), insert: String, replaces: &Range<usize>) -> Proposal {
+    let (name, kind, detail) = (name.clone(), *kind, what.clone());
+    Proposal { name, kind, detail, about: String::new(), insert, replaces: replaces.clone() }
+}
+
+/// The values that a key accepts, as far as they can be listed.
+fn values(key: &Key, is_quoted: bool, names: &[(String, ProposalKind, String)], word: &Range<usize>) -> Vec<Proposal> {
+    // The items of an array are of one type.
+    let takes = if key.takes["type"] == "array" { &key.takes["items"] } else { &key.takes };
+    let mut listed: BTreeSet<String> = BTreeSet::new();
+    listed.extend(takes["enum"].as_array().into_iter().flatten().map(Value::to_string));
+    listed.extend(key.takes.get("default").filter(|value| !value.is_array()).map(Value::to_string));
+    if takes["type"] == "boolean" {
+        listed.extend(["true".to_owned(), "false".to_owned()]);
+    }
+    let written = |value: &str| if is_quoted { value.trim_matches('"').to_owned() } else { value.to_owned() };
+    let mut found: Vec<Proposal> = listed
+        .iter()
+        .filter(|value| !is_quoted || value.starts_with('"'))
+        .map(|value| Proposal {
+            name: value.trim_matches('"').to_owned(),
+            kind: ProposalKind::Value,
+            detail: key.accepts(),
+            about: key.about.clone(),
+            insert: written(value),
+            replaces: word.clone(),
+        })
+        .collect();
+    let is_open = takes["enum"].is_null() && !matches!(takes["type"].as_str(), Some("number" | "integer" | "boolean"));
+    if is_open {
+        found.extend(names.iter().map(|name| of_name(name, written(&Value::from(name.0.clone()).to_string()), word)));
+    }
+    found
+}
+
+/// The last part of a key's path, without the mark of an array.
+fn name_of(key: &Key) -> &str {
+    key.split().1.trim_end_matches("[]")
+}
+
+fn is_chosen(name: &str) -> bool {
+    name.chars().all(char::is_uppercase)
+}
+
+/// Whether a declared path is that of these parts.
+fn is_at(declared: &str, path: &[String]) -> bool {
+    let parts: Vec<&str> = declared.split('.').filter(|part| !part.is_empty()).collect();
+    let is_same = |(declared, part): (&&str, &String)| {
+        is_chosen(declared.trim_end_matches("[]")) || declared.trim_end_matches("[]") == part
+    };
+    parts.len() == path.len() && parts.iter().zip(path).all(is_same)
+}
+
+/// A name as a TOML key.
+fn as_key(name: &str) -> String {
+    let is_bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+    // JSON writes strings as TOML does.
+    if is_bare { name.to_owned() } else { Value::from(name).to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The names that are proposed at the `|` of a text.
+    fn proposed(marked: &str, keys: &[Key]) -> Vec<String> {
+        let at = marked.find('|').unwrap();
+        let names = [("Dock".to_owned(), ProposalKind::Name, "a place".to_owned())];
+        proposals(&marked.replacen('|', "", 1), at, keys, &names).into_iter().map(|proposal| proposal.insert).collect()
+    }
+
+    /// A reader that asks for these keys of a table.
+    fn keys(of_battery: &[&str]) -> Vec<Key> {
+        Key::all(|root| {
+            let _ = root.one_of("mode", &[("fast", 1), ("slow", 2)]).about("How.").optional();
+            let battery = root.table("battery").about("The battery.").optional();
+            if let Some(battery) = battery {
+                for key in of_battery {
+                    let _ = battery.number(key).about("Its charge.").within(0.0..=100.0).default(80.0);
+                }
+            }
+            let _ = root.text("start").about("Where it begins.").optional();
+        })
+    }
+
+    #[test]
+    fn a_key_is_proposed_because_its_reader_asks_for_it() {
+        assert_eq!(proposed("[battery]\n|", &keys(&["charge_pct", "drain_pct"])), ["charge_pct = ", "drain_pct = "]);
+        assert_eq!(proposed("[battery]\n|", &keys(&["drain_pct"])), ["drain_pct = "]);
+        let explained = |keys: &[Key]| explanation("[battery]\ncharge_pct = 3\n", 12, keys);
+        let text = explained(&keys(&["charge_pct"])).unwrap().text;
+        assert_eq!(text, "`battery.charge_pct`\n\nIts charge. [a number from 0 to 100; default 80]");
+        assert_eq!(explained(&keys(&["drain_pct"])), None);
+    }
+
+    #[test]
+    fn the_proposed_keys_are_those_of_the_readers() {
+        for kind in [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places] {
+            let keys = keys_of(kind);
+            for key in keys.iter().filter(|key| !is_chosen(key.split().1)) {
+                let (table, _) = key.split();
+                let header = table.split('.').filter(|part| !part.is_empty());
+                let header: Vec<&str> = header.map(|part| part.trim_end_matches("[]")).collect();
+                let text = if header.is_empty() { "|".to_owned() } else { format!("[{}]\n|", header.join(".")) };
+                let at = text.len() - 1;
+                let proposals = proposals(&text[..at], at, &keys, &[]);
+                assert!(proposals.iter().any(|proposal| proposal.name == name_of(key)), "{} of {kind:?}", key.path);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_there_is_not_proposed_again() {
+        let keys = keys(&["charge_pct"]);
+        assert_eq!(proposed("|", &keys), ["mode = ", "start = ", "[battery]"]);
+        assert_eq!(proposed("mode = \"fast\"\n|", &keys), ["start = ", "[battery]"]);
+        assert_eq!(proposed("battery.|", &keys), ["charge_pct = "]);
+        assert_eq!(proposed("[|]", &keys), ["battery"]);
+        assert_eq!(proposed("battery = { charge_pct = 1, | }", &keys), [""; 0]);
+    }
+
+    #[test]
+    fn values_are_those_that_the_reader_accepts() {
+        let keys = keys(&["charge_pct"]);
+        assert_eq!(proposed("mode = |", &keys), ["\"fast\"", "\"slow\""]);
+        assert_eq!(proposed("mode = \"|\"", &keys), ["fast", "slow"]);
+        assert_eq!(proposed("battery.charge_pct = |", &keys), ["80"]);
+        assert_eq!(proposed("start = |", &keys), ["\"Dock\""]);
+        assert_eq!(proposed("start = \"D|", &keys), ["Dock"]);
+        assert_eq!(proposed("nothing = |", &keys), [""; 0]);
+    }
+}

@@ -1,0 +1,426 @@
+//! Where a cursor is in a TOML file, complete or not.
+
+use std::ops::Range;
+
+/// What the text at a cursor is, or will be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum TomlPlace {
+    /// A key, or a part of one between dots.
+    Key {
+        /// The table: the parts of its path, and before a dot those of the key.
+        table: Vec<String>,
+        /// Whether it begins a line outside of all brackets.
+        begins_line: bool,
+        /// Keys that the table has already.
+        present: Vec<String>,
+    },
+    /// The path of a table, in a header, up to the part at the cursor.
+    Header {
+        /// The parts before.
+        table: Vec<String>,
+    },
+    /// The value of the key with this path, or an item of it.
+    Value {
+        /// The path of the key.
+        key: Vec<String>,
+        /// Whether quotes are already there.
+        is_quoted: bool,
+    },
+}
+
+/// The place at a cursor, and the range of the word or string there, without quotes. Nothing in comments and between
+/// values.
+pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> {
+    let mut walk = TokenWalk::default();
+    let mut found = None;
+    for token in tokens(text) {
+        // A cursor at the end of a word is in the word; one at the end of a string is after it.
+        let is_here = match token.kind {
+            Kind::Word | Kind::OpenText => token.range.start <= at && at <= token.range.end,
+            Kind::Text => token.range.start < at && at < token.range.end,
+            Kind::Comment => token.range.start < at && at <= token.range.end,
+            _ => false,
+        };
+        if found.is_none() && (is_here || token.range.start >= at) {
+            if token.kind == Kind::Comment && is_here {
+                return None;
+            }
+            let quote = usize::from(matches!(token.kind, Kind::Text | Kind::OpenText));
+            let is_closed = usize::from(token.kind == Kind::Text);
+            let word = if is_here { token.range.start + quote..token.range.end - is_closed } else { at..at };
+            found = Some((walk.place(is_here && quote > 0)?, word, walk.instance()));
+        }
+        walk.step(text, &token);
+    }
+    let (mut place, word, instance) = match found {
+        Some(found) => found,
+        None => (walk.place(false)?, at..at, walk.instance()),
+    };
+    if let TomlPlace::Key { table, present, .. } = &mut place {
+        let beside =
+            walk.keys.iter().filter(|key| key.instance == instance && key.table == *table && key.at != word.start);
+        present.extend(beside.map(|key| key.name.clone()));
+    }
+    Some((place, word))
+}
+
+/// A part of a key or of a header.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct KeyPart {
+    /// The table in which it is: all parts before.
+    pub(crate) table: Vec<String>,
+    pub(crate) name: String,
+    /// Its range, without quotes.
+    pub(crate) range: Range<usize>,
+    /// Whether it is in a header.
+    pub(crate) is_header: bool,
+}
+
+/// A string.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Text {
+    /// The path of the key whose value it is, or in whose value.
+    pub(crate) key: Vec<String>,
+    pub(crate) value: String,
+    /// Its range, without quotes.
+    pub(crate) range: Range<usize>,
+}
+
+/// All keys and strings of a file, in the order of the file.
+pub(crate) fn contents(text: &str) -> (Vec<KeyPart>, Vec<Text>) {
+    let mut walk = TokenWalk::default();
+    tokens(text).iter().for_each(|token| walk.step(text, token));
+    (walk.parts, walk.texts)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Word,
+    /// A string with both of its quotes.
+    Text,
+    /// A string that ends with the line instead.
+    OpenText,
+    Sign(u8),
+    NewLine,
+    Comment,
+}
+
+#[derive(Clone, Debug)]
+struct Token {
+    kind: Kind,
+    range: Range<usize>,
+}
+
+impl Token {
+    /// What it says, without quotes.
+    fn content(&self) -> Range<usize> {
+        match self.kind {
+            Kind::Text => self.range.start + 1..self.range.end - 1,
+            Kind::OpenText => self.range.start + 1..self.range.end,
+            _ => self.range.clone(),
+        }
+    }
+}
+
+fn tokens(text: &str) -> Vec<Token> {
+    let bytes = text.as_bytes();
+    let (mut at, mut tokens) = (0, Vec::new());
+    while at < bytes.len() {
+        let start = at;
+        let kind = match bytes[at] {
+            b' ' | b'\t' | b'\r' => {
+                at += 1;
+                continue;
+            }
+            b'\n' => {
+                at += 1;
+                Kind::NewLine
+            }
+            b'#' => {
+                at = line_end(bytes, at);
+                Kind::Comment
+            }
+            quote @ (b'"' | b'\'') => {
+                let (end, kind) = string_end(bytes, at, quote);
+                at = end;
+                kind
+            }
+            sign @ (b'[' | b']' | b'{' | b'}' | b'=' | b',' | b'.') => {
+                at += 1;
+                Kind::Sign(sign)
+            }
+            _ => {
+                let ends = |byte: &u8| b" \t\r\n#\"'[]{}=,.".contains(byte);
+                at = bytes[at..].iter().position(ends).map_or(bytes.len(), |length| at + length);
+                Kind::Word
+            }
+        };
+        tokens.push(Token { kind, range: start..at });
+    }
+    tokens
+}
+
+fn line_end(bytes: &[u8], at: usize) -> usize {
+    bytes[at..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |length| at + length)
+}
+
+/// Where the string that begins at `at` ends.
+fn string_end(bytes: &[u8], at: usize, quote: u8) -> (usize, Kind) {
+    let long = [quote; 3];
+    if bytes[at..].starts_with(&long) {
+        let end = bytes[at + 3..].windows(3).position(|next| next == long);
+        return end.map_or((bytes.len(), Kind::OpenText), |length| (at + 3 + length + 3, Kind::Text));
+    }
+    let mut end = at + 1;
+    while end < bytes.len() && bytes[end] != b'\n' {
+        match bytes[end] {
+            b'\\' if quote == b'"' => end += 2,
+            byte if byte == quote => return (end + 1, Kind::Text),
+            _ => end += 1,
+        }
+    }
+    (end.min(bytes.len()), Kind::OpenText)
+}
+
+/// A key of a table, for what is present there.
+#[derive(Debug)]
+struct Present {
+    table: Vec<String>,
+    name: String,
+    at: usize,
+    instance: usize,
+}
+
+/// An open bracket.
+#[derive(Clone, Debug)]
+struct Frame {
+    /// Whether it is that of a table, not of an array.
+    is_table: bool,
+    /// The path of the table, or of the key whose value the array is.
+    path: Vec<String>,
+    instance: usize,
+}
+
+/// Follows the tokens of a file.
+#[derive(Debug, Default)]
+struct TokenWalk {
+    /// The path of the last header.
+    header: Vec<String>,
+    frames: Vec<Frame>,
+    /// The parts of the key that is being read.
+    key: Vec<String>,
+    is_after_equals: bool,
+    /// Whether a header is being read.
+    is_header: bool,
+    /// Whether nothing of the line has been read.
+    begins_line: bool,
+    /// Tables so far: each header and each bracket begins another one.
+    instances: usize,
+    of_header: usize,
+    keys: Vec<Present>,
+    parts: Vec<KeyPart>,
+    texts: Vec<Text>,
+    started: bool,
+}
+
+impl TokenWalk {
+    fn path(&self) -> Vec<String> {
+        self.frames.last().map_or_else(|| self.header.clone(), |frame| frame.path.clone())
+    }
+
+    fn instance(&self) -> usize {
+        self.frames.last().map_or(self.of_header, |frame| frame.instance)
+    }
+
+    /// What a word here would be.
+    fn place(&self, is_quoted: bool) -> Option<TomlPlace> {
+        if self.is_header {
+            return Some(TomlPlace::Header { table: self.key.clone() });
+        }
+        let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
+        if is_array {
+            return Some(TomlPlace::Value { key: self.path(), is_quoted });
+        }
+        let path = [self.path(), self.key.clone()].concat();
+        if self.is_after_equals {
+            return Some(TomlPlace::Value { key: path, is_quoted });
+        }
+        let begins_line = self.frames.is_empty() && self.key.is_empty() && (self.begins_line || !self.started);
+        Some(TomlPlace::Key { table: path, begins_line, present: Vec::new() })
+    }
+
+    fn step(&mut self, text: &str, token: &Token) {
+        let begins_line = std::mem::replace(&mut self.begins_line, false) || !self.started;
+        self.started = true;
+        match token.kind {
+            Kind::Comment => self.begins_line = begins_line,
+            Kind::NewLine => self.end_line(),
+            Kind::Word | Kind::Text | Kind::OpenText => self.word(text, token, begins_line),
+            Kind::Sign(b'=') => {
+                self.is_header = false;
+                self.is_after_equals = true;
+                let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
+                if is_array {
+                    self.recover();
+                }
+            }
+            Kind::Sign(b'[') if begins_line && self.frames.iter().all(|frame| frame.is_table) => {
+                self.frames.clear();
+                (self.is_header, self.is_after_equals) = (true, false);
+                self.key.clear();
+            }
+            // The second bracket of an array of tables.
+            Kind::Sign(b'[' | b']') if self.is_header => {
+                if token.kind == Kind::Sign(b']') {
+                    self.header = self.key.clone();
+                    if self.of_header <= self.instances {
+                        self.instances += 1;
+                        self.of_header = self.instances;
+                    }
+                }
+            }
+            Kind::Sign(sign @ (b'[' | b'{')) => {
+                self.instances += 1;
+                let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
+                let path = if is_array { self.path() } else { [self.path(), std::mem::take(&mut self.key)].concat() };
+                self.frames.push(Frame { is_table: sign == b'{', path, instance: self.instances });
+                self.is_after_equals = false;
+            }
+            Kind::Sign(b']' | b'}') => {
+                self.frames.pop();
+                self.key.clear();
+                self.is_after_equals = false;
+            }
+            Kind::Sign(b',') => {
+                self.key.clear();
+                self.is_after_equals = false;
+            }
+            Kind::Sign(_) => {}
+        }
+    }
+
+    fn end_line(&mut self) {
+        self.begins_line = true;
+        if self.frames.is_empty() || self.is_header {
+            self.key.clear();
+            (self.is_after_equals, self.is_header) = (false, false);
+        }
+    }
+
+    /// A `=` among the items of an array: the array was not closed, and the word before is a key.
+    fn recover(&mut self) {
+        self.frames.clear();
+        if let Some(text) = self.texts.pop() {
+            let part = KeyPart { table: self.path(), name: text.value.clone(), range: text.range, is_header: false };
+            self.keys.push(Present {
+                table: self.path(),
+                name: text.value.clone(),
+                at: part.range.start,
+                instance: self.instance(),
+            });
+            self.parts.push(part);
+            self.key = vec![text.value];
+        }
+    }
+
+    fn word(&mut self, text: &str, token: &Token, begins_line: bool) {
+        let range = token.content();
+        let name = text[range.clone()].to_owned();
+        let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
+        if self.is_after_equals || is_array {
+            // Words are kept for `recover` only.
+            if token.kind != Kind::Word || begins_line && is_array {
+                let key = if is_array { self.path() } else { [self.path(), self.key.clone()].concat() };
+                self.texts.push(Text { key, value: name, range });
+            }
+            return;
+        }
+        let before = if self.is_header { self.key.clone() } else { [self.path(), self.key.clone()].concat() };
+        self.parts.push(KeyPart {
+            table: before.clone(),
+            name: name.clone(),
+            range: range.clone(),
+            is_header: self.is_header,
+        });
+        if !self.is_header {
+            self.keys.push(Present { table: before, name: name.clone(), at: range.start, instance: self.instance() });
+        }
+        self.key.push(name);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The place at the `|` of a text, without it, and the word there.
+    fn at(marked: &str) -> Option<(TomlPlace, String)> {
+        let at = marked.find('|').unwrap();
+        let text = marked.replacen('|', "", 1);
+        place(&text, at).map(|(place, word)| (place, text[word].to_owned()))
+    }
+
+    fn key(table: &[&str], begins_line: bool, present: &[&str]) -> TomlPlace {
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        TomlPlace::Key { table: owned(table), begins_line, present: owned(present) }
+    }
+
+    fn value(path: &[&str], is_quoted: bool) -> TomlPlace {
+        TomlPlace::Value { key: path.iter().map(|part| (*part).to_owned()).collect(), is_quoted }
+    }
+
+    #[test]
+    fn keys_are_found_in_every_kind_of_table() {
+        let cases = [
+            ("|", key(&[], true, &[]), ""),
+            ("a = 1\nb|\n", key(&[], true, &["a"]), "b"),
+            ("a = 1\n[x.y]\nb = 2\nc|", key(&["x", "y"], true, &["b"]), "c"),
+            ("[[x]]\nb = 2\n[[x]]\n|", key(&["x"], true, &[]), ""),
+            ("x.y.|", key(&["x", "y"], false, &[]), ""),
+            ("x = { a = 1, | }", key(&["x"], false, &["a"]), ""),
+            ("x = [{ a = 1 }, { b| }]", key(&["x"], false, &[]), "b"),
+            ("x = [\n  { a = { c = 1, d|", key(&["x", "a"], false, &["c"]), "d"),
+            ("x = [1,\ny = 2\nz|", key(&[], true, &["x", "y"]), "z"),
+            ("x = { a = 1\n[y]\n|", key(&["y"], true, &[]), ""),
+        ];
+        for (text, place, word) in cases {
+            assert_eq!(at(text), Some((place, word.to_owned())), "{text}");
+        }
+    }
+
+    #[test]
+    fn values_know_the_path_of_their_key() {
+        let cases = [
+            ("a = |", value(&["a"], false), ""),
+            ("[t]\nk.l = \"wo|rd\"", value(&["t", "k", "l"], true), "word"),
+            ("[t]\nk = \"wo|", value(&["t", "k"], true), "wo"),
+            ("k = [\"a\", \"|\"]", value(&["k"], true), ""),
+            ("k = [\n  1,\n  x|\n]", value(&["k"], false), "x"),
+            ("k = [{ kind = \"b|\" }]", value(&["k", "kind"], true), "b"),
+        ];
+        for (text, place, word) in cases {
+            assert_eq!(at(text), Some((place, word.to_owned())), "{text}");
+        }
+    }
+
+    #[test]
+    fn headers_and_comments_are_recognized() {
+        let header =
+            |table: &[&str]| TomlPlace::Header { table: table.iter().map(|part| (*part).to_owned()).collect() };
+        assert_eq!(at("[ba|]"), Some((header(&[]), "ba".to_owned())));
+        assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"]), String::new())));
+        assert_eq!(at("a = 1 # so|"), None);
+    }
+
+    #[test]
+    fn every_place_of_a_broken_text_has_an_answer_without_a_panic() {
+        let text = "a = [\"ä\n[[x.'y']]\nb={c=\"\"\"𝄞\n\"\"\",d=[[1],{e=\\\n}}]=.#ü\n'";
+        for at in (0..=text.len()).filter(|at| text.is_char_boundary(*at)) {
+            for end in (at..=text.len()).filter(|end| text.is_char_boundary(*end)) {
+                if let Some((_, word)) = place(&text[..end], at) {
+                    assert!(text[..end].get(word).is_some());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! What the thread that answers waits for.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use editor::FileContext;
+use editor::findings::Findings;
+use lsp_server::Message;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// What the thread that answers waits for.
+pub(super) enum Incoming {
+    Message(Message),
+    /// The editor has closed the connection.
+    End,
+    Checked(CheckResult),
+}
+
+/// The result of a check.
+pub(super) struct CheckResult {
+    /// The number of the edit after which it was made.
+    pub(super) edit: u64,
+    /// Nothing if the check failed, with the reason.
+    pub(super) found: Result<Checked, String>,
+}
+
+/// What a check has found, and learned.
+pub(super) struct Checked {
+    pub(super) findings: Findings,
+    /// What belongs to each open document.
+    pub(super) contexts: BTreeMap<PathBuf, FileContext>,
+}
+
+/// The parameters of a message; nothing if they are not those of the protocol.
+pub(super) fn parsed<T: DeserializeOwned>(params: Value) -> Option<T> {
+    serde_json::from_value(params).ok()
+}

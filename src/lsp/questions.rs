@@ -1,0 +1,258 @@
+//! Answers to questions about places in documents.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use diagnostics::normal;
+use editor::findings::{Finding, Findings};
+use editor::proposal::{Proposal, ProposalKind};
+use editor::{Documents, EditedFile, FileContext, Mention, NameIndex, NameKind, TextLines, Unit};
+use lsp_types as lsp;
+use lsp_types::{
+    CodeAction, CodeActionKind, CodeActionParams, CompletionItem, CompletionItemKind, CompletionParams,
+    CompletionTextEdit, DocumentChangeOperation, DocumentChanges, DocumentSymbol, DocumentSymbolParams, Documentation,
+    GotoDefinitionParams, Hover, HoverContents, HoverParams, Location, MarkupContent, MarkupKind, OneOf,
+    OptionalVersionedTextDocumentIdentifier, ReferenceParams, RenameFile, RenameParams, ResourceOp, SymbolKind,
+    TextDocumentEdit, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
+};
+
+use super::{address, wire};
+
+/// What the editor can do with changes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Abilities {
+    /// It takes changes of several files in an order.
+    pub(super) orders_changes: bool,
+    /// It renames files among them.
+    pub(super) renames_files: bool,
+}
+
+/// What the server knows when it is asked.
+pub(super) struct Questions<'s> {
+    pub(super) unit: Unit,
+    pub(super) abilities: Abilities,
+    pub(super) documents: &'s Documents,
+    pub(super) contexts: &'s BTreeMap<PathBuf, FileContext>,
+    /// What is shown.
+    pub(super) findings: &'s Findings,
+    /// The address of a file, as the editor writes it.
+    pub(super) address: &'s dyn Fn(&Path) -> Option<Uri>,
+}
+
+/// A place in an open document.
+struct Spot {
+    path: PathBuf,
+    text: Arc<str>,
+    /// In bytes.
+    at: usize,
+}
+
+impl Questions<'_> {
+    fn document(&self, address: &Uri) -> Option<(PathBuf, Arc<str>)> {
+        let path = normal(&address::path(address)?);
+        let text = Arc::clone(self.documents.open.get(&path)?);
+        Some((path, text))
+    }
+
+    fn spot(&self, asked: &TextDocumentPositionParams) -> Option<Spot> {
+        let (path, text) = self.document(&asked.text_document.uri)?;
+        let at = TextLines::of(&text).byte(wire::of_position(asked.position), self.unit);
+        Some(Spot { path, text, at })
+    }
+
+    fn context(&self, path: &Path) -> FileContext {
+        self.contexts.get(path).cloned().unwrap_or_default()
+    }
+
+    fn range(&self, text: &str, bytes: &Range<usize>) -> lsp::Range {
+        wire::range(&TextLines::of(text), bytes, self.unit)
+    }
+
+    pub(super) fn completion(&self, params: &CompletionParams) -> Option<Vec<CompletionItem>> {
+        let spot = self.spot(&params.text_document_position)?;
+        let (disk, context) = (self.documents.disk(), self.context(&spot.path));
+        let subject = EditedFile { disk: &disk, file: &spot.path, scenarios: &context.scenarios };
+        let lines = TextLines::of(&spot.text);
+        let item = |proposal: Proposal| {
+            let range = wire::range(&lines, &proposal.replaces, self.unit);
+            CompletionItem {
+                label: proposal.name.clone(),
+                kind: Some(match proposal.kind {
+                    ProposalKind::Key => CompletionItemKind::PROPERTY,
+                    ProposalKind::Table => CompletionItemKind::MODULE,
+                    ProposalKind::Element => CompletionItemKind::CLASS,
+                    ProposalKind::Value => CompletionItemKind::VALUE,
+                    ProposalKind::Name => CompletionItemKind::REFERENCE,
+                    ProposalKind::Keyword => CompletionItemKind::KEYWORD,
+                    ProposalKind::File => CompletionItemKind::FILE,
+                }),
+                detail: Some(proposal.detail).filter(|detail| !detail.is_empty()),
+                documentation: Some(proposal.about)
+                    .filter(|about| !about.is_empty())
+                    .map(|about| Documentation::MarkupContent(markdown(about))),
+                filter_text: Some(proposal.name),
+                text_edit: Some(CompletionTextEdit::Edit(TextEdit { range, new_text: proposal.insert })),
+                ..CompletionItem::default()
+            }
+        };
+        Some(subject.proposals(&spot.text, spot.at).into_iter().map(item).collect())
+    }
+
+    pub(super) fn hover(&self, params: &HoverParams) -> Option<Hover> {
+        let spot = self.spot(&params.text_document_position_params)?;
+        let (disk, context) = (self.documents.disk(), self.context(&spot.path));
+        let subject = EditedFile { disk: &disk, file: &spot.path, scenarios: &context.scenarios };
+        let explained = subject.explanation(&spot.text, spot.at)?;
+        let range = Some(self.range(&spot.text, &explained.range));
+        Some(Hover { contents: HoverContents::Markup(markdown(explained.text)), range })
+    }
+
+    /// The names in all files to which a file belongs.
+    fn index(&self, path: &Path) -> NameIndex {
+        let files = self.context(path).files;
+        let own = (!files.contains(path)).then_some(path);
+        NameIndex::of(&self.documents.disk(), files.iter().map(PathBuf::as_path).chain(own))
+    }
+
+    fn location(&self, mention: &Mention, index: &NameIndex) -> Option<Location> {
+        let (_, text) = index.texts.iter().find(|(path, _)| *path == mention.path)?;
+        Some(Location { uri: (self.address)(&mention.path)?, range: self.range(text, &(mention.start..mention.end)) })
+    }
+
+    pub(super) fn definition(&self, params: &GotoDefinitionParams) -> Option<Vec<Location>> {
+        let spot = self.spot(&params.text_document_position_params)?;
+        let index = self.index(&spot.path);
+        let mention = index.at(&spot.path, spot.at)?;
+        if mention.kind == NameKind::File {
+            let uri = (self.address)(Path::new(&mention.name))?;
+            return Some(vec![Location { uri, range: lsp::Range::default() }]);
+        }
+        let definitions = index.same(mention).filter(|same| same.is_definition);
+        Some(definitions.filter_map(|same| self.location(same, &index)).collect())
+    }
+
+    pub(super) fn references(&self, params: &ReferenceParams) -> Option<Vec<Location>> {
+        let spot = self.spot(&params.text_document_position)?;
+        let index = self.index(&spot.path);
+        let mention = index.at(&spot.path, spot.at)?;
+        let wanted = index.same(mention).filter(|same| params.context.include_declaration || !same.is_definition);
+        Some(wanted.filter_map(|same| self.location(same, &index)).collect())
+    }
+
+    pub(super) fn symbols(&self, params: &DocumentSymbolParams) -> Option<Vec<DocumentSymbol>> {
+        let (path, text) = self.document(&params.text_document.uri)?;
+        let index = NameIndex::of(&self.documents.disk(), [path.as_path()]);
+        let symbol = |mention: &Mention| {
+            let range = self.range(&text, &(mention.start..mention.end));
+            let (what, kind) = match mention.kind {
+                NameKind::Process => ("process", SymbolKind::OBJECT),
+                NameKind::Tree => ("tree", SymbolKind::MODULE),
+                NameKind::Property => ("property", SymbolKind::PROPERTY),
+                NameKind::Place => ("place", SymbolKind::CONSTANT),
+                NameKind::State => ("state", SymbolKind::ENUM_MEMBER),
+                NameKind::Table => ("table", SymbolKind::NAMESPACE),
+                NameKind::File => ("file", SymbolKind::FILE),
+            };
+            #[expect(deprecated, reason = "the field must be given")]
+            DocumentSymbol {
+                name: mention.name.clone(),
+                detail: Some(what.to_owned()),
+                kind,
+                tags: None,
+                deprecated: None,
+                range,
+                selection_range: range,
+                children: None,
+            }
+        };
+        Some(index.defined_in(&path).map(symbol).collect())
+    }
+
+    pub(super) fn prepare_rename(&self, params: &TextDocumentPositionParams) -> Option<lsp::Range> {
+        let spot = self.spot(params)?;
+        let index = self.index(&spot.path);
+        let mention = index.at(&spot.path, spot.at).filter(|mention| mention.kind != NameKind::File)?;
+        Some(self.range(&spot.text, &(mention.start..mention.end)))
+    }
+
+    /// The edits as the editor takes them. Only one that takes changes in order also renames files.
+    fn workspace_edit(&self, edits: Vec<TextDocumentEdit>, renamed: Vec<RenameFile>) -> WorkspaceEdit {
+        if self.abilities.orders_changes {
+            let edits = edits.into_iter().map(DocumentChangeOperation::Edit);
+            let renamed = renamed.into_iter().map(|renamed| DocumentChangeOperation::Op(ResourceOp::Rename(renamed)));
+            let changes = DocumentChanges::Operations(edits.chain(renamed).collect());
+            return WorkspaceEdit { document_changes: Some(changes), ..WorkspaceEdit::default() };
+        }
+        let plain = |edit: TextDocumentEdit| {
+            let edits = edit.edits.into_iter().map(|edit| match edit {
+                OneOf::Left(edit) => edit,
+                OneOf::Right(annotated) => annotated.text_edit,
+            });
+            (edit.text_document.uri, edits.collect())
+        };
+        WorkspaceEdit { changes: Some(edits.into_iter().map(plain).collect()), ..WorkspaceEdit::default() }
+    }
+
+    pub(super) fn rename(&self, params: &RenameParams) -> Result<Option<WorkspaceEdit>, String> {
+        let Some(spot) = self.spot(&params.text_document_position) else { return Ok(None) };
+        let index = self.index(&spot.path);
+        let Some(mention) = index.at(&spot.path, spot.at) else { return Ok(None) };
+        let renaming = editor::rename(self.documents, &index, mention, &params.new_name)?;
+        if let (Some((old, _)), false) = (renaming.files.first(), self.abilities.renames_files) {
+            return Err(format!("{} would have another name, but the editor does not rename files", old.display()));
+        }
+        let edits = renaming.ranges.iter().filter_map(|(path, ranges)| {
+            let (_, text) = index.texts.iter().find(|(known, _)| known == path)?;
+            self.edits(path, text, ranges.iter().map(|range| (range.clone(), params.new_name.clone())))
+        });
+        let files = renaming.files.iter().filter_map(|(old, new)| {
+            let (old_uri, new_uri) = ((self.address)(old)?, address::of(new)?);
+            Some(RenameFile { old_uri, new_uri, options: None, annotation_id: None })
+        });
+        Ok(Some(self.workspace_edit(edits.collect(), files.collect())))
+    }
+
+    fn edits(
+        &self,
+        path: &Path,
+        text: &str,
+        edits: impl Iterator<Item = (Range<usize>, String)>,
+    ) -> Option<TextDocumentEdit> {
+        let lines = TextLines::of(text);
+        let edit = |(bytes, new_text): (Range<usize>, String)| {
+            OneOf::Left(TextEdit { range: wire::range(&lines, &bytes, self.unit), new_text })
+        };
+        let text_document = OptionalVersionedTextDocumentIdentifier { uri: (self.address)(path)?, version: None };
+        Some(TextDocumentEdit { text_document, edits: edits.map(edit).collect() })
+    }
+
+    pub(super) fn actions(&self, params: &CodeActionParams) -> Option<Vec<CodeAction>> {
+        let (path, text) = self.document(&params.text_document.uri)?;
+        let lines = TextLines::of(&text);
+        let [start, end] =
+            [params.range.start, params.range.end].map(|at| lines.byte(wire::of_position(at), self.unit));
+        let shown = self.findings.get(&path).filter(|found| found.text == text)?;
+        let here = shown.findings.iter().filter(|finding| finding.range.start <= end && start <= finding.range.end);
+        let action = |finding: &Finding| {
+            let fix = editor::quick_fix(self.documents, &self.context(&path), &path, finding)?;
+            let title = format!("Replace `{}` with `{}`", &text[fix.range.clone()], fix.text);
+            let edits = self.edits(&path, &text, [(fix.range, fix.text)].into_iter())?;
+            let address = (self.address)(&path)?;
+            Some(CodeAction {
+                title,
+                kind: Some(CodeActionKind::QUICKFIX),
+                diagnostics: Some(vec![wire::diagnostic(finding, &lines, &address, self.unit)]),
+                edit: Some(self.workspace_edit(vec![edits], Vec::new())),
+                is_preferred: Some(true),
+                ..CodeAction::default()
+            })
+        };
+        Some(here.filter_map(action).collect())
+    }
+}
+
+fn markdown(value: String) -> MarkupContent {
+    MarkupContent { kind: MarkupKind::Markdown, value }
+}

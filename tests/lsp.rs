@@ -1,0 +1,10 @@
+//! `steward lsp`, as an editor talks to it.
+
+mod client;
+mod completion;
+mod diagnostics;
+mod edits;
+mod names;
+mod sessions;
+
+use client::Editor;

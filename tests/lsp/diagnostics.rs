@@ -1,0 +1,102 @@
+//! Problems are shown as in `steward check`, and disappear with their causes.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::Editor;
+use super::client::{SCENARIO, SCOPE, TREE, application};
+use crate::steward::steward;
+
+#[test]
+fn problems_are_those_of_a_check_of_the_files() {
+    let mut editor = Editor::new();
+    application(&editor);
+    editor.open("hospital.toml", SCENARIO);
+    assert_eq!(editor.with_problems(), [""; 0]);
+    editor.replace("hospital.toml", "initial_pct = 80", "intial_pct = 800");
+    let shown = editor.diagnostics("hospital.toml");
+    fs::write(editor.path("hospital.toml"), editor.text("hospital.toml")).unwrap();
+    let checked = steward(&["check", "--json", editor.path("hospital.toml").to_str().unwrap()]);
+    let checked: Value = serde_json::from_slice(&checked.stdout).unwrap();
+    let problems = checked[0]["problems"].as_array().unwrap();
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert_eq!(shown.len(), 1, "{shown:?}");
+    let message =
+        format!("{}\nhelp: {}", problems[0]["message"].as_str().unwrap(), problems[0]["help"].as_str().unwrap());
+    assert_eq!(shown[0]["message"], message);
+    assert_eq!(shown[0]["range"]["start"], json!({ "line": 8, "character": 0 }));
+    assert_eq!(shown[0]["range"]["end"], json!({ "line": 8, "character": 10 }));
+    assert_eq!((&shown[0]["severity"], &shown[0]["source"]), (&json!(1), &json!("steward")));
+}
+
+#[test]
+fn an_unsaved_tree_is_checked_with_the_scenario_that_names_it() {
+    let mut editor = Editor::new();
+    application(&editor);
+    editor.open("tree.xml", TREE);
+    assert_eq!(editor.with_problems(), [""; 0]);
+    editor.replace("tree.xml", "<AnnounceArrival/>", "<AnnounceArival/>");
+    assert_eq!(editor.with_problems(), ["tree.xml"]);
+    editor.replace("tree.xml", "<AnnounceArival/>", "<AnnounceArrival/><GoToDestination name=\"GoBack\"/>");
+    assert_eq!(editor.with_problems(), [""; 0]);
+}
+
+#[test]
+fn a_problem_in_another_file_appears_and_disappears_with_its_cause() {
+    let mut editor = Editor::new();
+    application(&editor);
+    editor.write("hospital.toml", &SCENARIO.replace("expect", "leaves.AnnounceArrival.data = {}\nexpect"));
+    editor.open("tree.xml", TREE);
+    assert_eq!(editor.with_problems(), [""; 0]);
+    editor.replace("tree.xml", "      <AnnounceArrival/>\n", "");
+    assert_eq!(editor.with_problems(), ["hospital.toml"]);
+    editor.replace("tree.xml", "      <GoToDestination/>\n", "      <GoToDestination/>\n      <AnnounceArrival/>\n");
+    assert_eq!(editor.with_problems(), [""; 0]);
+    // A file that is closed counts as it was saved.
+    editor.replace("tree.xml", "<SequenceWithMemory>", "<SequenceWithMemori>");
+    assert_eq!(editor.with_problems(), ["tree.xml"]);
+    editor.close("tree.xml");
+    assert_eq!(editor.with_problems(), [""; 0]);
+}
+
+#[test]
+fn properties_belong_to_a_scenario_even_while_it_cannot_be_read() {
+    let mut editor = Editor::new();
+    application(&editor);
+    editor.open("said.scope", SCOPE);
+    editor.open("hospital.toml", SCENARIO);
+    assert_eq!(editor.with_problems(), [""; 0]);
+    editor.replace("said.scope", "Speaker", "Speeker");
+    assert_eq!(editor.with_problems(), ["said.scope"]);
+    editor.replace("hospital.toml", "expect = {}", "expect = {");
+    assert_eq!(editor.with_problems(), ["hospital.toml"]);
+    editor.replace("hospital.toml", "expect = {", "expect = {}");
+    editor.replace("said.scope", "Speeker", "Speaker");
+    assert_eq!(editor.with_problems(), [""; 0]);
+}
+
+#[test]
+fn positions_are_in_the_units_of_the_editor() {
+    let text = "// 𝄞ä\nproperty p := eventually (*, *, m[1] = \"ä𝄞\") and always not (Nobody, AnnounceArrival, true)\n";
+    for (encodings, unit) in [(json!(null), "utf-16"), (json!(["utf-16", "utf-8"]), "utf-8")] {
+        let mut editor = Editor::with(json!({ "general": { "positionEncodings": encodings } }));
+        assert_eq!(editor.capabilities()["positionEncoding"], unit);
+        editor.open("a.scope", text);
+        let shown = editor.diagnostics("a.scope");
+        let line = text.lines().nth(1).unwrap();
+        let before = &line[..line.find("Nobody").unwrap_or_else(|| panic!("{line}"))];
+        let expected = if unit == "utf-8" { before.len() } else { before.encode_utf16().count() };
+        let found =
+            shown.iter().any(|problem| problem["range"]["start"] == json!({ "line": 1, "character": expected }));
+        assert!(found, "{shown:?}");
+    }
+}
+
+#[test]
+fn a_cancelled_request_an_unknown_one_and_a_wrong_one_are_refused() {
+    let mut editor = Editor::new();
+    assert_eq!(editor.response("steward/unknown", json!({}))["error"]["code"], -32601);
+    editor.notify("textDocument/didClose", json!({ "textDocument": { "uri": "untitled:1" } }));
+    assert_eq!(editor.quit(), Some(0));
+}
