@@ -5,6 +5,7 @@
 
 mod address;
 mod checker;
+mod guard;
 mod incoming;
 mod questions;
 mod server;

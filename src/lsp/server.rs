@@ -20,6 +20,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::checker::{self, Job};
+use super::guard::guarded;
 use super::incoming::{CheckResult, Incoming, parsed};
 use super::questions::{Abilities, Questions};
 use super::{address, wire};
@@ -128,7 +129,8 @@ impl Server {
     /// Answers a request.
     pub(super) fn request(&self, request: Request) {
         let Request { id, method, params } = request;
-        let answer = self.answer(&method, params);
+        let answer = guarded(|| self.answer(&method, params));
+        let answer = answer.unwrap_or_else(|defect| Err((ErrorCode::InternalError, defect)));
         self.reply(match answer {
             Ok(result) => Response::new_ok(id, result),
             Err((code, message)) => Response::new_err(id, code as i32, message),
