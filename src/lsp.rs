@@ -69,6 +69,7 @@ fn serve(connection: &Connection) -> Result<ExitCode, lsp_server::ProtocolError>
     let info = ServerInfo { name: "steward".to_owned(), version: Some(env!("CARGO_PKG_VERSION").to_owned()) };
     let result = InitializeResult { capabilities: server.capabilities(), server_info: Some(info) };
     connection.initialize_finish(id, json!(result))?;
+    server.watch_files();
     let messages = connection.receiver.clone();
     thread::spawn(move || {
         let sent = messages.iter().map(Incoming::Message).chain([Incoming::End]);
@@ -109,7 +110,7 @@ fn answer(server: &mut Server, inputs: &Receiver<Incoming>) -> ExitCode {
                 return if is_shut_down { ExitCode::SUCCESS } else { ExitCode::FAILURE };
             }
             Some(Incoming::Message(Message::Notification(said))) => server.notification(said),
-            // The server asks nothing.
+            // It only says that files are watched, or not.
             Some(Incoming::Message(Message::Response(_))) => {}
             Some(Incoming::Checked(checked)) => server.publish(checked),
             Some(Incoming::End) | None => return ExitCode::FAILURE,

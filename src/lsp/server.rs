@@ -53,6 +53,8 @@ pub(super) struct Server {
     /// What is shown.
     findings: Findings,
     abilities: Abilities,
+    /// Whether the editor can watch files.
+    watches: bool,
     checker: Sender<Job>,
     send: Box<dyn Fn(Message)>,
 }
@@ -83,6 +85,9 @@ impl Server {
             contexts: BTreeMap::new(),
             findings: Findings::new(),
             abilities,
+            watches: workspace
+                .and_then(|workspace| workspace.did_change_watched_files.as_ref()?.dynamic_registration)
+                .unwrap_or_default(),
             checker: checker::start(results),
             send: Box::new(send),
         }
@@ -177,6 +182,16 @@ impl Server {
         match understood {
             Some(()) => self.check(),
             None => self.log(format!("`{}` does not have the parameters of the protocol", said.method)),
+        }
+    }
+
+    /// Asks the editor to say when files change outside of it.
+    pub(super) fn watch_files(&self) {
+        if self.watches {
+            let files = json!({ "watchers": [{ "globPattern": "**/*.{toml,xml,scxml,scope,yaml,yml,ini,pgm,png}" }] });
+            let wish = json!({ "id": "files", "method": "workspace/didChangeWatchedFiles", "registerOptions": files });
+            let wishes = json!({ "registrations": [wish] });
+            (self.send)(Request::new("files".to_owned().into(), "client/registerCapability".to_owned(), wishes).into());
         }
     }
 

@@ -24,6 +24,8 @@ pub(crate) struct Editor {
     requests: i32,
     responses: VecDeque<Value>,
     capabilities: Value,
+    /// Whether the server has asked to be told about changed files.
+    pub(crate) is_watching: bool,
 }
 
 impl Editor {
@@ -48,6 +50,7 @@ impl Editor {
             requests: 0,
             responses: VecDeque::new(),
             capabilities: Value::Null,
+            is_watching: false,
         };
         let folders = json!([{ "uri": editor.address(""), "name": "test" }]);
         let params = json!({ "processId": null, "capabilities": capabilities, "workspaceFolders": folders });
@@ -204,6 +207,11 @@ impl Editor {
                 let file = address.strip_prefix(&self.address("")).unwrap_or(address).to_owned();
                 let Value::Array(problems) = message["params"]["diagnostics"].take() else { panic!("{message}") };
                 self.shown.insert(file, problems);
+            }
+            Some("client/registerCapability") => {
+                let answer = json!({ "jsonrpc": "2.0", "id": message["id"], "result": null });
+                self.send(&answer);
+                self.is_watching = true;
             }
             Some(_) => panic!("{message}"),
             None => self.responses.push_back(message),

@@ -61,6 +61,19 @@ fn a_problem_in_another_file_appears_and_disappears_with_its_cause() {
 }
 
 #[test]
+fn a_file_that_another_program_changes_is_read_again() {
+    let mut editor = Editor::with(json!({ "workspace": { "didChangeWatchedFiles": { "dynamicRegistration": true } } }));
+    application(&editor);
+    editor.open("hospital.toml", SCENARIO);
+    assert_eq!(editor.with_problems(), [""; 0]);
+    assert!(editor.is_watching);
+    editor.write("tree.xml", &TREE.replace("<SequenceWithMemory>", "<SequenceWithMemori>"));
+    let changes = json!({ "changes": [{ "uri": editor.address("tree.xml"), "type": 2 }] });
+    editor.notify("workspace/didChangeWatchedFiles", changes);
+    assert_eq!(editor.with_problems(), ["tree.xml"]);
+}
+
+#[test]
 fn properties_belong_to_a_scenario_even_while_it_cannot_be_read() {
     let mut editor = Editor::new();
     application(&editor);

@@ -148,7 +148,7 @@ fn same_as_on_disk(root: &Path, found: &editor::findings::Findings, documents: &
 
 #[test]
 fn after_random_edits_the_findings_are_those_of_the_saved_files() {
-    edit_at_random(3000, 1, 20);
+    edit_at_random(2000, 1, 20);
 }
 
 #[test]

@@ -407,7 +407,7 @@ mod tests {
     fn headers_and_comments_are_recognized() {
         let header =
             |table: &[&str]| TomlPlace::Header { table: table.iter().map(|part| (*part).to_owned()).collect() };
-        assert_eq!(at("[ba|]"), Some((header(&[]), "ba".to_owned())));
+        assert_eq!(at("[bat|]"), Some((header(&[]), "bat".to_owned())));
         assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"]), String::new())));
         assert_eq!(at("a = 1 # so|"), None);
     }
