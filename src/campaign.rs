@@ -13,6 +13,8 @@ use campaigns::{as_experiment, run_and_report};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
 use recording::Detail;
+use reports::file_place::FilePlace;
+use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite};
 use reports::{Outputs, file_name};
 use runs::Run;
 use scenarios::scenario::Scenario;
@@ -21,8 +23,12 @@ use crate::live::BoardArgs;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
+use crate::results::{ResultsArgs, on_disk, places};
 use crate::{interrupt, summary};
 use editor::counted;
+
+/// The command's name in results.
+const COMMAND: &str = "campaign";
 
 /// The campaign, and how many of its runs to run.
 #[derive(Debug, Args)]
@@ -52,6 +58,8 @@ pub(crate) struct CampaignArgs {
     #[arg(long, short)]
     quiet: bool,
     #[command(flatten)]
+    results: ResultsArgs,
+    #[command(flatten)]
     board: BoardArgs,
 }
 
@@ -65,6 +73,8 @@ enum CampaignCommand {
         /// Where the results go: a new folder
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        #[command(flatten)]
+        results: ResultsArgs,
     },
     /// Says whether something happens more often in one campaign than in another
     Compare {
@@ -112,8 +122,9 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
 /// Runs a campaign or a shard of it, repeats a run, or merges shards.
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
-        Some(CampaignCommand::Merge { shards, out }) => {
+        Some(CampaignCommand::Merge { shards, out, results }) => {
             let summary = campaigns::merge(shards, out)?;
+            results.write(COMMAND, || vec![suite(&summary, out, None)])?;
             print_wrapped(in_words(&summary, out))?;
             Ok(status(&summary))
         }
@@ -129,12 +140,12 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
 /// Runs a campaign or a shard of it, or repeats a run.
 fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let file = Path::new(args.file.as_deref().unwrap_or_default());
-    let plan = Plan::load(file)?;
-    let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
+    let plan = Plan::load(file).and_then(|plan| args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs)));
+    let plan = args.results.or_refused(COMMAND, args.file.as_slice(), plan)?;
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     if let Some(k) = args.only {
-        return only(&plan, k, &out.join(format!("run-{k}")), args.quiet);
+        return only(&plan, k, &out.join(format!("run-{k}")), args);
     }
     let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)))?;
     let folder = shard.map_or(out.clone(), |Shard { index, of }| out.join(format!("shard-{index}-of-{of}")));
@@ -142,19 +153,27 @@ fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
     if args.fresh {
         campaigns::start_over(&plan, part, &folder)?;
     }
-    let ran = run_part(args, &plan, part, &folder)?;
+    let ran = run_part(args, &plan, part, &folder);
+    let ran = args.results.or_refused(COMMAND, args.file.as_slice(), ran)?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
         note(&format!("interrupted after {done} of {}; the same command resumes it", counted(all, "run")));
+        args.results.note_interrupted("the campaign");
         return Ok(ExitCode::from(interrupt::STATUS));
     }
     let (words, status) = match shard {
         Some(_) => {
+            if args.results.are_wanted() {
+                note(
+                    "a shard has no results for CI systems: `steward campaign merge --results FILE` writes those of all",
+                );
+            }
             let words = format!("wrote {}; `steward campaign merge` merges the shards\n", folder.display());
             (Text::from(words), ExitCode::SUCCESS)
         }
         None => {
             let summary = ran.finish()?;
+            args.results.write(COMMAND, || vec![suite(&summary, &folder, Some(plan.base()))])?;
             (in_words(&summary, &folder), status(&summary))
         }
     };
@@ -205,8 +224,53 @@ fn status(summary: &Summary) -> ExitCode {
     ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
 
+/// The results as test cases: that runs finished, and for each property whether it was violated in any. A campaign
+/// expects nothing of a property, so one that was violated is skipped.
+fn suite(summary: &Summary, folder: &Path, base: Option<&Scenario>) -> Suite {
+    let places = base.map(places).unwrap_or_default();
+    let argument = base.map_or("", |scenario| &scenario.origin.argument);
+    let Summary { runs, outcomes, .. } = summary;
+    let mut words =
+        format!("{} as expected, {} not, {} failed", outcomes.as_expected, outcomes.not_as_expected, outcomes.failed);
+    if let Some(named) = summary.failures.first() {
+        words += &format!("; run {}: {}", named.k, named.why.as_deref().unwrap_or_default());
+    }
+    let result = match outcomes.failed {
+        0 => CaseResult::Passed,
+        failed if failed == *runs => CaseResult::Error(words.clone()),
+        _ => CaseResult::Skipped(words.clone()),
+    };
+    let name = format!("{} of {}", counted(runs, "run"), summary.scenario);
+    let of_runs = Case { group: "campaign", name, result, found: words, ..Case::default() };
+    let of_property = |estimate: &Estimate| {
+        let found = rate(estimate, summary.of_roaml);
+        let is_fine = estimate.count.happened() == 0 && estimate.inconclusive.unwrap_or(0) == 0;
+        let result =
+            if is_fine { CaseResult::Passed } else { CaseResult::Skipped("nothing is expected of it".to_owned()) };
+        let place = places.properties.get(&estimate.of).cloned();
+        Case { group: "campaign", name: estimate.of.clone(), result, found, place, ..Case::default() }
+    };
+    let violated = summary.properties.iter().filter(|estimate| estimate.count.happened() > 0);
+    let finding = |estimate: &Estimate| FileFinding {
+        kind: FindingKind::Rate,
+        message: format!("{}: {}", estimate.of, rate(estimate, summary.of_roaml)),
+        help: None,
+        place: places.properties.get(&estimate.of).cloned(),
+    };
+    Suite {
+        name: summary.campaign.clone(),
+        facts: vec![("version", summary.version.clone()), ("runs", runs.to_string())],
+        cases: std::iter::once(of_runs).chain(summary.properties.iter().map(of_property)).collect(),
+        findings: violated.map(finding).collect(),
+        file: Some(FilePlace::whole(&summary.campaign)),
+        page: Some(folder.join("report.html")),
+        ..Suite::default()
+    }
+    .with_paths(on_disk(&[&summary.campaign, argument]))
+}
+
 /// Repeats one run alone.
-fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
+fn only(plan: &Plan, k: u64, folder: &Path, args: &CampaignArgs) -> Result<ExitCode, Error> {
     if k >= plan.runs() {
         let help = format!("runs are counted from 0 to {}", plan.runs() - 1);
         return Err(Error::refused(format!("the campaign has no run {k}"), help));
@@ -216,14 +280,19 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
     let _ = interrupt::listen();
     let report = run_and_report(
-        Run::new(scenario, run.seed, true)?,
+        Run::new(Arc::clone(&scenario), run.seed, true)?,
         Detail::Full,
         &outputs,
         None,
         |_| {},
         |_| interrupt::flow(),
     )?;
-    summary::print(&report, folder, quiet)
+    let suite = || {
+        Suite::of_run(&scenario.file.expect.record(), &report, folder, &places(&scenario))
+            .with_paths(on_disk(&[&scenario.origin.argument]))
+    };
+    args.results.write(COMMAND, || vec![suite()])?;
+    summary::print(&report, folder, args.quiet)
 }
 
 /// The results of a campaign, for people.

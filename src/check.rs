@@ -8,12 +8,15 @@ use clap::Args;
 use diagnostics::Disk;
 use editor::check::{Checked, examine};
 use editor::{counted, parts};
+use reports::file_place::FilePlace;
+use reports::results::{Case, CaseResult, Suite};
 use scenarios::files::shipped_campaigns;
 use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::output::{complain, print_json, print_wrapped, warn};
 use crate::render::{Finding, findings};
+use crate::results::{self, ResultsArgs};
 use crate::run::select;
 
 /// What to check.
@@ -27,6 +30,8 @@ pub(crate) struct CheckArgs {
     /// interfaces [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
+    #[command(flatten)]
+    results: ResultsArgs,
     /// Prints the findings as JSON
     #[arg(long)]
     json: bool,
@@ -34,8 +39,10 @@ pub(crate) struct CheckArgs {
 
 /// Checks every file according to its kind.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
-    let files: Vec<Vec<String>> = args.files.iter().map(|file| meant(file)).collect::<Result<_, _>>()?;
-    each(&files.concat(), args.json, |file| examine(&Disk::default(), file, args.scenario.as_deref()))
+    let files: Result<Vec<Vec<String>>, Error> = args.files.iter().map(|file| meant(file)).collect();
+    let files = args.results.or_refused("check", &args.files, files)?;
+    let examined = |file: &String| examine(&Disk::default(), file, args.scenario.as_deref());
+    each(&files.concat(), args.json, &args.results, examined)
 }
 
 /// The files to which an argument refers: several for a folder or a pattern of scenarios, as in `steward run`.
@@ -57,13 +64,17 @@ fn meant(file: &str) -> Result<Vec<String>, Error> {
 pub(crate) fn each<F: AsRef<Path>>(
     files: &[F],
     json: bool,
+    results: &ResultsArgs,
     examine: impl Fn(&F) -> Result<Checked, Error>,
 ) -> Result<ExitCode, Error> {
-    let (mut refused, mut report) = (0, Vec::new());
+    let (mut refused, mut report, mut suites) = (0, Vec::new(), Vec::new());
     for file in files {
         let checked = examine(file);
         let file = file.as_ref().display();
         refused += usize::from(checked.is_err());
+        if results.are_wanted() {
+            suites.push(suite(&file.to_string(), &checked));
+        }
         if json {
             report.push(as_json(&file.to_string(), &checked));
             continue;
@@ -91,7 +102,32 @@ pub(crate) fn each<F: AsRef<Path>>(
     } else if files.len() > 1 {
         print_wrapped(format!("{} checked, {refused} with problems\n", counted(files.len(), "file")))?;
     }
+    results.write("check", || suites)?;
     Ok(ExitCode::from(if refused > 0 { 2 } else { 0 }))
+}
+
+/// A file as a test case, with everything that was found in it.
+fn suite(file: &str, checked: &Result<Checked, Error>) -> Suite {
+    let (result, found, findings) = match checked {
+        Ok(checked) => {
+            let concerns = checked.concerns.iter().flat_map(|concern| results::findings(concern.as_ref()));
+            (CaseResult::Passed, checked.words(), concerns.collect())
+        }
+        Err(error) => {
+            let findings = results::findings_of(error);
+            let message = counted(findings.len(), "problem");
+            let details = findings.iter().map(|finding| finding.one_line() + "\n").collect();
+            (CaseResult::Failed { message, details }, String::new(), findings)
+        }
+    };
+    Suite {
+        name: file.to_owned(),
+        cases: vec![Case { group: "files", name: file.to_owned(), result, found, ..Case::default() }],
+        findings,
+        file: Some(FilePlace::whole(find::shipped(file).unwrap_or(file))),
+        ..Suite::default()
+    }
+    .with_paths(results::on_disk(&[file]))
 }
 
 fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {

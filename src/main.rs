@@ -34,6 +34,7 @@ mod prove;
 mod render;
 mod report;
 mod reproduce;
+mod results;
 mod ros_names;
 mod run;
 mod serve_groot;

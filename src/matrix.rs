@@ -1,16 +1,18 @@
 //! `steward matrix`: which property detects which fault.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use campaigns::Error;
-use campaigns::matrix::{Matrix, table};
+use campaigns::matrix::{FaultFree, Matrix, Row, table};
 use clap::Args;
 use cockpit::{Board, Tally};
 use monitors::Outcome;
+use reports::file_place::FilePlace;
 use reports::report::Report;
+use reports::results::{Case, CaseResult, Suite};
 use scenarios::Complaints;
 use scenarios::faults::KINDS;
 use scenarios::scenario::{Scenario, find};
@@ -18,6 +20,8 @@ use scenarios::scenario::{Scenario, find};
 use crate::live::BoardArgs;
 use crate::output::{print_json, print_wrapped};
 use crate::progress::CountProgress;
+use crate::results::{ResultsArgs, on_disk, places};
+use editor::counted;
 
 /// Counts in how many runs each property was violated, and of how many.
 fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Vec<Tally> {
@@ -33,6 +37,54 @@ fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Ve
         interval: None,
     };
     counts.iter().map(tally).collect()
+}
+
+/// A suite per scenario: whether its run was as expected, and which verdicts say what about its fault. The last one
+/// is about the runs without a fault. `files` are theirs.
+fn suites(matrix: &Matrix, out: &Path, files: Vec<FilePlace>) -> Vec<Suite> {
+    let failed = |message: String| CaseResult::Failed { message, details: String::new() };
+    let page = Some(out.join("index.html"));
+    let row = |(row, file): (&Row, &FilePlace)| {
+        let result = if row.as_expected { CaseResult::Passed } else { failed(row.differences.join("; ")) };
+        let found = row.fault.clone().unwrap_or_else(|| "no fault took effect".to_owned());
+        let run = Case { group: "matrix", name: "as expected".to_owned(), result, found, ..Case::default() };
+        let verdict = |(property, words, is_false_alarm): (&str, String, bool)| Case {
+            group: "matrix",
+            name: property.to_owned(),
+            result: if is_false_alarm { failed(format!("{property} is {words}")) } else { CaseResult::Passed },
+            found: words,
+            ..Case::default()
+        };
+        Suite {
+            name: row.scenario.clone(),
+            facts: vec![("seed", row.seed.to_string())],
+            cases: std::iter::once(run).chain(matrix.verdicts(row).map(verdict)).collect(),
+            file: Some(file.clone()),
+            page: page.clone(),
+            ..Suite::default()
+        }
+        .with_paths(on_disk(&[&file.file]))
+    };
+    let FaultFree { scenario, runs, alarms, .. } = &matrix.fault_free;
+    let details: Vec<String> =
+        alarms.iter().map(|alarm| format!("seed {}: {}", alarm.seed, alarm.what.join("; "))).collect();
+    let result = match alarms.len() {
+        0 => CaseResult::Passed,
+        count => {
+            let message = format!("in {count} of {}, something was violated or not as expected", counted(runs, "run"));
+            CaseResult::Failed { message, details: details.join("\n") }
+        }
+    };
+    let name = format!("no false alarm in {} without a fault", counted(runs, "run"));
+    let sound = Suite {
+        name: scenario.clone(),
+        cases: vec![Case { group: "matrix", name, result, ..Case::default() }],
+        file: files.last().cloned(),
+        page: page.clone(),
+        ..Suite::default()
+    };
+    let sound = sound.with_paths(|file| on_disk(&[file])(file));
+    matrix.rows.iter().zip(&files).map(row).chain([sound]).collect()
 }
 
 /// Which scenarios to run.
@@ -51,6 +103,8 @@ pub(crate) struct MatrixArgs {
     /// Where the page and the data go
     #[arg(long, value_name = "DIR", default_value = "out/matrix")]
     out: PathBuf,
+    #[command(flatten)]
+    results: ResultsArgs,
     /// Prints the matrix as JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -75,7 +129,9 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let scenarios: Vec<_> = names.iter().filter_map(&mut load).collect();
     // Loaded before the problems of the others are reported, so that all of them are.
     let fault_free = load(&args.fault_free);
-    complaints.check()?;
+    args.results.or_refused("matrix", &names, complaints.check())?;
+    let files: Vec<FilePlace> =
+        scenarios.iter().chain(&fault_free).filter_map(|scenario| places(scenario).file).collect();
     let fault_free = fault_free.expect("a file that could not be loaded was reported");
     let bar = CountProgress::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
@@ -89,10 +145,12 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
             let tallies = count(&mut counts.lock().unwrap_or_else(PoisonError::into_inner), report);
             board.show(done as u64, all as u64, unexpected.map(named), || tallies);
         }
-    })?;
+    });
+    let matrix = args.results.or_refused("matrix", &names, matrix)?;
     drop(bar);
     board.into_iter().for_each(Board::finish);
     matrix.write(&args.out)?;
+    args.results.write("matrix", || suites(&matrix, &args.out, files))?;
     if args.json {
         print_json(&matrix)?;
     } else {

@@ -16,7 +16,7 @@ use campaigns::Error;
 use clap::{Args, ValueEnum};
 use explorer::{Limits, Order, Outcome};
 use proofs::{Proof, Question};
-use reports::junit::{self, Suite};
+use reports::results::Suite;
 use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario};
 
@@ -26,8 +26,9 @@ use self::table::FindingsTable;
 use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{Text, note, print, print_json, print_wrapped};
+use crate::output::{Text, print, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
+use crate::results::ResultsArgs;
 use crate::run::select::select;
 
 /// What to prove, and how.
@@ -64,7 +65,8 @@ pub(crate) struct ProveArgs {
     /// Prints the machine that may answer anything in place of this component, as SCXML to begin with, and proves
     /// nothing
     #[arg(long, value_name = "COMPONENT")]
-    #[arg(conflicts_with_all = ["mutants", "messages", "out", "replay", "unreached", "promela", "junit", "json"])]
+    #[arg(conflicts_with_all = ["mutants", "messages", "out", "replay", "unreached", "promela", "results", "junit"])]
+    #[arg(conflicts_with = "json")]
     stand_in: Option<String>,
     /// Shows all messages of a run that violates a property, not only those that the property is about
     #[arg(long)]
@@ -83,9 +85,8 @@ pub(crate) struct ProveArgs {
     /// Writes the explored model in Promela, one file per property, so that SPIN can check the same properties
     #[arg(long, value_name = "FOLDER")]
     promela: Option<PathBuf>,
-    /// Writes the results as JUnit XML: one test case per property, one suite per scenario
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
+    #[command(flatten)]
+    results: ResultsArgs,
     /// Prints the results as JSON instead of text; for several scenarios, an array
     #[arg(long)]
     json: bool,
@@ -118,14 +119,15 @@ impl From<SearchOrder> for Order {
 /// Proves what the arguments request. Exit status 1 if something is not as expected.
 pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let stop = interrupt::listen();
-    let found = select(&args.scenarios, &[])?;
+    let found = args.results.or_refused("prove", &args.scenarios, select(&args.scenarios, &[]))?;
     if let Some(component) = &args.stand_in {
         found.iter().try_for_each(|found| args.show_stand_in(found, component))?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut complaints = Complaints::default();
     let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
-    complaints.check()?;
+    let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
+    args.results.or_refused("prove", &arguments, complaints.check())?;
     if args.mutants {
         return mutants(args, proofs, stop);
     }
@@ -145,7 +147,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             break;
         }
     }
-    args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
+    args.write(all.iter().map(|it| (it.suite(args.unreached), it.as_json())))?;
     if let Some(error) = refused {
         return Err(error);
     }
@@ -162,7 +164,9 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
     for proof in proofs {
         let limits = args.limits(&proof, stop);
         args.print(table::head(&proof))?;
-        let mutants = Mutants::of(proof, &limits, args.quiet, stop)?;
+        let argument = proof.scenario().origin.argument.clone();
+        let mutants = Mutants::of(proof, &limits, args.quiet, stop);
+        let mutants = args.results.or_refused("prove", &[argument], mutants)?;
         args.print(mutants.in_words())?;
         all.push(mutants);
     }
@@ -216,15 +220,13 @@ impl ProveArgs {
         Ok(())
     }
 
-    /// Writes JUnit XML and JSON if they were requested.
+    /// Writes the results for CI systems and JSON, if they were requested.
     fn write(&self, results: impl Iterator<Item = (Suite, serde_json::Value)>) -> Result<(), Error> {
         let (suites, reports): (Vec<Suite>, Vec<serde_json::Value>) = results.unzip();
-        match &self.junit {
-            Some(path) if interrupt::flow().is_break() => {
-                note(&format!("{} was not written: the proof was interrupted", path.display()));
-            }
-            Some(path) => junit::write(path, &suites)?,
-            None => {}
+        if interrupt::flow().is_break() {
+            self.results.note_interrupted("the proof");
+        } else {
+            self.results.write("prove", || suites)?;
         }
         match reports.as_slice() {
             _ if !self.json => Ok(()),

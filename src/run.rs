@@ -13,8 +13,8 @@ use bags::Remapping;
 use campaigns::{Error, run_and_report};
 use clap::Args;
 use recording::{Detail, RunView};
-use reports::junit::{self, Suite};
 use reports::report::{OutcomeReport, Report};
+use reports::results::Suite;
 use reports::{Outputs, file_name, html};
 use runs::{Others, Run};
 use scenarios::Complaints;
@@ -25,12 +25,16 @@ use monitors::Warnings;
 
 use crate::domain::DomainArgs;
 use crate::names::ScenarioName;
-use crate::output::{note, print_json, warn};
+use crate::output::{print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
+use crate::results::{self, ResultsArgs};
 use crate::ros_names::remapping;
 use crate::run::table::RunsTable;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
 use crate::{browser, interrupt, summary};
+
+/// The command's name in results.
+const COMMAND: &str = "run";
 
 /// The scenarios to run.
 #[derive(Clone, Debug, Args)]
@@ -88,9 +92,8 @@ pub(crate) struct RunOptions {
     /// ROS tools
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Writes the results as JUnit XML: one test case per property and expectation, one suite per run
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
+    #[command(flatten)]
+    results: ResultsArgs,
     /// Opens the report in the browser
     #[arg(long)]
     open: bool,
@@ -118,12 +121,14 @@ struct Job {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    alone(&find::find(name)?, options, &BesideArgs::default(), &ServeGrootArgs::default())
+    let found = options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
+    alone(&found, options, &BesideArgs::default(), &ServeGrootArgs::default())
 }
 
 /// Runs a scenario alone, beside the nodes of ROS 2 that are components of it.
 fn alone(found: &Found, options: &RunOptions, beside: &BesideArgs, serve: &ServeGrootArgs) -> Result<ExitCode, Error> {
-    let job = Job::load(found, options, false)?;
+    let job =
+        options.results.or_refused(COMMAND, std::slice::from_ref(&found.argument), Job::load(found, options, false))?;
     let others = beside.join(&job.scenario)?;
     one(&job, options, others, serve)
 }
@@ -161,7 +166,8 @@ pub(crate) fn piloted(
     namespaces: &[String],
     drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, scenarios::Error>,
 ) -> Result<ExitCode, Error> {
-    let job = Job::load(found, options, false)?;
+    let job =
+        options.results.or_refused(COMMAND, std::slice::from_ref(&found.argument), Job::load(found, options, false))?;
     if namespaces.len() > 1 {
         options.refuse_for_several(namespaces.len(), "robots")?;
     }
@@ -201,7 +207,7 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
 /// Runs the requested scenarios.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
-    let found = select::select(&args.scenarios, &args.filter)?;
+    let found = options.results.or_refused(COMMAND, &args.scenarios, select::select(&args.scenarios, &args.filter))?;
     if let [only] = found.as_slice() {
         return alone(only, options, &args.beside, &args.serve);
     }
@@ -211,7 +217,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     options.refuse_for_several(found.len(), "scenarios")?;
     let mut complaints = Complaints::default();
     let jobs: Vec<Job> = found.iter().filter_map(|found| complaints.take(Job::load(found, options, true))).collect();
-    complaints.check()?;
+    let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
+    options.results.or_refused(COMMAND, &arguments, complaints.check())?;
     check_folders(&jobs)?;
     several(&jobs, options)
 }
@@ -261,7 +268,7 @@ impl Job {
         Self { scenario: Arc::new(scenario), seed, folder: self.folder.join(name) }
     }
 
-    /// Runs the scenario and writes its outputs except JUnit. `ready` receives the warnings.
+    /// Runs the scenario and writes its outputs except results. `ready` receives the warnings.
     fn conduct(
         &self,
         options: &RunOptions,
@@ -314,7 +321,9 @@ fn one(job: &Job, options: &RunOptions, others: Others, serve: &ServeGrootArgs) 
     let ready = |warnings: &[Warnings]| warnings.iter().for_each(|one| warn(one));
     let report = job.conduct(options, others, serve, ready, |view| progress.show(view));
     drop(progress);
-    write_junit(options, std::iter::once((job, report.as_ref().map_err(Error::reasons))))?;
+    let result = [(job, report)];
+    write_results(options, &result)?;
+    let [(_, report)] = result;
     let report = report?;
     if options.json {
         print_json(&report)?;
@@ -368,7 +377,7 @@ fn conclude(
     table: RunsTable,
     folder: &Path,
 ) -> Result<ExitCode, Error> {
-    write_junit(options, results.iter().map(|(job, result)| (*job, result.as_ref().map_err(Error::reasons))))?;
+    write_results(options, results)?;
     if options.json {
         let of = |(job, result): &(&Job, Result<Report, Error>)| match result {
             Ok(report) => json!(report),
@@ -379,19 +388,23 @@ fn conclude(
     table.end(results.len(), &folder.join(html::FILE))
 }
 
-/// Writes the results as JUnit XML, if requested.
-fn write_junit<'r>(
-    options: &RunOptions,
-    results: impl Iterator<Item = (&'r Job, Result<&'r Report, String>)> + Clone,
-) -> Result<(), Error> {
-    let Some(path) = &options.junit else { return Ok(()) };
-    if results.clone().any(|(_, result)| result.is_ok_and(|report| report.outcome == OutcomeReport::Interrupted)) {
-        note(&format!("{} was not written: the run was interrupted", path.display()));
+/// Writes the results for CI systems, if requested.
+fn write_results(options: &RunOptions, results: &[(&Job, Result<Report, Error>)]) -> Result<(), Error> {
+    let is_interrupted = |report: &Report| report.outcome == OutcomeReport::Interrupted;
+    if results.iter().any(|(_, result)| result.as_ref().is_ok_and(is_interrupted)) {
+        options.results.note_interrupted("the run");
         return Ok(());
     }
-    let suite = |(job, result): (&Job, Result<&Report, String>)| match result {
-        Ok(report) => Suite::of_run(&job.scenario.file.expect.record(), report),
-        Err(reason) => Suite::of_error(&job.scenario.name, reason),
+    let suite = |(job, result): &(&Job, Result<Report, Error>)| {
+        let (scenario, places) = (&job.scenario, results::places(&job.scenario));
+        let suite = match result {
+            Ok(report) => Suite {
+                findings: results::warnings(scenario),
+                ..Suite::of_run(&scenario.file.expect.record(), report, &job.folder, &places)
+            },
+            Err(error) => Suite { file: places.file, ..results::refused(&scenario.name, error) },
+        };
+        suite.with_paths(results::on_disk(&[&scenario.origin.argument]))
     };
-    Ok(junit::write(path, &results.map(suite).collect::<Vec<_>>())?)
+    options.results.write(COMMAND, || results.iter().map(suite).collect())
 }

@@ -16,6 +16,7 @@ use skills::{Chart, Cues, SkillError, Status, Strictness, rehearse};
 
 use crate::check;
 use crate::output::print;
+use crate::results::ResultsArgs;
 use editor::named_files;
 
 /// What to do with a machine.
@@ -76,7 +77,7 @@ pub(crate) enum Format {
 /// Carries out a command on a machine.
 pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
     match command {
-        SkillCommand::Check { files, scenario } => check::each(files, false, |file| {
+        SkillCommand::Check { files, scenario } => check::each(files, false, &ResultsArgs::default(), |file| {
             editor::check::machine(&Disk::default(), file, scenario.as_deref()).map(|(_, checked)| checked)
         }),
         SkillCommand::Show { file, scenario, format } => show(file, scenario.as_deref(), *format),

@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::check;
 use crate::output::{print, print_json};
+use crate::results::ResultsArgs;
 use crate::tree_script::{MOST_TICKS, TreeScript};
 use editor::named_files;
 
@@ -65,9 +66,9 @@ pub(crate) enum Format {
 /// Carries out a command on a tree.
 pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
     match command {
-        TreeCommand::Check { files } => {
-            check::each(files, false, |file| editor::check::tree(&Disk::default(), file).map(|(_, checked)| checked))
-        }
+        TreeCommand::Check { files } => check::each(files, false, &ResultsArgs::default(), |file| {
+            editor::check::tree(&Disk::default(), file).map(|(_, checked)| checked)
+        }),
         TreeCommand::Show { file, format } => show(&named_files::tree(&Disk::default(), file)?, *format),
         TreeCommand::Run { file, leaves, ticks, json } => run(file, leaves, *ticks, *json),
     }

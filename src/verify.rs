@@ -105,9 +105,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     if let Some(out) = args.out.as_ref().filter(|_| several) {
         logs::write_index(&lines, out)?;
     }
-    if let Some(junit) = &args.junit {
-        logs::write_junit(&lines, junit)?;
-    }
+    args.results.write("verify", || lines.iter().map(Line::suite).collect())?;
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
 
@@ -220,7 +218,7 @@ fn verify_event_log(
     };
     let judgment = judged.judge(events.chain(rest), &mut properties, doubts)?;
     let later = judgment.notes(&properties);
-    let Judgment { end, unsure, .. } = judgment;
+    let Judgment { end, unsure, stories, .. } = judgment;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let Gaps { first, more } = gaps.into_inner();
@@ -234,7 +232,7 @@ fn verify_event_log(
     let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).chain(left_open);
     let notes = notes.collect();
-    Ok(Verified { properties, end, unsure, unheard, start_ns: None, knows_ticks: tree_log.is_none(), notes })
+    Ok(Verified { properties, end, unsure, unheard, stories, start_ns: None, knows_ticks: tree_log.is_none(), notes })
 }
 
 /// The gaps of a log, in words: the first few, and how many more there are.
@@ -478,6 +476,7 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
+    use crate::results::ResultsArgs;
 
     fn args(log: &Path, property: &str) -> VerifyArgs {
         let (logs, properties) = (vec![log.to_owned()], vec![PathBuf::from(property)]);
@@ -489,7 +488,7 @@ mod tests {
             map_channels: None,
             tree: crate::bag_tree::BagTreeArgs::default(),
             out: None,
-            junit: None,
+            results: ResultsArgs::default(),
             follow: false,
             list: false,
             json: true,

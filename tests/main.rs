@@ -39,6 +39,7 @@ mod recordings;
 mod reference;
 mod report_page;
 mod reproduce;
+mod results_files;
 mod roaml_models;
 mod robot_settings;
 mod schedules;

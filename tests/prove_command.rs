@@ -159,7 +159,7 @@ fn junit_has_a_case_per_property() {
     let folder = tempdir().expect("a folder");
     let file = folder.path().join("proofs.xml");
     let path = file.to_str().expect("a path in UTF-8");
-    proof(1, &["nominal", "--junit", path, "--set", "prove.expect.phi1=violated"]);
+    proof(1, &["nominal", "--results", path, "--set", "prove.expect.phi1=violated"]);
     let xml = std::fs::read_to_string(&file).expect("it was written");
     assert!(xml.contains("<testsuite name=\"nominal\" tests=\"4\" failures=\"1\""), "{xml}");
     assert!(xml.contains("phi1 was expected to be violated, and is proved"), "{xml}");
@@ -176,7 +176,7 @@ fn a_property_that_could_not_be_searched_is_an_error_in_junit_and_json() {
     std::fs::write(&machine, text.replacen("<transition event=\"BT.tick\">", counts, 1)).expect("room for a file");
     let file = folder.path().join("proofs.xml");
     let arguments = ["--set", "prove.properties=['progress', 'all_reached']"];
-    let proof = proof(2, &[&[&scenario, "--junit", file.to_str().expect("UTF-8")], &arguments[..]].concat());
+    let proof = proof(2, &[&[&scenario, "--results", file.to_str().expect("UTF-8")], &arguments[..]].concat());
     assert_eq!(results(&proof), [("progress", "not searched"), ("all_reached", "not searched")]);
     let reason = proof["properties"][0]["reason"].as_str().expect("a reason");
     assert!(reason.contains("65536 states"), "{proof}");

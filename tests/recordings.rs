@@ -234,7 +234,7 @@ fn several_logs_are_a_table_a_page_and_test_cases() {
     record("battery_fault", &logs[0]);
     record("already_there", &logs[1]);
     let [first, second, none] = logs.each_ref().map(String::as_str);
-    let output = steward(&["verify", first, second, none, "--out", &at("all"), "--junit", &at("all.xml")]);
+    let output = steward(&["verify", first, second, none, "--out", &at("all"), "--results", &at("all.xml")]);
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8(output.stdout).unwrap();
     let (_, table) = text.split_once("\n\n").unwrap();

@@ -352,7 +352,7 @@ fn junit_has_a_case_for_each_property_and_expectation() {
     let out = tempdir().unwrap();
     let file = out.path().join("results/junit.xml");
     let file_text = file.to_str().unwrap();
-    let arguments = ["--no-snapshots", "--junit", file_text, "--set", "expect.max_collisions=0"];
+    let arguments = ["--no-snapshots", "--results", file_text, "--set", "expect.max_collisions=0"];
     report("battery_fault", out.path(), &arguments);
     let passed = std::fs::read_to_string(&file).unwrap();
     assert!(passed.contains("<testsuite name=\"battery_fault\" tests=\"8\" failures=\"0\""), "{passed}");

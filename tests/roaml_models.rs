@@ -47,7 +47,7 @@ fn a_model_runs_like_a_scenario() {
     let file = |name: &str| folder.path().join(name).display().to_string();
     let (out, junit, gif, recorded) = (file("out"), file("junit.xml"), file("run.gif"), file("run.rec"));
     let arguments =
-        ["run", LIFT, "--seed", "3", "--out", &out, "--junit", &junit, "--gif", &gif, "--record", &recorded];
+        ["run", LIFT, "--seed", "3", "--out", &out, "--results", &junit, "--gif", &gif, "--record", &recorded];
     let summary = said(&arguments);
     assert!(summary.contains("never_above_three") && summary.contains("the limit of 60 s was reached"), "{summary}");
     let read = |path: &str| std::fs::read_to_string(path).unwrap();

@@ -47,4 +47,4 @@ pub use files::{
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
 pub use output::{Staging, Unfinished, write_whole};
 pub use problem::{FileProblems, Problem};
-pub use source::{Source, Span, Spanned};
+pub use source::{ASSIGNMENT, Source, Span, Spanned};

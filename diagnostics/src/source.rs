@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use miette::{MietteError, NamedSource, SourceCode, SourceSpan, SpanContents};
 
-/// The name of an assignment in diagnostics.
-pub(crate) const ASSIGNMENT: &str = "--set";
+/// The name of an assignment on the command line in diagnostics: such a text is no file.
+pub const ASSIGNMENT: &str = "--set";
 
 /// A named text: usually a file, sometimes a command-line argument. Cheap to clone.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Monitor, Topology, Verdict};
-use diagnostics::{Problem, Source};
+use diagnostics::{Problem, Source, Span};
 
 use crate::engine::Limits;
 use crate::explain::explain;
@@ -24,6 +24,8 @@ pub struct Property {
     /// Its requirement in a few words: the first sentence of the comment directly above it, or else its formula in
     /// English.
     pub summary: String,
+    /// Where its file names it; none if it is from no file.
+    pub place: Option<Span>,
     /// The monitor.
     pub monitor: Box<dyn Monitor>,
 }
@@ -89,6 +91,7 @@ pub fn load(
     topology: &Arc<Topology>,
     tick_period: Duration,
 ) -> Result<PropertyFile, ScopeError> {
+    let source = Source::new(name, text);
     let parsed = parse_file(text);
     let (definitions, unresolved) = resolve(&parsed.file, topology, tick_period);
     let mut problems = parsed.problems;
@@ -103,6 +106,7 @@ pub fn load(
                     formula: definition.constraint.to_string(),
                     summary: summary_above(text, definition.name.span.start)
                         .unwrap_or_else(|| explain(&definition.formula, topology)),
+                    place: Some(source.span(definition.name.span.start..definition.name.span.end)),
                     monitor: Box::new(monitor),
                 });
             }
@@ -111,9 +115,9 @@ pub fn load(
     }
     problems.sort_by_key(Problem::offset);
     if problems.iter().any(Problem::is_error) {
-        return Err(ScopeError::new(Source::new(name, text), problems));
+        return Err(ScopeError::new(source, problems));
     }
-    Ok(PropertyFile { properties, warnings: Warnings::new(Source::new(name, text), problems) })
+    Ok(PropertyFile { properties, warnings: Warnings::new(source, problems) })
 }
 
 /// The first sentence, without its full stop, of the comment that ends on the line above this byte.
@@ -197,13 +201,14 @@ pub fn formulas(
     topology: &Topology,
     tick_period: Duration,
 ) -> Result<Vec<(String, Formula)>, ScopeError> {
+    let source = Source::new(name, text);
     let parsed = parse_file(text);
     let (definitions, unresolved) = resolve(&parsed.file, topology, tick_period);
     let mut problems = parsed.problems;
     problems.extend(unresolved);
     if problems.iter().any(Problem::is_error) {
         problems.sort_by_key(Problem::offset);
-        return Err(ScopeError::new(Source::new(name, text), problems));
+        return Err(ScopeError::new(source, problems));
     }
     Ok(definitions.into_iter().map(|definition| (definition.name.text, definition.formula)).collect())
 }

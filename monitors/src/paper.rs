@@ -28,6 +28,7 @@ pub fn phi1(topology: &Topology, safe_pct: i64) -> Result<Property, WiringError>
         name: "phi1".to_owned(),
         formula: format!("always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= {safe_pct})"),
         summary: format!("the level read is never below {safe_pct} %"),
+        place: None,
         monitor: Box::new(GraphMonitor::new(graph, [failure])),
     })
 }
@@ -93,6 +94,7 @@ pub fn phi2(topology: &Topology, PhiTwo { low_pct, deadline_ticks }: PhiTwo) -> 
         summary: format!(
             "at {low_pct} % or less on the way, it starts for the station in fewer than {deadline_ticks} ticks"
         ),
+        place: None,
         monitor: Box::new(GraphMonitor::new(graph, [err]).with_open([c2])),
     })
 }

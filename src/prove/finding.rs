@@ -5,11 +5,13 @@ use std::collections::BTreeSet;
 use campaigns::Error;
 use explorer::{Limit, Outcome};
 use proofs::{Answer, Mistake, Physical, Proof, Question, Round, Subject, Unreached};
-use reports::junit::{Case, CaseResult, Suite};
+use reports::file_place::FilePlace;
+use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite, WrittenPlaces};
 use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
 use super::violation::{Violation, words};
+use crate::results::{on_disk, places, warnings};
 use editor::counted;
 
 /// A property that was explored.
@@ -65,8 +67,15 @@ impl Unsearched {
         })
     }
 
-    fn as_case(&self) -> Case {
-        Case { group: "proofs", name: self.property.clone(), result: CaseResult::Error(self.reason.clone()) }
+    fn as_case(&self, places: &WrittenPlaces) -> Case {
+        Case {
+            group: "proofs",
+            name: self.property.clone(),
+            result: CaseResult::Error(self.reason.clone()),
+            found: "not searched".to_owned(),
+            place: places.properties.get(&self.property).cloned(),
+            ..Case::default()
+        }
     }
 }
 
@@ -106,6 +115,28 @@ impl Finding {
             Some(limit) => format!("{property} is not decided: {}", open(&self.answer, limit)),
             None => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
         })
+    }
+
+    fn as_case(&self, places: &WrittenPlaces) -> Case {
+        let property = &self.question.property;
+        let details = match &self.violation {
+            Some(found) => found.in_words(property, false),
+            None => unreached(&self.answer),
+        };
+        let failed = |message| CaseResult::Failed { message, details };
+        let trail = self.violation.as_ref().map(|found| found.trail(property, places)).unwrap_or_default();
+        // The details of a result that is not as expected say more.
+        let told = trail.iter().filter(|_| self.is_as_expected());
+        Case {
+            group: "proofs",
+            name: property.clone(),
+            story: told.map(|step| step.words.clone()).collect(),
+            result: self.difference().map_or(CaseResult::Passed, failed),
+            found: self.word().to_owned(),
+            place: places.properties.get(property).cloned(),
+            trail,
+            ..Case::default()
+        }
     }
 
     fn as_json(&self) -> serde_json::Value {
@@ -174,25 +205,38 @@ impl Findings {
         findings.iter().flat_map(|finding| &finding.answer.mistakes).collect()
     }
 
-    pub(crate) fn suite(&self) -> Suite {
-        let case = |finding: &Finding| {
-            let details = match &finding.violation {
-                Some(found) => found.in_words(&finding.question.property, false),
-                None => unreached(&finding.answer),
-            };
-            let failed = |message| CaseResult::Failed { message, details };
-            Case {
-                group: "proofs",
-                name: finding.question.property.clone(),
-                result: finding.difference().map_or(CaseResult::Passed, failed),
-            }
+    /// The findings as test cases, and what the proofs found in files; what is never reached only if it is listed.
+    pub(crate) fn suite(&self, lists_unreached: bool) -> Suite {
+        let scenario = self.proof.scenario();
+        let places = places(scenario);
+        let cases = self.findings.iter().map(|finding| finding.as_case(&places));
+        let unreached = self.findings.iter().find_map(|finding| finding.answer.unreached.as_ref());
+        let never = |Unreached { words, place, .. }: &Unreached| FileFinding {
+            kind: FindingKind::Unreached,
+            message: words.clone(),
+            help: None,
+            place: FilePlace::of(place),
         };
-        let facts = vec![
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("assumptions", words(&self.proof.assumptions()).join(" ")),
-        ];
-        let cases = self.findings.iter().map(case).chain(self.unsearched.iter().map(Unsearched::as_case));
-        Suite::new(&self.proof.scenario().name, facts, cases.collect())
+        let wrong = |Mistake { place, message }: &Mistake| FileFinding {
+            kind: FindingKind::Warning,
+            message: format!("{place}: {message}"),
+            help: None,
+            place: None,
+        };
+        let mistakes = Self::mistakes(&self.findings).into_iter().map(wrong);
+        let unreached = unreached.into_iter().flatten().filter(|_| lists_unreached).map(never);
+        Suite {
+            name: scenario.name.clone(),
+            facts: vec![
+                ("version", env!("CARGO_PKG_VERSION").to_owned()),
+                ("assumptions", words(&self.proof.assumptions()).join(" ")),
+            ],
+            cases: cases.chain(self.unsearched.iter().map(|it| it.as_case(&places))).collect(),
+            findings: warnings(scenario).into_iter().chain(mistakes).chain(unreached).collect(),
+            file: places.file,
+            ..Suite::default()
+        }
+        .with_paths(on_disk(&[&scenario.origin.argument]))
     }
 
     pub(crate) fn as_json(&self) -> serde_json::Value {

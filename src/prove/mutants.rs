@@ -11,12 +11,13 @@ use explorer::{Limits, Order, Outcome, Progress, Reduction};
 use proofs::{Answer, Mutant, Proof, Question, Subject};
 
 use super::violation::words;
-use reports::junit::{Case, CaseResult, Suite};
+use reports::results::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 use crate::progress::CountProgress;
+use crate::results::{on_disk, places};
 use editor::counted;
 
 /// The results for the mutants of a scenario.
@@ -220,18 +221,27 @@ impl Mutants {
         let case = |(mutant, fate): &(Mutant, Fate)| Case {
             group: "mutants",
             name: in_words(mutant),
+            found: fate.word().to_owned(),
             result: match fate {
                 Fate::Killed(..) | Fate::Misfit(_) => CaseResult::Passed,
                 Fate::Survives | Fate::ChangesNothing | Fate::Undecided(_) => {
                     CaseResult::Skipped(fate.word().to_owned())
                 }
             },
+            ..Case::default()
         };
         let facts = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("assumptions", words(&self.proof.assumptions()).join(" ")),
         ];
-        Suite::new(&self.proof.scenario().name, facts, self.mutants.iter().map(case).collect())
+        Suite {
+            name: self.proof.scenario().name.clone(),
+            facts,
+            cases: self.mutants.iter().map(case).collect(),
+            file: places(self.proof.scenario()).file,
+            ..Suite::default()
+        }
+        .with_paths(on_disk(&[&self.proof.scenario().origin.argument]))
     }
 }
 

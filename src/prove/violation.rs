@@ -8,6 +8,7 @@ use explorer::{Damage, Outcome, Path, PathStep, Replay};
 use monitors::scope_monitor;
 use proofs::{Answer, Assumption, Proof, Question};
 use recording::message_json;
+use reports::results::{TrailStep, WrittenPlaces};
 use serde_json::json;
 
 /// A run in which something goes wrong, replayed in the channel system with the ordinary monitor.
@@ -148,6 +149,26 @@ impl Violation {
             others.iter().for_each(|assumption| _ = writeln!(text, "{:32}{assumption}", ""));
         }
         text
+    }
+
+    /// The steps of the run that concern the property, and its end.
+    pub(crate) fn trail(&self, property: &str, places: &WrittenPlaces) -> Vec<TrailStep> {
+        let step = |RunLine { tick, what }: &RunLine| {
+            let (words, ends) = match what {
+                What::Tick { is_delivered: true } | What::Message { is_watched: false, .. } => return None,
+                What::Tick { is_delivered: false } => ("a tick is lost".to_owned(), None),
+                What::Repeats => ("from here on, over and over:".to_owned(), None),
+                What::Environment(words) => (words.clone(), None),
+                What::Message { from, to, message, .. } => (format!("{from} → {to} {message:#}"), Some((from, to))),
+                What::Damage { from, to, how } => (format!("{from} → {to} {how}"), Some((from, to))),
+            };
+            let at = tick.map_or("before the first tick".to_owned(), |tick| format!("tick {tick}"));
+            let place = ends.and_then(|(from, to)| places.processes.get(from).or_else(|| places.processes.get(to)));
+            Some(TrailStep { words: format!("{at}: {words}"), place: place.cloned() })
+        };
+        let end =
+            TrailStep { words: format!("{property} {}", self.what), place: places.properties.get(property).cloned() };
+        self.lines.iter().filter_map(step).chain([end]).collect()
     }
 
     fn outcome(&self) -> &'static str {

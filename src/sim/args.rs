@@ -32,8 +32,8 @@ services, topics and actions, each under its name: /Door/open, /Door/moved
 Frames: map, odom, base_footprint, base_link, and laser_NAME for each laser";
 
 /// The options of a run that say what becomes of it: on a page, a person decides that.
-const WITHOUT_A_PAGE: [&str; 9] =
-    ["out", "gif", "record", "junit", "open", "no_snapshots", "no_monitors", "json", "quiet"];
+const WITHOUT_A_PAGE: [&str; 10] =
+    ["out", "gif", "record", "results", "junit", "open", "no_snapshots", "no_monitors", "json", "quiet"];
 
 /// What `--live` does here.
 const PAGE: &str = "Shows the run on a page in the browser, on which a person can intervene";

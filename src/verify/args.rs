@@ -9,6 +9,7 @@ use reports::html::quoted;
 
 use super::announcer::{Announcer, Reactions};
 use crate::bag_tree::BagTreeArgs;
+use crate::results::ResultsArgs;
 use crate::ros_names::{namespace, remapping};
 
 /// Whose messages they are.
@@ -69,15 +70,15 @@ pub(crate) struct VerifyArgs {
     /// to them
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Writes the verdicts to FILE, as JUnit XML: a suite for each log
-    #[arg(long, value_name = "FILE")]
-    pub(crate) junit: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) results: ResultsArgs,
     /// Follows a log that is still being written, an event log or a bag in MCAP files, until its end or Ctrl-C, and
     /// prints verdicts as they are reached
     #[arg(long, conflicts_with = "tree")]
     pub(crate) follow: bool,
     /// Lists the contents of bags instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "tree", "out", "junit", "follow"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "tree", "out", "follow"])]
+    #[arg(conflicts_with_all = ["results", "junit"])]
     pub(crate) list: bool,
     /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array; with `--follow`, lines of
     /// JSON

@@ -33,6 +33,8 @@ pub(crate) struct Verified {
     /// For each property that a recording satisfies although the true level fell below what it requires: that no
     /// message told so.
     pub(crate) unheard: Vec<Option<String>>,
+    /// For each property the story of its violation, as its page tells it; empty without a page.
+    pub(crate) stories: Vec<Vec<String>>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(crate) start_ns: Option<i64>,
     /// Whether it is known when the tree was ticked.
@@ -55,7 +57,7 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
             Error::refused(format!("the recording's property `{name}` cannot be monitored: {error}"), help)
         })?;
         let (name, formula, summary) = (name.clone(), property.clone(), summary.clone());
-        properties.push(Property { name, formula, summary, monitor: Box::new(monitor) });
+        properties.push(Property { name, formula, summary, place: None, monitor: Box::new(monitor) });
     }
     Ok((properties, others))
 }
@@ -66,7 +68,8 @@ impl Verified {
         let judgment = Judgment::of(end, doubts);
         let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
         let unheard = vec![None; properties.len()];
-        Self { properties, end, unsure: judgment.unsure, unheard, start_ns: None, knows_ticks: false, notes }
+        let Judgment { unsure, stories, .. } = judgment;
+        Self { properties, end, unsure, unheard, stories, start_ns: None, knows_ticks: false, notes }
     }
 
     /// What a monitor still waits for, in words.
@@ -123,13 +126,16 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
 pub(super) struct Judgment {
     pub(super) end: LogEnd,
     pub(super) unsure: Vec<Option<String>>,
+    /// The stories of violations, if a page tells them.
+    pub(super) stories: Vec<Vec<String>>,
     later: Vec<Option<String>>,
 }
 
 impl Judgment {
     fn of(end: LogEnd, doubts: &Doubts) -> Self {
         let owned = |why: Option<&str>| why.map(str::to_owned);
-        Self { end, unsure: doubts.all().map(owned).collect(), later: doubts.later().map(owned).collect() }
+        let stories = vec![Vec::new(); doubts.all().count()];
+        Self { end, unsure: doubts.all().map(owned).collect(), stories, later: doubts.later().map(owned).collect() }
     }
 
     /// Which violations after the first are unsure, in words.
@@ -278,11 +284,12 @@ impl Judged<'_> {
             view.finish(judge.finish(properties)).expect(FITS);
         }
         view.set_began(around.start_ns.get().and_then(bags::date));
-        presentation.finish(&view)?;
+        let report = presentation.finish(&view)?;
         if let Some(page) = page {
             page.finish(&view)?;
         }
-        Ok(Judgment::of(judge.end(), judge.doubts()))
+        let stories = report.monitors.into_iter().map(|monitor| monitor.story).collect();
+        Ok(Judgment { stories, ..Judgment::of(judge.end(), judge.doubts()) })
     }
 }
 

@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use campaigns::Error;
+use monitors::Property;
+use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
-use reports::junit::{self, Case, CaseResult, Suite};
+use reports::results::{Case, CaseResult, FileFinding, Suite, TrailStep, WrittenPlaces, trail};
 use serde_json::{Value, json};
 
 use super::judge::Verified;
+use crate::results::{findings_of, on_disk};
 use editor::counted;
 
 /// The name of the page that leads to the reports.
@@ -21,7 +24,13 @@ pub(super) struct Line {
     log: PathBuf,
     /// The folder of its report.
     folder: Option<PathBuf>,
-    result: Result<Checked, String>,
+    result: Result<Checked, Refusal>,
+}
+
+/// Why a log could not be checked.
+struct Refusal {
+    reason: String,
+    findings: Vec<FileFinding>,
 }
 
 /// What remains of a log: little, since there may be many.
@@ -41,11 +50,18 @@ struct Judgment {
     times: Option<u64>,
     /// Why, for readers of a build log.
     why: String,
+    /// Where the property is written.
+    place: Option<FilePlace>,
+    /// The messages that violated it.
+    trail: Vec<TrailStep>,
+    /// The story of the violation.
+    story: Vec<String>,
 }
 
 impl Line {
     pub(super) fn of(log: &Path, folder: Option<PathBuf>, verified: Result<&Verified, &Error>) -> Self {
-        let result = verified.map(Checked::of).map_err(Error::reasons);
+        let refusal = |error: &Error| Refusal { reason: error.reasons(), findings: findings_of(error) };
+        let result = verified.map(Checked::of).map_err(refusal);
         Self { log: log.to_owned(), folder, result }
     }
 
@@ -65,30 +81,50 @@ impl Line {
         json!({ "log": log.display().to_string(), "refused": error.reasons() })
     }
 
-    fn suite(&self) -> Suite {
+    /// The verdicts as test cases.
+    pub(super) fn suite(&self) -> Suite {
         let name = self.log.display().to_string();
-        match &self.result {
+        // Standard input is no file.
+        let file = (self.log != Path::new("-")).then(|| FilePlace::whole(&name));
+        let suite = match &self.result {
             Ok(checked) => {
                 let facts = vec![("messages", checked.messages.to_string()), ("seconds", seconds(checked.end))];
-                Suite::new(&name, facts, checked.verdicts.iter().map(Judgment::case).collect())
+                Suite {
+                    name,
+                    facts,
+                    cases: checked.verdicts.iter().map(Judgment::case).collect(),
+                    file,
+                    page: self.folder.as_ref().map(|folder| folder.join(html::FILE)),
+                    ..Suite::default()
+                }
             }
-            Err(reason) => Suite::of_error(&name, reason.clone()),
-        }
+            Err(Refusal { reason, findings }) => {
+                Suite { file, findings: findings.clone(), ..Suite::of_error(&name, reason.clone()) }
+            }
+        };
+        suite.with_paths(on_disk::<&str>(&[]))
     }
 }
 
 impl Checked {
     fn of(verified: &Verified) -> Self {
+        let named = |property: &Property| Some((property.name.clone(), FilePlace::of(property.place.as_ref()?)?));
+        let properties = verified.properties.iter().filter_map(named).collect();
+        let places = WrittenPlaces { properties, ..WrittenPlaces::default() };
         let verdicts = verified.properties.iter().enumerate().map(|(index, property)| {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
             let witness = monitor.and_then(|monitor| monitor.witness());
-            let witness = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
+            let trail = witness.map(|witness| trail(&property.name, witness, &places)).unwrap_or_default();
+            let words = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
             Judgment {
                 property: property.name.clone(),
                 verdict: verified.verdict(index),
                 times: violations.filter(|all| all.goes_on).map(|all| all.count),
-                why: verified.unsure[index].clone().or(witness).unwrap_or_default(),
+                why: verified.unsure[index].clone().or(words).unwrap_or_default(),
+                place: places.properties.get(&property.name).cloned(),
+                trail,
+                story: verified.stories[index].clone(),
             }
         });
         Self {
@@ -128,7 +164,16 @@ impl Judgment {
                 details: self.why.trim_end().to_owned(),
             },
         };
-        Case { group: "properties", name: self.property.clone(), result }
+        Case {
+            group: "properties",
+            name: self.property.clone(),
+            result,
+            found: self.words(),
+            place: self.place.clone(),
+            trail: self.trail.clone(),
+            story: self.story.clone(),
+            ..Case::default()
+        }
     }
 }
 
@@ -203,7 +248,7 @@ pub(super) fn in_words(lines: &[Line]) -> String {
                 let begins = if begins.is_empty() { begins } else { begins + ", " };
                 format!("{begins}{} s: {}", seconds(checked.end), words.join(", "))
             }
-            Err(reason) => format!("not checked: {reason}"),
+            Err(refusal) => format!("not checked: {}", refusal.reason),
         };
         let _ = writeln!(text, "  {}  {words}", log.display());
     }
@@ -238,13 +283,8 @@ fn row(Line { log, folder: page, result }: &Line, folder: &Path) -> LogRow {
             notes: checked.notes.clone(),
             ..row
         },
-        Err(reason) => LogRow { refused: Some(reason.clone()), ..row },
+        Err(refusal) => LogRow { refused: Some(refusal.reason.clone()), ..row },
     }
-}
-
-/// Writes the verdicts as test cases, a suite for each log.
-pub(super) fn write_junit(lines: &[Line], path: &Path) -> Result<(), Error> {
-    Ok(junit::write(path, &lines.iter().map(Line::suite).collect::<Vec<_>>())?)
 }
 
 /// The folders of the reports of several logs: each has the name of its log, and a number if an earlier one has it.

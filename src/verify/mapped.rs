@@ -113,9 +113,9 @@ impl Mapped<'_> {
         }
         let notes = survey.lost.iter().cloned().chain(events.notes()).chain(judgment.notes(&properties)).collect();
         let unheard = vec![None; properties.len()];
-        let Judgment { end, unsure, .. } = judgment;
+        let Judgment { end, unsure, stories, .. } = judgment;
         let start_ns = events.start_ns();
-        Ok(Verified { properties, end, unsure, unheard, start_ns, knows_ticks: true, notes })
+        Ok(Verified { properties, end, unsure, unheard, stories, start_ns, knows_ticks: true, notes })
     }
 }
 

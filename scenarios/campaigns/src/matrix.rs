@@ -186,6 +186,25 @@ impl Matrix {
         self.properties.iter().zip(&row.notices).map(sign)
     }
 
+    /// What each property's verdict says about the fault of a row, in words, and whether it is a false alarm.
+    /// Properties that the scenario does not watch are left out.
+    pub fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, bool)> {
+        let after = |ticks| format!("{ticks} {} after the fault", if ticks == 1 { "tick" } else { "ticks" });
+        let verdict = move |(name, (sign, notice)): (&'m String, (Option<Sign>, &Option<Notice>))| {
+            let words = match sign? {
+                Sign::Detected(ticks) => format!("violated {}, which it detects", after(ticks)),
+                Sign::AlsoWithoutFault(ticks) => format!("violated {}, but also in a run without one", after(ticks)),
+                Sign::Early => "violated before the fault".to_owned(),
+                Sign::WithoutFault => "violated although no fault took effect".to_owned(),
+                Sign::Satisfied => "satisfied".to_owned(),
+                Sign::Vacuous => "satisfied, but a condition in it never occurred".to_owned(),
+                Sign::Inconclusive => "inconclusive".to_owned(),
+            };
+            Some((name.as_str(), words, notice.as_ref().is_some_and(|notice| notice.false_alarm)))
+        };
+        self.properties.iter().zip(self.signs(row).zip(&row.notices)).filter_map(verdict)
+    }
+
     /// Whether a sign of this kind occurs in the matrix, so that it must be explained.
     fn shows(&self, is_wanted: fn(&Sign) -> bool) -> bool {
         self.rows.iter().flat_map(|row| self.signs(row)).flatten().any(|sign| is_wanted(&sign))

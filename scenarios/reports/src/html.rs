@@ -79,6 +79,12 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
     Ok(folder.write(FILE, page(view, timeline, report, &pictures))?)
 }
 
+/// The story of each violation, as the page tells it: the number of the property, and sentences with code in
+/// backquotes.
+pub(crate) fn stories(view: &RunView, timeline: &Timeline) -> impl Iterator<Item = (usize, Vec<String>)> {
+    violations::in_sentences(view, timeline)
+}
+
 /// Writes the sequence chart of each violation, as SVG and PNG, beside the page.
 ///
 /// # Errors

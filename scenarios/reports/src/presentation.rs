@@ -77,11 +77,14 @@ impl Presentation {
     pub fn finish(self, view: &RunView) -> Result<Report, Error> {
         let snapshots = self.pictures.finish()?;
         let end = view.end().expect("a report is about a run that has ended");
-        let report = reporting::report(view, end, snapshots, self.began.elapsed());
+        let mut report = reporting::report(view, end, snapshots, self.began.elapsed());
         if let (Some(mut staging), Some(timeline)) = (self.staging, &self.timeline) {
             staging.replace(stale_pictures(&staging));
             staging.write(REPORT, serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n")?;
             html::write(&staging, view, timeline, &report)?;
+            for (property, story) in html::stories(view, timeline) {
+                report.monitors[property].story = story;
+            }
             if self.charts {
                 html::write_charts(&staging, view, timeline)?;
             }

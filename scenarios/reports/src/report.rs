@@ -94,6 +94,9 @@ pub struct ExpectationReport {
     pub met: Option<String>,
     /// What was found instead, in words; null if it was as expected.
     pub difference: Option<String>,
+    /// Whether it is about the verdict of a property.
+    #[serde(skip)]
+    pub is_of_verdict: bool,
 }
 
 /// A monitor's result at the end of a run.
@@ -130,6 +133,10 @@ pub struct MonitorReport {
     pub unheard: Option<String>,
     /// Errors in the scripts, if the monitor is a machine; each once.
     pub errors: Vec<String>,
+    /// The story of its first violation, as the page tells it, in sentences with code in backquotes; empty without a
+    /// violation or without a page.
+    #[serde(skip)]
+    pub story: Vec<String>,
 }
 
 impl MonitorReport {

@@ -117,7 +117,10 @@ fn outcomes(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
         watched.map(move |monitor| {
             let outcome = monitor.outcome();
             let difference = format!("{name} was expected to be {expected} and is {outcome}");
-            expectation(format!("{name} to be {expected}"), None, (outcome != *expected).then_some(difference))
+            ExpectationReport {
+                is_of_verdict: true,
+                ..expectation(format!("{name} to be {expected}"), None, (outcome != *expected).then_some(difference))
+            }
         })
     })
 }
@@ -130,7 +133,10 @@ fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationRepo
     violated.filter(is_unsaid).map(|monitor| {
         let name = monitor.name();
         let difference = format!("{name} is violated, and the scenario does not say that it will be");
-        expectation(format!("{name} not to be violated"), None, Some(difference))
+        ExpectationReport {
+            is_of_verdict: true,
+            ..expectation(format!("{name} not to be violated"), None, Some(difference))
+        }
     })
 }
 
@@ -192,7 +198,7 @@ fn max_localization(view: &RunView) -> Option<ExpectationReport> {
 }
 
 fn expectation(expected: String, met: Option<String>, difference: Option<String>) -> ExpectationReport {
-    ExpectationReport { expected, met, difference }
+    ExpectationReport { expected, met, difference, is_of_verdict: false }
 }
 
 fn monitors(view: &RunView) -> Vec<MonitorReport> {
@@ -216,6 +222,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             vacuous: words(&ending.vacuous),
             unheard: unheard_level(monitor.about, monitor.outcome(), view),
             errors: ending.errors,
+            story: Vec::new(),
         }
     };
     view.monitors().map(report).collect()

@@ -29,6 +29,8 @@ pub struct Watched {
     formula: String,
     /// Its requirement, in a few words.
     summary: String,
+    /// Where it is written: in its file, or in the scenario.
+    pub place: Span,
 }
 
 /// A scenario's settings for its monitors.
@@ -77,7 +79,7 @@ impl Monitoring {
                 let roaml::Property { name, formula, .. } = property.clone();
                 let summary = formula.clone();
                 made.add(
-                    Property { name, formula, summary, monitor: Box::new(monitor) },
+                    Property { name, formula, summary, place: None, monitor: Box::new(monitor) },
                     &entry.path.span,
                     &mut complaints,
                 );
@@ -86,12 +88,14 @@ impl Monitoring {
         let files = file.properties.iter().map(|path| &path.span);
         let places = files.chain(file.expect.satisfied.iter().map(|(name, _)| &name.span));
         let places = places.chain(file.monitors.iter().filter(|entry| entry.zone().is_some()).map(|entry| &entry.span));
-        for ((name, text), place) in properties.iter().zip(places) {
-            let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
-            for property in file.properties {
+        for (index, ((name, text), place)) in properties.iter().zip(places).enumerate() {
+            let Some(loaded) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
+            for mut property in loaded.properties {
+                // The text of one that is no file's was made of what the scenario says there.
+                property.place = property.place.filter(|_| index < file.properties.len());
                 made.add(property, place, &mut complaints);
             }
-            made.warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
+            made.warnings.extend(Some(loaded.warnings).filter(|warnings| !warnings.is_empty()));
         }
         for (index, entry) in file.monitors.iter().enumerate() {
             if let Some(property) = ready_made(entry, watching.get(&index), topology, &mut complaints) {
@@ -103,13 +107,14 @@ impl Monitoring {
     }
 
     fn add(&mut self, property: Property, place: &Span, complaints: &mut Complaints) {
-        let Property { name, formula, summary, monitor } = property;
+        let Property { name, formula, summary, place: own, monitor } = property;
         if self.monitors.iter().any(|(watched, _)| watched.name == name) {
             let problem = place.problem(format!("there is already a property `{name}`"));
             complaints
                 .push(problem.with_label("this one has the same name").with_help("give each property its own name"));
         }
-        self.monitors.push((Watched { name, formula, summary }, monitor));
+        let place = own.unwrap_or_else(|| place.clone());
+        self.monitors.push((Watched { name, formula, summary, place }, monitor));
     }
 
     /// Whether the monitors were built for systems with this topology and tick period.
@@ -169,6 +174,7 @@ fn ready_made(
             Some(Property {
                 formula: format!("{path}, violated in {}", states.join(", ")),
                 summary: format!("its machine never enters {}", states.join(" or ")),
+                place: None,
                 monitor: Box::new(monitor),
                 name,
             })

@@ -38,6 +38,16 @@ pub(super) fn stories(view: &RunView, timeline: &Timeline) -> Vec<Story> {
     timeline.episodes().iter().map(|episode| Story::of(&Evidence::of(episode, view), view, timeline)).collect()
 }
 
+/// The same in sentences only, each with the number of its property.
+pub(super) fn in_sentences(view: &RunView, timeline: &Timeline) -> impl Iterator<Item = (usize, Vec<String>)> {
+    timeline.episodes().iter().map(move |episode| {
+        let evidence = Evidence::of(episode, view);
+        let mut sentences = vec![format!("Required: {}", words::sentence(evidence.summary))];
+        sentences.extend(story_sentences(&evidence, view, timeline));
+        (episode.property, sentences)
+    })
+}
+
 /// The story of a violation.
 #[derive(Clone, Debug)]
 pub(super) struct Story {

@@ -1,0 +1,298 @@
+//! The results of a command, for machines and people who read them in files.
+//!
+//! Every command makes the same thing of what it has found: a [`Suite`] for each run, proof, log or file, with a
+//! [`Case`] for each of its questions, and with [findings](FileFinding) in files. The writers, [`junit`](crate::junit),
+//! [`sarif`](crate::sarif) and [`markdown`](crate::markdown), know no command, and no command knows a format.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use monitors::{Outcome, Sighting, Witness};
+use recording::Expected;
+
+use crate::file_place::FilePlace;
+use crate::html;
+use crate::report::{ExpectationReport, MonitorReport, Report};
+
+/// What a command has found.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// The command's name: `run`.
+    pub command: &'static str,
+    /// What it was about.
+    pub suites: Vec<Suite>,
+}
+
+/// What belongs together: the results of a run, of the proofs of a scenario, of a log or of a file.
+#[derive(Clone, Debug, Default)]
+pub struct Suite {
+    /// Its name.
+    pub name: String,
+    /// Facts about it: what they are about, and what they are.
+    pub facts: Vec<(&'static str, String)>,
+    /// The questions with their answers.
+    pub cases: Vec<Case>,
+    /// What was found in files besides.
+    pub findings: Vec<FileFinding>,
+    /// The file that it is about: the place of what has no other.
+    pub file: Option<FilePlace>,
+    /// The page that shows it.
+    pub page: Option<PathBuf>,
+    /// Further pictures, each with what it shows.
+    pub pictures: Vec<(PathBuf, String)>,
+}
+
+/// A question and its answer.
+#[derive(Clone, Debug, Default)]
+pub struct Case {
+    /// The subject: `properties`, `expectations`, `proofs`.
+    pub group: &'static str,
+    /// Its name.
+    pub name: String,
+    /// The result.
+    pub result: CaseResult,
+    /// What was found, in a few words: `violated`. Empty if the result says everything.
+    pub found: String,
+    /// What the question means; empty if its name says it.
+    pub about: String,
+    /// Where its subject is written.
+    pub place: Option<FilePlace>,
+    /// What led to the result, in order.
+    pub trail: Vec<TrailStep>,
+    /// The same for people, in sentences; code is in backquotes.
+    pub story: Vec<String>,
+    /// A picture of it.
+    pub picture: Option<PathBuf>,
+    /// Whether another case of the suite tells the same in more detail.
+    pub is_repeated: bool,
+}
+
+/// Whether an answer is the expected one.
+#[derive(Clone, Debug, Default)]
+pub enum CaseResult {
+    /// It is.
+    #[default]
+    Passed,
+    /// Nothing was expected, or nothing was found, and why.
+    Skipped(String),
+    /// There is none, because of an error.
+    Error(String),
+    /// It is not.
+    Failed {
+        /// What went wrong, in one line.
+        message: String,
+        /// Details, line by line; may be empty.
+        details: String,
+    },
+}
+
+/// A step on the way to a result.
+#[derive(Clone, Debug)]
+pub struct TrailStep {
+    /// What happened.
+    pub words: String,
+    /// Where that which did it is written.
+    pub place: Option<FilePlace>,
+}
+
+/// Something that was found in a file.
+#[derive(Clone, Debug)]
+pub struct FileFinding {
+    /// Its kind.
+    pub kind: FindingKind,
+    /// What it is, in one sentence without a full stop.
+    pub message: String,
+    /// What would be accepted, or what to do.
+    pub help: Option<String>,
+    /// Where; none if it is about no file, such as an argument.
+    pub place: Option<FilePlace>,
+}
+
+/// What kind of thing was found in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FindingKind {
+    /// Something is wrong: the file is refused.
+    Error,
+    /// Something looks wrong.
+    Warning,
+    /// No explored run reaches it.
+    Unreached,
+    /// How often a property is violated in many runs.
+    Rate,
+}
+
+/// Where the subjects of results are written.
+#[derive(Clone, Debug, Default)]
+pub struct WrittenPlaces {
+    /// The file that names everything else.
+    pub file: Option<FilePlace>,
+    /// Properties, by name.
+    pub properties: BTreeMap<String, FilePlace>,
+    /// The leaf or machine that is a process, by its name.
+    pub processes: BTreeMap<String, FilePlace>,
+}
+
+impl CaseResult {
+    /// It in a word.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Skipped(_) => "skipped",
+            Self::Error(_) => "error",
+            Self::Failed { .. } => "failed",
+        }
+    }
+
+    /// Whether something went wrong.
+    #[must_use]
+    pub fn is_bad(&self) -> bool {
+        matches!(self, Self::Error(_) | Self::Failed { .. })
+    }
+
+    /// Why it is so, in a line; none if it passed.
+    #[must_use]
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Self::Passed => None,
+            Self::Skipped(reason) | Self::Error(reason) | Self::Failed { message: reason, .. } => Some(reason),
+        }
+    }
+}
+
+impl Suite {
+    /// Something that could not be carried out, with the reason.
+    #[must_use]
+    pub fn of_error(name: &str, reason: String) -> Self {
+        let case = Case { group: "runs", name: name.to_owned(), result: CaseResult::Error(reason), ..Case::default() };
+        Self { name: name.to_owned(), cases: vec![case], ..Self::default() }
+    }
+
+    /// The properties and expectations of a run. Its page and pictures are in `folder`.
+    ///
+    /// A property with an expectation passes if it is met; any other property fails if it is violated (in a RoAML
+    /// model, it is skipped), and is skipped if it is inconclusive. No case fails if and only if the run was as
+    /// expected.
+    #[must_use]
+    pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
+        let properties = report.monitors.iter().map(|monitor| Case {
+            picture: picture_of(&monitor.name, report).map(|file| folder.join(file)),
+            ..of_property(monitor, expected, places)
+        });
+        let others = report.snapshots.iter().filter(|picture| picture.violated.is_none() && !picture.by_clock);
+        Self {
+            name: report.scenario.clone(),
+            facts: vec![
+                ("seed", report.seed.to_string()),
+                ("version", report.version.clone()),
+                ("sim_time_s", report.sim_time_s.to_string()),
+                ("ticks", report.ticks.to_string()),
+                ("trace_hash", report.trace_hash.clone()),
+            ],
+            cases: properties.chain(report.expectations.iter().map(of_expectation)).collect(),
+            findings: Vec::new(),
+            file: places.file.clone(),
+            page: Some(folder.join(html::FILE)),
+            pictures: others.map(|picture| (folder.join(&picture.file), picture.why.clone())).collect(),
+        }
+    }
+
+    /// The same with the paths of its files instead of their names in diagnostics, which may be relative to the file
+    /// that names them; those for which `path` has none come with the program.
+    #[must_use]
+    pub fn with_paths(mut self, path: impl Fn(&str) -> Option<String>) -> Self {
+        let trails = self
+            .cases
+            .iter_mut()
+            .flat_map(|case| case.trail.iter_mut().filter_map(|step| step.place.as_mut()).chain(&mut case.place));
+        let findings = self.findings.iter_mut().filter_map(|finding| finding.place.as_mut());
+        for place in trails.chain(findings).chain(&mut self.file) {
+            match path(&place.file) {
+                Some(path) => place.file = path,
+                None => place.is_shipped = true,
+            }
+        }
+        self
+    }
+
+    /// Whether the findings say what its cases only count: what is wrong in files.
+    #[must_use]
+    pub(crate) fn is_about_files(&self) -> bool {
+        self.findings.iter().any(|finding| finding.kind == FindingKind::Error)
+    }
+}
+
+impl FileFinding {
+    /// It on one line: `a.toml:2:1: message (help)`.
+    #[must_use]
+    pub fn one_line(&self) -> String {
+        let place = self.place.as_ref().map_or_else(String::new, |place| format!("{place}: "));
+        let help = self.help.as_ref().map_or_else(String::new, |help| format!(" ({help})"));
+        format!("{place}{}{help}", self.message)
+    }
+}
+
+/// The steps that led to a violation.
+#[must_use]
+pub fn trail(property: &str, witness: &Witness, places: &WrittenPlaces) -> Vec<TrailStep> {
+    let message = |seen: &Sighting| TrailStep {
+        words: seen.to_string(),
+        place: places.processes.get(&seen.from).or_else(|| places.processes.get(&seen.to)).cloned(),
+    };
+    let missing = witness.missing.as_ref().map_or_else(String::new, |missing| format!(", without {missing}"));
+    let end = TrailStep {
+        words: format!("{property} is violated{missing} ({})", witness.settled),
+        place: places.properties.get(property).cloned(),
+    };
+    witness.messages.iter().map(message).chain([end]).collect()
+}
+
+/// The picture of a property's violation.
+fn picture_of<'r>(property: &str, report: &'r Report) -> Option<&'r str> {
+    let is_of = |violated: &Option<String>| violated.as_deref() == Some(property);
+    report.snapshots.iter().find(|picture| is_of(&picture.violated)).map(|picture| picture.file.as_str())
+}
+
+fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPlaces) -> Case {
+    let failed = |message: String| CaseResult::Failed { message, details: details(monitor) };
+    let result = match (expected.of(&monitor.name), monitor.verdict) {
+        (Some(expected), found) if expected == found => CaseResult::Passed,
+        (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
+        (None, Outcome::Violated) if expected.others_may_be_violated => {
+            CaseResult::Skipped("it is violated, and nothing is expected of it".to_owned())
+        }
+        (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
+        (None, Outcome::Inconclusive) => {
+            CaseResult::Skipped("something was still pending when the run ended".to_owned())
+        }
+        (None, Outcome::Satisfied) => CaseResult::Passed,
+    };
+    let why = monitor.witness.as_ref().and_then(|witness| witness.why.as_ref());
+    Case {
+        group: "properties",
+        name: monitor.name.clone(),
+        result,
+        found: monitor.verdict.name().to_owned(),
+        about: monitor.property.clone(),
+        place: places.properties.get(&monitor.name).cloned(),
+        trail: why.map(|why| trail(&monitor.name, why, places)).unwrap_or_default(),
+        story: monitor.story.clone(),
+        picture: None,
+        is_repeated: false,
+    }
+}
+
+fn of_expectation(expectation: &ExpectationReport) -> Case {
+    let failed = |message: &String| CaseResult::Failed { message: message.clone(), details: String::new() };
+    let result = expectation.difference.as_ref().map_or(CaseResult::Passed, failed);
+    let (name, is_repeated) = (expectation.expected.clone(), expectation.is_of_verdict);
+    Case { group: "expectations", name, result, is_repeated, ..Case::default() }
+}
+
+/// When and why it happened, for readers of a build log.
+fn details(monitor: &MonitorReport) -> String {
+    let mut details = format!("{}\nmonitor in state {}", monitor.property, monitor.state);
+    details.extend(monitor.moment().map(|moment| format!("\nat {moment}")));
+    details.extend(monitor.witness.as_ref().map(|witness| format!("\n{}", witness.in_words().trim_end())));
+    details
+}

@@ -1,0 +1,66 @@
+//! Files with results, each in the format that its name says.
+
+use std::path::{Path, PathBuf};
+
+use crate::results::Results;
+use crate::{Error, junit, markdown, sarif};
+
+/// A file for results.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ResultsFile {
+    path: PathBuf,
+    format: ResultsFormat,
+}
+
+/// How results are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResultsFormat {
+    /// JUnit XML.
+    Junit,
+    /// SARIF 2.1.0.
+    Sarif,
+    /// A summary in Markdown.
+    Markdown,
+}
+
+impl ResultsFile {
+    /// A file with this format, whatever its name is.
+    #[must_use]
+    pub fn new(path: PathBuf, format: ResultsFormat) -> Self {
+        Self { path, format }
+    }
+
+    /// A file whose name says its format; `None` if it says none.
+    #[must_use]
+    pub fn of_name(path: &str) -> Option<Self> {
+        let ending = Path::new(path).extension()?.to_str()?.to_ascii_lowercase();
+        let format = match ending.as_str() {
+            "xml" => ResultsFormat::Junit,
+            "sarif" => ResultsFormat::Sarif,
+            "md" => ResultsFormat::Markdown,
+            _ => return None,
+        };
+        Some(Self::new(PathBuf::from(path), format))
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes it, and creates missing folders. Returns what is left out because of limits, in words.
+    ///
+    /// # Errors
+    /// [`Error::File`] if that is not possible.
+    pub fn write(&self, results: &Results) -> Result<Vec<String>, Error> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let (text, left_out) = match self.format {
+            ResultsFormat::Junit => (junit::document(results), Vec::new()),
+            ResultsFormat::Sarif => sarif::document(results),
+            ResultsFormat::Markdown => markdown::document(results, folder),
+        };
+        diagnostics::write_whole(&self.path, text)?;
+        Ok(left_out)
+    }
+}

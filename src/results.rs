@@ -1,0 +1,183 @@
+//! Results in files for CI systems: `--results FILE`.
+
+use std::path::{Path, PathBuf};
+
+use campaigns::Error;
+use clap::Args;
+use miette::{Diagnostic, Severity, SourceCode, SourceSpan};
+use reports::file_place::{FilePlace, FileText};
+use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
+use reports::{ResultsFile, ResultsFormat};
+use runs::topology;
+use scenarios::files::shipped_paths;
+use scenarios::scenario::{Scenario, find};
+
+use crate::output::note;
+use editor::parts;
+
+/// Where the results go besides the terminal.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct ResultsArgs {
+    /// Writes the results for CI systems: `FILE.xml` as JUnit XML, `FILE.sarif` as SARIF 2.1.0, `FILE.md` as a summary
+    /// in Markdown; may be given more than once
+    #[arg(long, value_name = "FILE", value_parser = results_file)]
+    results: Vec<ResultsFile>,
+    /// The older spelling of `--results` for JUnit XML
+    #[arg(long, value_name = "FILE", hide = true)]
+    junit: Option<PathBuf>,
+}
+
+fn results_file(text: &str) -> Result<ResultsFile, String> {
+    ResultsFile::of_name(text)
+        .ok_or_else(|| "the name says the format: it ends in .xml (JUnit), .sarif (SARIF) or .md (Markdown)".to_owned())
+}
+
+impl ResultsArgs {
+    /// Whether there is a file for them.
+    pub(crate) fn are_wanted(&self) -> bool {
+        self.files().next().is_some()
+    }
+
+    fn files(&self) -> impl Iterator<Item = ResultsFile> {
+        let junit = self.junit.iter().map(|path| ResultsFile::new(path.clone(), ResultsFormat::Junit));
+        self.results.iter().cloned().chain(junit)
+    }
+
+    /// Writes the results of a command, if they are wanted.
+    pub(crate) fn write(&self, command: &'static str, suites: impl FnOnce() -> Vec<Suite>) -> Result<(), Error> {
+        if !self.are_wanted() {
+            return Ok(());
+        }
+        let results = Results { command, suites: suites() };
+        for file in self.files() {
+            let left_out = file.write(&results)?;
+            left_out.iter().for_each(|words| note(&format!("{}: {words}", file.path().display())));
+        }
+        Ok(())
+    }
+
+    /// Says that nothing was written: there are no results yet.
+    pub(crate) fn note_interrupted(&self, what: &str) {
+        self.files()
+            .for_each(|file| note(&format!("{} was not written: {what} was interrupted", file.path().display())));
+    }
+
+    /// The result of reading what the arguments name. An error is also written: it is all that there is to tell.
+    pub(crate) fn or_refused<T, E: Into<Error>>(
+        &self,
+        command: &'static str,
+        subjects: &[String],
+        result: Result<T, E>,
+    ) -> Result<T, Error> {
+        result.map_err(Into::into).or_else(|error| {
+            self.write(command, || vec![refused(&subjects.join(" "), &error).with_paths(on_disk(subjects))])?;
+            Err(error)
+        })
+    }
+}
+
+/// What could not be carried out because of an error.
+pub(crate) fn refused(subject: &str, error: &Error) -> Suite {
+    Suite { findings: findings_of(error), ..Suite::of_error(subject, error.reasons()) }
+}
+
+/// Everything that an error says.
+pub(crate) fn findings_of(error: &Error) -> Vec<FileFinding> {
+    match error.diagnostics() {
+        none if none.is_empty() => {
+            vec![FileFinding { kind: FindingKind::Error, message: error.to_string(), help: None, place: None }]
+        }
+        diagnostics => diagnostics.into_iter().flat_map(findings).collect(),
+    }
+}
+
+/// The parts of a diagnostic with their places.
+pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<FileFinding> {
+    // Parts of one text follow each other. Each may have its own handle of it, but it is prepared only once.
+    let mut last: Option<(*const u8, Option<FileText<'_>>)> = None;
+    let mut found = Vec::new();
+    for (part, source) in parts(diagnostic) {
+        let place = source.and_then(|source| {
+            let address = source.read_span(&SourceSpan::from((0, 0)), 0, 0).ok()?.data().as_ptr();
+            if last.as_ref().is_none_or(|(known, _)| *known != address) {
+                last = Some((address, file_text(source)));
+            }
+            let text = last.as_ref()?.1.as_ref()?;
+            let label = part.labels().and_then(|mut labels| labels.next());
+            Some(label.map_or_else(|| text.whole(), |label| text.place(label.offset()..label.offset() + label.len())))
+        });
+        let kind = match part.severity() {
+            None | Some(Severity::Error) => FindingKind::Error,
+            Some(Severity::Warning | Severity::Advice) => FindingKind::Warning,
+        };
+        let help = part.help().map(|help| help.to_string()).filter(|help| !help.is_empty());
+        found.push(FileFinding { kind, message: part.to_string(), help, place });
+    }
+    found
+}
+
+/// The text of a file; none if it is an assignment on the command line, or has no name.
+fn file_text(source: &dyn SourceCode) -> Option<FileText<'_>> {
+    let whole = source.read_span(&SourceSpan::from((0, 0)), 0, usize::MAX).ok()?;
+    let name = whole.name().filter(|name| *name != diagnostics::ASSIGNMENT)?.to_owned();
+    Some(FileText::new(name, std::str::from_utf8(whole.data()).ok()?))
+}
+
+/// Finds the files that these files name, or those that they are themselves, by their names in diagnostics: beside the
+/// file that names them, or in the current folder; `None` for those that come with the program.
+pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> {
+    let given: Vec<String> = files.iter().map(|file| file.as_ref().to_owned()).collect();
+    move |name| {
+        let on_disk = given.iter().filter(|file| find::shipped(file).is_none());
+        let beside = on_disk.filter_map(|file| {
+            let path = if file == name { PathBuf::from(name) } else { Path::new(file).parent()?.join(name) };
+            path.is_file().then(|| path.display().to_string())
+        });
+        let here = || shipped_paths().all(|shipped| shipped != name) && Path::new(name).exists();
+        beside.into_iter().next().or_else(|| here().then(|| name.to_owned()))
+    }
+}
+
+/// Where the parts of a scenario are written.
+pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
+    let argument = scenario.origin.argument.as_str();
+    let file = find::shipped(argument).unwrap_or(argument);
+    // The scenario of a model has a text that nobody wrote.
+    let real = |place: FilePlace| {
+        let is_made = scenario.model().is_some() && place.file == file;
+        if is_made { FilePlace::whole(place.file) } else { place }
+    };
+    let monitoring = topology(scenario).and_then(|topology| scenario.monitoring(&topology)).ok();
+    let watched = monitoring.iter().flat_map(|monitoring| monitoring.monitors());
+    let properties =
+        watched.filter_map(|(watched, _)| Some((watched.name.clone(), real(FilePlace::of(&watched.place)?))));
+    let machines = scenario
+        .machine_processes()
+        .map(|(name, skill)| (name.to_owned(), FilePlace::whole(skill.machine.file().name())));
+    let leaves = scenario.tree().into_iter().flat_map(|tree| {
+        tree.leaves().filter_map(|leaf| {
+            let (offset, length) = (leaf.span().offset(), leaf.span().len());
+            let span = tree.sources()[leaf.file()].span(offset..offset + length);
+            Some((leaf.process().to_owned(), FilePlace::of(&span)?))
+        })
+    });
+    let tree = scenario.tree().map(|tree| (recording::TREE.to_owned(), FilePlace::whole(tree.source().name())));
+    WrittenPlaces {
+        file: Some(FilePlace::whole(file)),
+        properties: properties.collect(),
+        // A leaf tells more than the machine that many leaves may run.
+        processes: machines.chain(leaves).chain(tree).collect(),
+    }
+}
+
+/// The warnings about a scenario and its files.
+pub(crate) fn warnings(scenario: &Scenario) -> Vec<FileFinding> {
+    let monitoring = topology(scenario).and_then(|topology| scenario.monitoring(&topology)).ok();
+    let concerns = scenario.model_concerns();
+    let of_model = concerns.iter().flat_map(|concern| findings(concern));
+    let of_places = scenario.place_concerns();
+    let of_places = of_places.iter().flat_map(|concern| findings(concern));
+    let of_properties =
+        monitoring.iter().flat_map(|monitoring| monitoring.warnings().iter().flat_map(|it| findings(it)));
+    of_model.chain(of_places).chain(of_properties).collect()
+}
