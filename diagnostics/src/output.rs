@@ -29,8 +29,8 @@ pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error>
     }
 }
 
-/// A file being written. It replaces the previous file when it is [finished](Self::finish); if it never is, nothing
-/// remains of it.
+/// A file being written. It replaces the previous file when it is [finished](Self::finish), and has its permissions; if
+/// it never is, nothing remains of it.
 ///
 /// A device or a pipe (`/dev/stdout`) is not replaced but written to. A pipe from which nobody reads is an error: to
 /// open it would mean to wait for a reader.
@@ -66,7 +66,10 @@ impl Unfinished {
         let begun = match fs::metadata(path) {
             Ok(found) if !found.is_file() => device(path).map(|file| (file, None)),
             // A link remains a link: its target is replaced.
-            Ok(_) => fs::canonicalize(path).and_then(temporary),
+            Ok(found) => fs::canonicalize(path).and_then(temporary).and_then(|begun| {
+                begun.0.set_permissions(found.permissions())?;
+                Ok(begun)
+            }),
             Err(_) => fs::create_dir_all(folder_of(path)).and_then(|()| temporary(path.to_owned())),
         };
         let (file, names) = begun.map_err(|source| write_error(path, source))?;
@@ -406,6 +409,22 @@ mod tests {
         assert!(link.is_symlink());
         write_whole(Path::new("/dev/null"), "gone").unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_keeps_its_permissions() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        for mode in [0o755, 0o600, 0o444] {
+            fs::write(&file, "old").unwrap();
+            fs::set_permissions(&file, fs::Permissions::from_mode(mode)).unwrap();
+            write_whole(&file, "new").unwrap();
+            assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, mode);
+            assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+            fs::remove_file(&file).unwrap();
+        }
     }
 
     #[test]
