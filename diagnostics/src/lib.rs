@@ -24,13 +24,14 @@
 //! [`markup`] is text as it is written in XML.
 //!
 //! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
-//! `xml`, which explains why a text is not XML.
+//! `xml`, which explains why a text is not XML, and lays XML out.
 
 mod disk;
 #[cfg(feature = "documents")]
 pub mod document;
 mod error;
 mod files;
+mod line_ends;
 pub mod markup;
 mod nearest;
 mod output;
@@ -44,6 +45,7 @@ pub use error::Error;
 pub use files::{
     ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, open_regular, read_text, text, text_from_disk,
 };
+pub use line_ends::LineEnds;
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
 pub use output::{Staging, Unfinished, write_whole};
 pub use problem::{FileProblems, Problem};

@@ -63,6 +63,13 @@ impl Problem {
         self
     }
 
+    /// The problem of a text that its layout would change. No text should have it.
+    #[must_use]
+    pub fn of_layout() -> Self {
+        let problem = Self::new("this would not mean the same after its layout").at(0..0, "left as it is");
+        problem.with_help("this is a mistake in steward; please report it with the file")
+    }
+
     /// Replaces the message.
     #[must_use]
     pub fn with_message(self, message: impl Into<String>) -> Self {

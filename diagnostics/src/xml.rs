@@ -1,8 +1,13 @@
-//! Problems that any XML file may have: it is not well-formed, or it would take too long to read.
+//! What all XML files have in common: the problems that they may have (they are not well-formed, or would take too long
+//! to read), and their layout.
+
+mod layout;
 
 use std::ops::Range;
 
 use roxmltree::{Error, Node, TextPos};
+
+pub use layout::{HasValue, is_same, layout};
 
 use crate::{Problem, nearest};
 
@@ -106,6 +111,26 @@ pub fn name_span(element: Node<'_, '_>) -> Range<usize> {
     let written = element.document().input_text().get(start..).unwrap_or_default();
     let length = written.find(|c: char| c.is_whitespace() || c == '/' || c == '>').unwrap_or(written.len());
     start..start + length
+}
+
+/// The name of the outermost element, with its prefix, even if the text is not well-formed; `None` if it has none.
+///
+/// ```
+/// let text = "<?xml version=\"1.0\"?> <!-- <a> --> <root> <unclosed </root>";
+/// assert_eq!(diagnostics::xml::root_name(text), Some("root"));
+/// assert_eq!(diagnostics::xml::root_name("property p := true"), None);
+/// ```
+#[must_use]
+pub fn root_name(text: &str) -> Option<&str> {
+    let mut rest = text.trim_start();
+    while let Some((_, end)) =
+        [("<!--", "-->"), ("<?", "?>"), ("<!", ">")].into_iter().find(|(begin, _)| rest.starts_with(begin))
+    {
+        rest = rest[rest.find(end)? + end.len()..].trim_start();
+    }
+    let name = rest.strip_prefix('<')?;
+    let name = &name[..name.find(|c: char| c.is_whitespace() || c == '/' || c == '>').unwrap_or(name.len())];
+    (!name.is_empty()).then_some(name)
 }
 
 #[cfg(test)]
