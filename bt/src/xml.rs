@@ -10,6 +10,7 @@ mod document;
 mod elements;
 mod instances;
 mod kept;
+mod layout;
 mod loader;
 mod model;
 mod nav2;
@@ -27,6 +28,7 @@ use std::path::Path;
 
 use diagnostics::text_from_disk;
 
+pub use layout::layout;
 pub use loader::Loader;
 pub use ports::{BuiltinPort, builtin_ports};
 pub use vocabulary::{elements_in, node_attributes};

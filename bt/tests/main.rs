@@ -4,8 +4,11 @@
 
 mod answers;
 mod broken;
+#[path = "../../diagnostics/tests/xml/disturbed.rs"]
+mod disturbed;
 mod forest;
 mod kinds;
+mod layout;
 mod leaves;
 mod loading;
 #[path = "../../channels/tests/system/lockstep.rs"]

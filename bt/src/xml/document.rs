@@ -133,7 +133,8 @@ fn resolved(including: &Path, written: &str) -> PathBuf {
     path
 }
 
-fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
+/// Reads a file as XML, whose outermost element is `<root>`.
+pub(super) fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
     // Comments and white space between elements count as nodes, too: leave room for them.
     let nodes_limit = u32::try_from(loader.max_nodes.saturating_mul(8)).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit, ..ParsingOptions::default() };
