@@ -2,6 +2,7 @@
 
 mod content;
 mod events;
+mod meaning;
 mod mentions;
 mod relations;
 mod relocate;

@@ -141,7 +141,7 @@ pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use event::{Event, EventKind, Outgoing, Params};
 pub use ids::{StateId, TransitionId};
-pub use load::{attributes_of, elements_in};
+pub use load::{attributes_of, elements_in, layout};
 pub use machine::{Host, Machine, Note, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, mutate_all, mutations};
 pub use process::{

@@ -7,6 +7,7 @@ mod dialect;
 mod expression;
 mod files;
 mod invoke;
+mod layout;
 mod origin;
 mod outline;
 mod reach;
@@ -17,6 +18,7 @@ mod transition;
 mod value;
 mod xml;
 
+pub use layout::layout;
 pub(crate) use reach::can_be_done;
 pub use rules::{attributes_of, elements_in};
 pub(crate) use send::INTERNAL_TARGET;

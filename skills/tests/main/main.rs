@@ -10,8 +10,11 @@ mod chance;
 mod choice;
 mod conversation;
 mod diagnostics;
+#[path = "../../../diagnostics/tests/xml/disturbed.rs"]
+mod disturbed;
 mod eighth_skill;
 mod large;
+mod layout;
 #[path = "../../../channels/tests/system/lockstep.rs"]
 mod lockstep;
 mod mutations;

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use skills::{Chart, Datum, Event, Machine, Note, Status, Strictness, Transcript};
 
+use crate::layout::laid_out;
+
 pub(crate) struct Stage {
     pub(crate) machine: Machine,
     pub(crate) host: Transcript,
@@ -26,7 +28,10 @@ pub(crate) fn lenient(content: &str) -> Stage {
 }
 
 pub(crate) fn stage_with(attributes: &str, content: &str, strictness: Strictness) -> Stage {
-    let chart = Chart::load_with("test.scxml", &file(attributes, content), strictness)
+    let text = file(attributes, content);
+    // Every machine of these tests has a layout in which it is the same one.
+    laid_out(&text);
+    let chart = Chart::load_with("test.scxml", &text, strictness)
         .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
     let mut stage = Stage { machine: Machine::new(chart), host: Transcript::default(), now: Duration::ZERO };
     stage.machine.start(stage.now, &mut stage.host);
