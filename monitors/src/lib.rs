@@ -260,7 +260,7 @@ pub use paper::{PhiTwo, phi1, phi2};
 pub use patterns::{Pattern, PatternEvents, Scope};
 pub use problem::{ScopeError, Warnings};
 pub use shipped::SHIPPED;
-pub use syntax::{OPERATORS, Operator};
+pub use syntax::{OPERATORS, Operator, layout};
 pub use synthesis::{Choice, Method};
 
 /// The process that shows monitors what is true, by convention: `(World, Monitors, level_pct < 20)` speaks of what was,

@@ -12,7 +12,7 @@ use crate::formula::Formula;
 use crate::monitor::ScopeMonitor;
 use crate::problem::{ScopeError, Warnings};
 use crate::resolve::{Definition, resolve};
-use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file};
+use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file, summary_above};
 
 /// A property of the messages on the channels, with its monitor.
 #[derive(Debug)]
@@ -104,7 +104,7 @@ pub fn load(
                 properties.push(Property {
                     name: definition.name.text.clone(),
                     formula: definition.constraint.to_string(),
-                    summary: summary_above(text, definition.name.span.start)
+                    summary: summary_above(text, definition.span.start)
                         .unwrap_or_else(|| explain(&definition.formula, topology)),
                     place: Some(source.span(definition.name.span.start..definition.name.span.end)),
                     monitor: Box::new(monitor),
@@ -118,16 +118,6 @@ pub fn load(
         return Err(ScopeError::new(source, problems));
     }
     Ok(PropertyFile { properties, warnings: Warnings::new(source, problems) })
-}
-
-/// The first sentence, without its full stop, of the comment that ends on the line above this byte.
-fn summary_above(text: &str, at: usize) -> Option<String> {
-    let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
-    let above: Vec<&str> = text[..line_start].lines().rev().map_while(|line| line.trim().strip_prefix("//")).collect();
-    let comment = above.iter().rev().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
-    let sentence = comment.split_once(". ").map_or(comment.as_str(), |(first, _)| first);
-    let sentence = sentence.trim().trim_end_matches('.');
-    (!sentence.is_empty()).then(|| sentence.to_owned())
 }
 
 /// Warnings about a property: it is trivial or contradictory, or it needs too many states.
@@ -211,18 +201,4 @@ pub fn formulas(
         return Err(ScopeError::new(source, problems));
     }
     Ok(definitions.into_iter().map(|definition| (definition.name.text, definition.formula)).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_comment_directly_above_a_property_is_its_summary() {
-        let text = "// Not this.\n\n// The level read is\n// never below 20 %. More about it.\nproperty p := true";
-        let at = text.find("p :=").expect("the property is there");
-        assert_eq!(summary_above(text, at).as_deref(), Some("The level read is never below 20 %"));
-        assert_eq!(summary_above("property p := true", 9), None);
-        assert_eq!(summary_above("const a := 1\nproperty p := true", 22), None);
-    }
 }

@@ -21,6 +21,8 @@ pub(crate) struct Definition {
     pub(crate) name: Name,
     pub(crate) constraint: Constraint,
     pub(crate) formula: Formula,
+    /// The span of the property.
+    pub(crate) span: ByteRange,
 }
 
 /// The properties of a file and everything that is wrong with it.
@@ -111,8 +113,9 @@ impl<'a> Resolver<'a> {
         let formula = self.formula(&property.constraint, Inside::default());
         let formula = formula.map(|formula| if self.is_timed { Formula::Timed(Box::new(formula)) } else { formula });
         let sound = !self.problems[noted..].iter().any(Problem::is_error) && !self.unreadable;
+        let PropertyItem { name, constraint, span, .. } = property;
         let definition =
-            |formula| Definition { name: property.name.clone(), constraint: property.constraint.clone(), formula };
+            |formula| Definition { name: name.clone(), constraint: constraint.clone(), formula, span: *span };
         formula.filter(|_| sound).map(definition)
     }
 

@@ -167,11 +167,12 @@ fn constraint() -> impl Strategy<Value = Constraint> {
     })
 }
 
-fn file() -> impl Strategy<Value = File> {
+pub(crate) fn file() -> impl Strategy<Value = File> {
     let constant = (plain_name(), literal())
         .prop_map(|(name, value)| Item::Constant(Constant { name, value, value_span: ByteRange::default() }));
-    let property = (name(), any::<bool>(), constraint())
-        .prop_map(|(name, is_timed, constraint)| Item::Property(Box::new(PropertyItem { name, is_timed, constraint })));
+    let property = (name(), any::<bool>(), constraint()).prop_map(|(name, is_timed, constraint)| {
+        Item::Property(Box::new(PropertyItem { name, is_timed, constraint, span: ByteRange::default() }))
+    });
     proptest::collection::vec(prop_oneof![constant, property], 0..4).prop_map(|items| File { items })
 }
 

@@ -9,6 +9,7 @@ mod endless;
 mod items;
 mod language;
 mod laws;
+mod layout;
 mod logs;
 mod paper_monitors;
 mod patterns;

@@ -72,6 +72,8 @@ pub struct PropertyItem {
     pub is_timed: bool,
     /// What it requires.
     pub constraint: Constraint,
+    /// Its span, from its first keyword.
+    pub span: ByteRange,
 }
 
 /// A name with its span.

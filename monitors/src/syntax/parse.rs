@@ -166,6 +166,7 @@ impl Parser {
     fn items(&mut self) -> Vec<Item> {
         let mut items = Vec::new();
         while *self.peek() != TokenKind::End {
+            let start = self.span();
             let is_timed = self.at_item_end() && self.take_keyword(Keyword::Timed);
             let keyword = match self.peek() {
                 TokenKind::Keyword(keyword @ (Keyword::Const | Keyword::Property)) => Some(*keyword),
@@ -179,7 +180,7 @@ impl Parser {
             match keyword {
                 Some(keyword) => {
                     self.advance();
-                    if let Ok(item) = self.item(keyword, is_timed) {
+                    if let Ok(item) = self.item(keyword, is_timed, start) {
                         items.push(item);
                     }
                 }
@@ -203,7 +204,7 @@ impl Parser {
         Some(if word == "const" { Keyword::Const } else { Keyword::Property })
     }
 
-    fn item(&mut self, keyword: Keyword, is_timed: bool) -> ParseResult<Item> {
+    fn item(&mut self, keyword: Keyword, is_timed: bool, start: ByteRange) -> ParseResult<Item> {
         let is_constant = keyword == Keyword::Const;
         let (what, form) = match is_constant {
             true => ("the name of a constant", "a constant is written `const NAME := VALUE`"),
@@ -217,7 +218,8 @@ impl Parser {
             Item::Constant(Constant { name, value, value_span: start.to(self.last_span()) })
         } else {
             let constraint = self.constraint()?;
-            Item::Property(Box::new(PropertyItem { name, is_timed, constraint }))
+            let span = start.to(self.last_span());
+            Item::Property(Box::new(PropertyItem { name, is_timed, constraint, span }))
         };
         self.end_of_item();
         Ok(item)
