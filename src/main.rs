@@ -10,6 +10,7 @@ mod completions;
 mod domain;
 mod entry;
 mod faults;
+mod fmt;
 mod groot;
 mod help;
 mod hints;
@@ -100,6 +101,8 @@ enum Command {
     /// Checks files without a run: reads every file that they name, connects the processes, plans the paths, and
     /// reports all problems
     Check(check::CheckArgs),
+    /// Gives trees, machines and property files one layout, without a change of what they mean
+    Fmt(fmt::FmtArgs),
     /// Opens a page in the browser on which a person can watch a run and intervene
     Live(live::LiveArgs),
     /// Lists the scenarios and campaigns that come with the program
@@ -191,6 +194,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Completions(args)) => completions::completions(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Init(args)) => init::init(args).map(|()| ExitCode::SUCCESS),
         Some(Command::Faults(args)) => faults::faults(args).map(|()| ExitCode::SUCCESS),
+        Some(Command::Fmt(args)) => fmt::fmt(args),
         Some(Command::Help(args)) => help::help(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Licenses) => print(NOTICES).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),

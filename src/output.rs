@@ -60,6 +60,15 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
     write_to(&mut io::stdout(), &visible(text))
 }
 
+/// Writes a file to stdout as it is, for other programs. On a terminal, control characters are made [visible].
+///
+/// # Errors
+/// As [`print`].
+pub(crate) fn print_exactly(text: &str) -> Result<(), Error> {
+    let mut stdout = io::stdout();
+    if stdout.is_terminal() { print(text) } else { write_to(&mut stdout, text) }
+}
+
 /// Writes a value to stdout, as JSON.
 ///
 /// # Errors

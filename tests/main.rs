@@ -18,6 +18,7 @@ mod documentation;
 mod experiments;
 mod fault_combinations;
 mod faults;
+mod fmt_command;
 mod following;
 mod groot;
 mod guide;
