@@ -8,9 +8,9 @@ use std::process::ExitCode;
 use campaigns::Error;
 use clap::Args;
 use diagnostics::{from_disk, read_text, text_from_disk, write_whole, xml};
+use editor::{Language, counted};
 use similar::TextDiff;
 
-use crate::counted::counted;
 use crate::output::{complain, print, print_exactly};
 
 /// What stands for stdin.
@@ -35,45 +35,6 @@ pub(crate) struct FmtArgs {
     /// The name of the file on stdin, which tells its kind [default: its contents do]
     #[arg(long, value_name = "FILE")]
     stdin_name: Option<PathBuf>,
-}
-
-/// The languages that have a layout.
-#[derive(Clone, Copy)]
-enum Language {
-    Tree,
-    Machine,
-    Properties,
-}
-
-impl Language {
-    /// By the ending of a file's name.
-    fn of_name(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()? {
-            "xml" => Some(Self::Tree),
-            "scxml" => Some(Self::Machine),
-            "scope" => Some(Self::Properties),
-            _ => None,
-        }
-    }
-
-    /// By the contents.
-    fn of_text(text: &str) -> Self {
-        match xml::root_name(text) {
-            None => Self::Properties,
-            Some(name) if name.ends_with("scxml") => Self::Machine,
-            Some(_) => Self::Tree,
-        }
-    }
-
-    /// The layout of a text. Files that it names are beside the one with this name.
-    fn layout(self, path: &Path, text: &str) -> Result<String, Error> {
-        let name = path.display().to_string();
-        match self {
-            Self::Tree => bt::layout(path, text, text_from_disk).map_err(Error::bad_input),
-            Self::Machine => skills::layout(&name, text, path.parent()).map_err(Error::bad_input),
-            Self::Properties => monitors::layout(&name, text).map_err(Error::bad_input),
-        }
-    }
 }
 
 /// Lays out files, or checks that they are. Exit status 1 if a file would change, 2 if one is refused, and 3 if one

@@ -8,14 +8,14 @@ use std::sync::Arc;
 use diagnostics::normal;
 use editor::findings::{Finding, Findings};
 use editor::proposal::{Proposal, ProposalKind};
-use editor::{Documents, EditedFile, FileContext, Mention, NameIndex, NameKind, TextLines, Unit};
+use editor::{Documents, EditedFile, FileContext, Language, Mention, NameIndex, NameKind, TextLines, Unit};
 use lsp_types as lsp;
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionParams, CompletionItem, CompletionItemKind, CompletionParams,
-    CompletionTextEdit, DocumentChangeOperation, DocumentChanges, DocumentSymbol, DocumentSymbolParams, Documentation,
-    GotoDefinitionParams, Hover, HoverContents, HoverParams, Location, MarkupContent, MarkupKind, OneOf,
-    OptionalVersionedTextDocumentIdentifier, ReferenceParams, RenameFile, RenameParams, ResourceOp, SymbolKind,
-    TextDocumentEdit, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
+    CompletionTextEdit, DocumentChangeOperation, DocumentChanges, DocumentFormattingParams, DocumentSymbol,
+    DocumentSymbolParams, Documentation, GotoDefinitionParams, Hover, HoverContents, HoverParams, Location,
+    MarkupContent, MarkupKind, OneOf, OptionalVersionedTextDocumentIdentifier, ReferenceParams, RenameFile,
+    RenameParams, ResourceOp, SymbolKind, TextDocumentEdit, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 
 use super::{address, wire};
@@ -107,6 +107,15 @@ impl Questions<'_> {
         let explained = subject.explanation(&spot.text, spot.at)?;
         let range = Some(self.range(&spot.text, &explained.range));
         Some(Hover { contents: HoverContents::Markup(markdown(explained.text)), range })
+    }
+
+    /// The edit that gives a document its layout; none if its kind has no layout, or if it has that already.
+    pub(super) fn formatting(&self, params: &DocumentFormattingParams) -> Result<Option<Vec<TextEdit>>, String> {
+        let Some((path, text)) = self.document(&params.text_document.uri) else { return Ok(None) };
+        let Some(language) = Language::of_name(&path) else { return Ok(None) };
+        let new_text = language.layout(&path, &text).map_err(|error| error.reasons())?;
+        let range = self.range(&text, &(0..text.len()));
+        Ok((new_text != *text).then(|| vec![TextEdit { range, new_text }]))
     }
 
     /// The names in all files to which a file belongs.

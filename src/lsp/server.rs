@@ -122,6 +122,7 @@ impl Server {
                 work_done_progress_options: WorkDoneProgressOptions::default(),
             })),
             code_action_provider: Some(true.into()),
+            document_formatting_provider: Some(OneOf::Left(true)),
             workspace: Some(WorkspaceServerCapabilities { workspace_folders: Some(folders), file_operations: None }),
             ..ServerCapabilities::default()
         }
@@ -162,8 +163,9 @@ impl Server {
                 asked.rename(&params).map(|edit| json!(edit)).map_err(|why| (ErrorCode::RequestFailed, why))
             }),
             "textDocument/codeAction" => understood(params, |params| Ok(json!(asked.actions(&params)))),
-            // `textDocument/formatting` belongs here once trees, machines and properties have a layout; only then does
-            // `capabilities` announce it.
+            "textDocument/formatting" => understood(params, |params| {
+                asked.formatting(&params).map(|edits| json!(edits)).map_err(|why| (ErrorCode::RequestFailed, why))
+            }),
             _ => Err((ErrorCode::MethodNotFound, format!("steward does not answer `{method}`"))),
         }
     }

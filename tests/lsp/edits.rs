@@ -5,6 +5,7 @@ use std::path::Path;
 
 use diagnostics::Disk;
 use editor::{Documents, Project, Toml};
+use serde_json::{Value, json};
 
 use super::Editor;
 use super::client::{SCENARIO, SCOPE, TREE, application};
@@ -193,4 +194,24 @@ fn a_cargo_manifest_is_not_a_scenario() {
     editor.open("Cargo.toml", "[package]\nname = \"x\"\n");
     editor.open("pom.xml", "<project/>");
     assert_eq!(editor.with_problems(), [""; 0]);
+}
+
+#[test]
+fn a_document_gets_its_layout() {
+    let mut editor = Editor::new();
+    let laid_out = "property told := always not (Ann, Bob, x > 1)\n";
+    editor.open("told.scope", "property  told:=always not(Ann,Bob,x>1)\n// é\n");
+    let format = |editor: &mut Editor, file: &str| {
+        let document = json!({ "uri": editor.address(file) });
+        editor.response("textDocument/formatting", json!({ "textDocument": document, "options": {} }))
+    };
+    let edits = format(&mut editor, "told.scope");
+    assert_eq!(edits["result"][0]["newText"], format!("{laid_out}// é\n"), "{edits}");
+    assert_eq!(edits["result"][0]["range"]["end"], json!({ "line": 2, "character": 0 }));
+    editor.open("same.scope", laid_out);
+    editor.open("wrong.scope", "property told := always (");
+    editor.open("a.toml", "seed  =  1");
+    assert_eq!(format(&mut editor, "same.scope")["result"], Value::Null);
+    assert_eq!(format(&mut editor, "a.toml")["result"], Value::Null);
+    assert!(format(&mut editor, "wrong.scope")["error"]["message"].is_string());
 }

@@ -6,9 +6,9 @@ mod counted;
 mod file_kind;
 pub mod findings;
 mod knowledge;
+mod language;
 mod name_index;
 pub mod named_files;
-
 mod parts;
 mod project;
 pub mod proposal;
@@ -27,6 +27,7 @@ mod xml_words;
 pub use answers::EditedFile;
 pub use counted::counted;
 pub use file_kind::FileKind;
+pub use language::Language;
 pub use name_index::{Mention, NameIndex, NameKind};
 pub use parts::{Part, parts};
 pub use project::{Documents, FileContext, Project};

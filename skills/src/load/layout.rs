@@ -1,20 +1,20 @@
 //! The canonical layout of machine files.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use diagnostics::{LineEnds, Problem, Source, xml};
+use diagnostics::{Disk, LineEnds, Problem, Source, xml};
 use roxmltree::Node;
 
 use super::check::is_machine;
 use super::parse_xml;
 use super::rules::Rule;
 use crate::chart::Chart;
+use crate::folder::Folder;
 use crate::{SkillError, Strictness};
 
 /// The text of a machine file in its canonical layout: comments and everything unknown are kept. Only white space
-/// between tags and attributes, quotes, and the form of empty elements change. Scripts, values between tags, and elements of other languages stay as they are.
-/// The layout of the result is the result.
+/// between tags and attributes, quotes, and the form of empty elements change. Scripts, values between tags, and
+/// elements of other languages stay as they are. The layout of the result is the result.
 ///
 /// `file` names the text in messages; `folder` is that of the files that the machine names, if they are accessible.
 /// What follows from the text does not change: both texts are equal machines, except for the lines after which states
@@ -34,7 +34,8 @@ use crate::{SkillError, Strictness};
 /// [`SkillError::Load`] if the text is not well-formed XML, or its outermost element is not `<scxml>`.
 pub fn layout(file: &str, text: &str, folder: Option<&Path>) -> Result<String, SkillError> {
     let refused = |problem| SkillError::load(Source::new(file, text), vec![problem], 0);
-    let compiled = |text: &str| Chart::compile(file, text, Strictness::Standard, folder.map(Arc::from), false);
+    let folder = folder.map(|path| Folder { path: path.to_owned(), disk: Disk::default() });
+    let compiled = |text: &str| Chart::compile(file, text, Strictness::Standard, folder.clone(), false);
     if xml::root_name(text).is_none_or(|name| name.rsplit(':').next() != Some("scxml")) {
         // The loader knows what else it may be.
         compiled(text)?;
