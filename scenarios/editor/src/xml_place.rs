@@ -43,7 +43,8 @@ pub(crate) fn place(text: &str, at: usize) -> Option<(XmlPlace, Range<usize>)> {
             .into_iter()
             .find(|(begin, _)| rest.starts_with(begin));
         if let Some((begin, end)) = skipped {
-            next = rest[begin.len()..].find(end).map_or(text.len(), |length| open + begin.len() + length + end.len());
+            let length = rest[begin.len()..].find(end)?;
+            next = open + begin.len() + length + end.len();
             if at < next {
                 return None;
             }
