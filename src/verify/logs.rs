@@ -115,7 +115,8 @@ impl Checked {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
             let witness = monitor.and_then(|monitor| monitor.witness());
-            let trail = witness.map(|witness| trail(&property.name, witness, &places)).unwrap_or_default();
+            let trail = witness.map(|witness| trail(&property.name, witness, verified.knows_ticks, &places));
+            let trail = trail.unwrap_or_default();
             let words = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
             Judgment {
                 property: property.name.clone(),

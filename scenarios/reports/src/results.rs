@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use monitors::{Outcome, Sighting, Witness};
 use recording::Expected;
 
+use crate::WitnessReport;
 use crate::file_place::FilePlace;
 use crate::html;
 use crate::report::{ExpectationReport, MonitorReport, Report};
@@ -232,16 +233,18 @@ impl FileFinding {
     }
 }
 
-/// The steps that led to a violation.
+/// The steps that led to a violation. `knows_ticks` says whether it is known when the tree was ticked.
 #[must_use]
-pub fn trail(property: &str, witness: &Witness, places: &WrittenPlaces) -> Vec<TrailStep> {
+pub fn trail(property: &str, witness: &Witness, knows_ticks: bool, places: &WrittenPlaces) -> Vec<TrailStep> {
     let message = |seen: &Sighting| TrailStep {
-        words: seen.to_string(),
+        words: if knows_ticks { seen.to_string() } else { format!("{seen:#}") },
         place: places.processes.get(&seen.from).or_else(|| places.processes.get(&seen.to)).cloned(),
     };
     let missing = witness.missing.as_ref().map_or_else(String::new, |missing| format!(", without {missing}"));
+    let settled = &witness.settled;
+    let when = if knows_ticks { settled.to_string() } else { format!("{settled:#}") };
     let end = TrailStep {
-        words: format!("{property} is violated{missing} ({})", witness.settled),
+        words: format!("{property} is violated{missing} ({when})"),
         place: places.properties.get(property).cloned(),
     };
     witness.messages.iter().map(message).chain([end]).collect()
@@ -267,7 +270,10 @@ fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPla
         }
         (None, Outcome::Satisfied) => CaseResult::Passed,
     };
-    let why = monitor.witness.as_ref().and_then(|witness| witness.why.as_ref());
+    let trail = |witness: &WitnessReport| {
+        let why = witness.why.as_ref()?;
+        Some(trail(&monitor.name, why, witness.knows_ticks, places))
+    };
     Case {
         group: "properties",
         name: monitor.name.clone(),
@@ -275,7 +281,7 @@ fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPla
         found: monitor.verdict.name().to_owned(),
         about: monitor.property.clone(),
         place: places.properties.get(&monitor.name).cloned(),
-        trail: why.map(|why| trail(&monitor.name, why, places)).unwrap_or_default(),
+        trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),
         story: monitor.story.clone(),
         picture: None,
         is_repeated: false,

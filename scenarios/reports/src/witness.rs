@@ -15,7 +15,7 @@ pub struct WitnessReport {
     /// Why, if the monitor can explain it.
     pub why: Option<Witness>,
     /// Whether it is known when the tree was ticked.
-    knows_ticks: bool,
+    pub(crate) knows_ticks: bool,
 }
 
 impl WitnessReport {
