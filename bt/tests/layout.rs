@@ -29,7 +29,8 @@ fn groot2s_models_comments_and_unknown_parts_are_kept() {
 <Script code="a := 1;
   b := 2" name="set"/></Fallback></BehaviorTree>
 <TreeNodesModel><Action ID="Foo" editable="true"><input_port name="x" type="int">  how
-   much </input_port><MetadataFields><Metadata  a="b"/></MetadataFields></Action></TreeNodesModel><Unknown/><?keep  it?></root>"#;
+   much </input_port><MetadataFields><Metadata  a="b"/></MetadataFields></Action></TreeNodesModel>
+<Unknown/><?keep  it?></root>"#;
     let expected = r#"<?xml version='1.0'?>
 <!-- before -->
 <root BTCPP_format="4" project="a">
@@ -64,7 +65,8 @@ fn groot2s_models_comments_and_unknown_parts_are_kept() {
 
 #[test]
 fn a_file_that_is_only_a_part_of_others_is_laid_out() {
-    let text = "<root><BehaviorTree ID='A'><Undeclared/></BehaviorTree><BehaviorTree ID='B'><SubTree ID='C'/></BehaviorTree></root>";
+    let tree = |id: &str, node: &str| format!("<BehaviorTree ID='{id}'>{node}</BehaviorTree>");
+    let text = &format!("<root>{}{}</root>", tree("A", "<Undeclared/>"), tree("B", "<SubTree ID='C'/>"));
     assert!(bt::Tree::from_xml("part.xml", text).is_err());
     assert_eq!(laid_out(text).lines().count(), 8);
 }
@@ -110,10 +112,14 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
-    fn random_trees_keep_their_meaning(tree in wild_tree(), plain in spec(), dice in prop::collection::vec(any::<u8>(), 1..200)) {
+    fn random_trees_keep_their_meaning(
+        tree in wild_tree(),
+        plain in spec(),
+        numbers in prop::collection::vec(any::<u8>(), 1..200),
+    ) {
         for tree in [&tree, &plain.tree()] {
             for text in [tree.source().text(), &tree.to_xml()] {
-                laid_out(&disturbed(text, &dice));
+                laid_out(&disturbed(text, &numbers));
             }
         }
     }

@@ -61,7 +61,8 @@ fn a_long_property_is_broken_before_its_operators() {
 
 #[test]
 fn comments_inside_a_property_stay_at_their_tokens() {
-    let text = "property p := always ( // why\n (a,b,true) // first\n // above\n implies // this\n (a,b,false) // second\n) // end";
+    let text = "property p := always ( // why\n (a,b,true) // first\n // above\n implies // this\n\
+                (a,b,false) // second\n) // end";
     let expected = "\
 property p := always ( // why
     (a, b, true) // first

@@ -203,7 +203,10 @@ fn a_document_gets_its_layout() {
     editor.open("told.scope", "property  told:=always not(Ann,Bob,x>1)\n// é\n");
     let format = |editor: &mut Editor, file: &str| {
         let document = json!({ "uri": editor.address(file) });
-        editor.response("textDocument/formatting", json!({ "textDocument": document, "options": {} }))
+        editor.response(
+            "textDocument/formatting",
+            json!({ "textDocument": document, "options": { "tabSize": 2, "insertSpaces": true } }),
+        )
     };
     let edits = format(&mut editor, "told.scope");
     assert_eq!(edits["result"][0]["newText"], format!("{laid_out}// é\n"), "{edits}");

@@ -87,7 +87,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
-    fn random_machines_keep_their_meaning(text in machine_text(), numbers in prop::collection::vec(any::<u8>(), 1..200)) {
+    fn random_machines_keep_their_meaning(
+        text in machine_text(),
+        numbers in prop::collection::vec(any::<u8>(), 1..200),
+    ) {
         let start = text.find('>').unwrap() + 1;
         laid_out(&disturbed(&format!("{}{CONTENTS}{}", &text[..start], &text[start..]), &numbers));
         laid_out(&disturbed(&text, &numbers));
