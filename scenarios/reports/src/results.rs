@@ -1,8 +1,8 @@
 //! The results of a command, for machines and people who read them in files.
 //!
 //! Every command makes the same thing of what it has found: a [`Suite`] for each run, proof, log or file, with a
-//! [`Case`] for each of its questions, and with [findings](FileFinding) in files. The writers, [`junit`](crate::junit),
-//! [`sarif`](crate::sarif) and [`markdown`](crate::markdown), know no command, and no command knows a format.
+//! [`Case`] for each of its questions, and with [findings](FileFinding) in files. The writers, `junit`,
+//! `sarif` and `markdown`, know no command, and no command knows a format.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
