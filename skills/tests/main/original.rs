@@ -69,8 +69,10 @@ fn the_machines_load_without_warnings_and_twins_differ_only_in_name_and_place() 
         assert_eq!((chart.name(), chart.warnings().len()), (leaf, 0));
         text.replace(leaf, "LEAF")
     };
+    // A tag with a longer name may have more lines.
+    let twin = |leaf: &str, place: &str| skills::layout(leaf, &text(leaf).replace(place, "PLACE"), None).unwrap();
     for (one, other) in [("AtRechargingStation", "AtDestination"), ("GotoRechargingStation", "GoToDestination")] {
-        assert_eq!(text(one).replace("'RechargingStation'", "PLACE"), text(other).replace("'Destination'", "PLACE"));
+        assert_eq!(twin(one, "'RechargingStation'"), twin(other, "'Destination'"));
     }
     for leaf in ["BatteryLevel", "BatteryNotCharging"] {
         text(leaf);
