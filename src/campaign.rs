@@ -12,6 +12,7 @@ use campaigns::{Estimate, GoalReport, Named, Plan, Ran, Shard, Summary, Unmet};
 use campaigns::{as_experiment, run_and_report};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
+use editor::counted;
 use recording::Detail;
 use reports::file_place::FilePlace;
 use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite};
@@ -25,7 +26,6 @@ use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
 use crate::results::{ResultsArgs, on_disk, places};
 use crate::{interrupt, summary};
-use editor::counted;
 
 /// The command's name in results.
 const COMMAND: &str = "campaign";

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use cockpit::Cockpit;
+use editor::System;
 use groot::{Client, FoundStatuses, GrootError, TreeNews, TreeWatch, Value};
 use monitors::Property;
 use recording::{Archive, Doubts, Ended, EntryValue, Follower as _, Origin, RunView, Step, TreeRun};
@@ -25,7 +26,6 @@ use crate::verify::in_words;
 use crate::verify::judge::{Verified, load};
 use crate::verify::live_page::LivePage;
 use crate::verify::tree_log::refuse_unknown;
-use editor::System;
 
 /// How long a program may take to answer.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -7,12 +7,12 @@ use std::path::{Component, Path, PathBuf};
 use campaigns::Error;
 use clap::{Args, ValueEnum};
 use diagnostics::Staging;
+use editor::Toml;
 use scenarios::files::{shipped_campaigns, shipped_paths};
 use scenarios::scenario::{Found, Scenario, ScenarioFile, find};
 
 use crate::names::ScenarioName;
 use crate::output::print_wrapped;
-use editor::Toml;
 
 /// The template, and where to write it.
 #[derive(Debug, Args)]

@@ -12,6 +12,7 @@ use campaigns::Error;
 use clap::Args;
 use diagnostics::Staging;
 use drawing::{MapPicture, Renderer, Trajectories};
+use editor::named_files;
 use maps::OccupancyGrid;
 use nav::Atlas;
 use robot::recorded::Recording;
@@ -21,7 +22,6 @@ use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
 use crate::output::{note, print_json, print_wrapped};
-use editor::named_files;
 
 pub(crate) use log::{Log, TopicArgs, open_log};
 

@@ -9,6 +9,7 @@ use campaigns::Error;
 use campaigns::matrix::{FaultFree, Matrix, Row, table};
 use clap::Args;
 use cockpit::{Board, Tally};
+use editor::counted;
 use monitors::Outcome;
 use reports::file_place::FilePlace;
 use reports::report::Report;
@@ -21,7 +22,6 @@ use crate::live::BoardArgs;
 use crate::output::{print_json, print_wrapped};
 use crate::progress::CountProgress;
 use crate::results::{ResultsArgs, on_disk, places};
-use editor::counted;
 
 /// Counts in how many runs each property was violated, and of how many.
 fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Vec<Tally> {

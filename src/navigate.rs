@@ -9,13 +9,13 @@ use campaigns::Error;
 use clap::{Args, ValueEnum};
 use diagnostics::Staging;
 use drawing::Renderer;
+use editor::named_files;
 use reports::file_name;
 use scenarios::Complaints;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
 use crate::output::{print, print_wrapped};
 use crate::progress::CountProgress;
-use editor::named_files;
 
 /// The name of the results' file.
 const DATA: &str = "navigate.json";

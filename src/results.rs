@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use campaigns::Error;
 use clap::Args;
-use miette::{Diagnostic, Severity, SourceCode, SourceSpan};
+use editor::{PartsOfText, parts_by_text};
+use miette::{Diagnostic, Severity};
 use reports::file_place::{FilePlace, FileText};
 use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
 use reports::{ResultsFile, ResultsFormat};
@@ -13,7 +14,6 @@ use scenarios::files::shipped_paths;
 use scenarios::scenario::{Scenario, find};
 
 use crate::output::note;
-use editor::parts;
 
 /// Where the results go besides the terminal.
 #[derive(Clone, Debug, Default, Args)]
@@ -91,36 +91,27 @@ pub(crate) fn findings_of(error: &Error) -> Vec<FileFinding> {
     }
 }
 
-/// The parts of a diagnostic with their places.
+/// The parts of a diagnostic with their places; an assignment on the command line, or a text without a name, is none.
 pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<FileFinding> {
-    // Parts of one text follow each other. Each may have its own handle of it, but it is prepared only once.
-    let mut last: Option<(*const u8, Option<FileText<'_>>)> = None;
     let mut found = Vec::new();
-    for (part, source) in parts(diagnostic) {
-        let place = source.and_then(|source| {
-            let address = source.read_span(&SourceSpan::from((0, 0)), 0, 0).ok()?.data().as_ptr();
-            if last.as_ref().is_none_or(|(known, _)| *known != address) {
-                last = Some((address, file_text(source)));
-            }
-            let text = last.as_ref()?.1.as_ref()?;
+    for PartsOfText { text, parts } in parts_by_text(diagnostic) {
+        let text = text.as_ref().filter(|(name, _)| name != diagnostics::ASSIGNMENT);
+        let text = text.map(|(name, text)| FileText::new(name.clone(), text));
+        found.extend(parts.into_iter().map(|part| {
             let label = part.labels().and_then(|mut labels| labels.next());
-            Some(label.map_or_else(|| text.whole(), |label| text.place(label.offset()..label.offset() + label.len())))
-        });
-        let kind = match part.severity() {
-            None | Some(Severity::Error) => FindingKind::Error,
-            Some(Severity::Warning | Severity::Advice) => FindingKind::Warning,
-        };
-        let help = part.help().map(|help| help.to_string()).filter(|help| !help.is_empty());
-        found.push(FileFinding { kind, message: part.to_string(), help, place });
+            let in_text = |text: &FileText<'_>| match &label {
+                Some(label) => text.place(label.offset()..label.offset() + label.len()),
+                None => text.whole(),
+            };
+            let kind = match part.severity() {
+                None | Some(Severity::Error) => FindingKind::Error,
+                Some(Severity::Warning | Severity::Advice) => FindingKind::Warning,
+            };
+            let help = part.help().map(|help| help.to_string()).filter(|help| !help.is_empty());
+            FileFinding { kind, message: part.to_string(), help, place: text.as_ref().map(in_text) }
+        }));
     }
     found
-}
-
-/// The text of a file; none if it is an assignment on the command line, or has no name.
-fn file_text(source: &dyn SourceCode) -> Option<FileText<'_>> {
-    let whole = source.read_span(&SourceSpan::from((0, 0)), 0, usize::MAX).ok()?;
-    let name = whole.name().filter(|name| *name != diagnostics::ASSIGNMENT)?.to_owned();
-    Some(FileText::new(name, std::str::from_utf8(whole.data()).ok()?))
 }
 
 /// Finds the files that these files name, or those that they are themselves, by their names in diagnostics: beside the

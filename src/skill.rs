@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
+use editor::named_files;
 use reports::pictures;
 use runs::machine_record;
 use scenarios::files::Kind;
@@ -17,7 +18,6 @@ use skills::{Chart, Cues, SkillError, Status, Strictness, rehearse};
 use crate::check;
 use crate::output::print;
 use crate::results::ResultsArgs;
-use editor::named_files;
 
 /// What to do with a machine.
 #[derive(Debug, Subcommand)]

@@ -9,6 +9,7 @@ use bt::{Outcome, Rehearsal, RehearsedTick, Request, Status, Tree};
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
 use drawing::FoldedTree;
+use editor::named_files;
 use reports::pictures;
 use serde_json::json;
 
@@ -16,7 +17,6 @@ use crate::check;
 use crate::output::{print, print_json};
 use crate::results::ResultsArgs;
 use crate::tree_script::{MOST_TICKS, TreeScript};
-use editor::named_files;
 
 /// The commands for a tree.
 #[derive(Debug, Subcommand)]

@@ -30,6 +30,7 @@ use std::time::Duration;
 use bags::{Contents, Found};
 use campaigns::Error;
 use channels::Gap;
+use editor::counted;
 use monitors::{Channels, EventLog, LogError, Property};
 use recording::{BagTree, Doubts, Header, LoggedRecording, Recording, RecordingError};
 use reports::report::ViolationsReport;
@@ -41,7 +42,6 @@ use crate::output::{complain, note, print, print_json, print_json_line, print_wr
 use answers::Answers;
 use around::Around;
 use editor::System;
-use editor::counted;
 use growing::{Growing, STILL_WRITTEN};
 use judge::{Judged, Judgment, Verified, load, recorded, unheard};
 use logs::Line;

@@ -6,7 +6,7 @@ use std::thread;
 use editor::{Documents, Project};
 
 use super::guard::guarded;
-use super::incoming::{CheckResult, Checked, Incoming};
+use super::incoming::{CheckResult, Incoming};
 
 /// What to check, and the number of the edit after which it is so.
 pub(super) type Job = (u64, Documents);
@@ -21,8 +21,7 @@ pub(super) fn start(results: Sender<Incoming>) -> Sender<Job> {
                 job = later;
             }
             let (edit, documents) = job;
-            let found =
-                guarded(|| Checked { findings: project.check(&documents), contexts: project.contexts(&documents) });
+            let found = guarded(|| project.check(&documents));
             if found.is_err() {
                 project = Project::default();
             }

@@ -1,10 +1,6 @@
 //! What the thread that answers waits for.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
-use editor::FileContext;
-use editor::findings::Findings;
+use editor::CheckedDocuments;
 use lsp_server::Message;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -22,14 +18,7 @@ pub(super) struct CheckResult {
     /// The number of the edit after which it was made.
     pub(super) edit: u64,
     /// Nothing if the check failed, with the reason.
-    pub(super) found: Result<Checked, String>,
-}
-
-/// What a check has found, and learned.
-pub(super) struct Checked {
-    pub(super) findings: Findings,
-    /// What belongs to each open document.
-    pub(super) contexts: BTreeMap<PathBuf, FileContext>,
+    pub(super) found: Result<CheckedDocuments, String>,
 }
 
 /// The parameters of a message; nothing if they are not those of the protocol.

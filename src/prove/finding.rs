@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use campaigns::Error;
+use editor::counted;
 use explorer::{Limit, Outcome};
 use proofs::{Answer, Mistake, Physical, Proof, Question, Round, Subject, Unreached};
 use reports::file_place::FilePlace;
@@ -12,7 +13,6 @@ use serde_json::json;
 
 use super::violation::{Violation, words};
 use crate::results::{on_disk, places, warnings};
-use editor::counted;
 
 /// A property that was explored.
 pub(crate) struct Finding {

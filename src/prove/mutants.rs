@@ -11,6 +11,7 @@ use explorer::{Limits, Order, Outcome, Progress, Reduction};
 use proofs::{Answer, Mutant, Proof, Question, Subject};
 
 use super::violation::words;
+use editor::counted;
 use reports::results::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
@@ -18,7 +19,6 @@ use serde_json::{Value, json};
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 use crate::progress::CountProgress;
 use crate::results::{on_disk, places};
-use editor::counted;
 
 /// The results for the mutants of a scenario.
 pub(super) struct Mutants {

@@ -4,12 +4,12 @@ use diagnostics::Disk;
 use std::path::{Path, PathBuf};
 
 use campaigns::Error;
+use editor::Toml;
 use glob::Pattern;
 use scenarios::files::{Files, scenario_names};
 use scenarios::scenario::{Found, RunsEntry, ScenarioFile, find};
 
 use crate::output::note;
-use editor::Toml;
 
 /// The requested scenarios, each once, as far as they pass the filters; without names, all that come with the program.
 pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {

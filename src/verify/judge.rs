@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use bags::Found;
 use campaigns::{Error, refuse_campaign};
 use channels::Topology;
+use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
 use reports::{Outputs, Presentation};
@@ -18,7 +19,6 @@ use super::around::{Around, Looking};
 use super::live_page::LivePage;
 use crate::live::BoardArgs;
 use crate::output::{note, warn};
-use editor::System;
 
 /// How long a page waits for the map, the robot on it and its laser: what is latched may take as long as the period of
 /// a publisher's heartbeats.

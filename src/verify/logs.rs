@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use campaigns::Error;
+use editor::counted;
 use monitors::Property;
 use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
@@ -14,7 +15,6 @@ use serde_json::{Value, json};
 
 use super::judge::Verified;
 use crate::results::{findings_of, on_disk};
-use editor::counted;
 
 /// The name of the page that leads to the reports.
 const INDEX: &str = "index.html";

@@ -10,6 +10,7 @@ use std::time::Duration;
 use bags::{Events, Mapping, Received, Remapping, Source, Survey, Through};
 use campaigns::Error;
 use diagnostics::from_disk;
+use editor::System;
 use monitors::{Property, Violation};
 use recording::Doubts;
 use trials::replay::sight::Sight;
@@ -21,7 +22,6 @@ use super::around::Around;
 use super::judge::{Judged, Judgment, Verified, load};
 use crate::live::BoardArgs;
 use crate::output::note;
-use editor::System;
 
 /// The file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";

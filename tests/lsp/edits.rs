@@ -113,13 +113,13 @@ fn edit_at_random(count: usize, seed: u64, compared_every: usize) {
             text.replace_range(range, &piece);
         }
         documents.open.insert(path.clone(), text.as_str().into());
-        let found = project.check(&documents);
+        let found = project.check(&documents).findings;
         if edit % compared_every == 0 {
             // The same texts, saved.
             for (path, text) in &documents.open {
                 fs::write(path, text.as_bytes()).unwrap();
             }
-            let anew = Project::default().check(&documents);
+            let anew = Project::default().check(&documents).findings;
             assert_eq!(found, anew, "edit {edit} of seed {seed}");
             for root in project.roots(&documents) {
                 same_as_on_disk(&root, &found, &documents);

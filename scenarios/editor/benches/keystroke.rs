@@ -68,12 +68,12 @@ fn times_of(folder: &Path, file: &str) -> Vec<Duration> {
     let mut documents = Documents { folders: vec![folder.to_owned()], ..Documents::default() };
     documents.open.insert(path.clone(), text.as_str().into());
     let mut project = Project::default();
-    assert!(project.check(&documents).is_empty());
+    assert!(project.check(&documents).findings.is_empty());
     let stroke = |number: usize| {
         documents.open.insert(path.clone(), format!("{text}{}", " ".repeat(number + 1)).into());
         #[expect(clippy::disallowed_methods, reason = "this is measured")]
         let start = Instant::now();
-        let found = project.check(&documents);
+        let found = project.check(&documents).findings;
         let time = start.elapsed();
         assert!(found.is_empty());
         time

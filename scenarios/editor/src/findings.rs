@@ -1,19 +1,19 @@
 //! What `steward check` finds, by the files in which it is.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use campaigns::Error;
 use diagnostics::Reads;
-use miette::{Diagnostic, Severity, SourceCode, SourceSpan};
+use miette::{Diagnostic, LabeledSpan, MietteDiagnostic, Severity};
 
 use crate::check::Checked;
-use crate::parts::{Part, parts};
+use crate::parts::{PartsOfText, parts_by_text};
 
 /// One thing that is wrong with a file, or looks wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Finding {
     /// Where it is, in bytes.
     pub range: Range<usize>,
@@ -40,15 +40,16 @@ pub struct InText {
 pub type Findings = BTreeMap<PathBuf, InText>;
 
 /// The findings of a check of `root`, in which these files were read.
-pub(crate) fn of_check(root: &Path, root_text: &str, checked: &Result<Checked, Error>, reads: &Reads) -> Findings {
+pub(crate) fn of_check(root: &Path, root_text: &Arc<str>, checked: &Result<Checked, Error>, reads: &Reads) -> Findings {
     let mut found = Collector { root, root_text, reads, found: Findings::new() };
     match checked {
         Ok(checked) => checked.concerns.iter().for_each(|concern| found.add(concern.as_ref())),
         Err(error) => match error.diagnostics() {
-            none if none.is_empty() => found.add_at_root(error.to_string(), None, true),
+            none if none.is_empty() => found.add(&MietteDiagnostic::new(error.to_string())),
             diagnostics => diagnostics.into_iter().for_each(|diagnostic| found.add(diagnostic)),
         },
     }
+    found.found.values_mut().for_each(InText::tidy);
     found.found
 }
 
@@ -58,69 +59,68 @@ pub(crate) fn merge(into: &mut Findings, from: &Findings) {
         match into.get_mut(path) {
             None => drop(into.insert(path.clone(), other.clone())),
             Some(known) => {
-                let new = other.findings.iter().filter(|finding| !known.findings.contains(finding));
-                let new: Vec<Finding> = new.cloned().collect();
-                known.findings.extend(new);
-                known.findings.sort_by_key(|finding| finding.range.start);
+                known.findings.extend(other.findings.iter().cloned());
+                known.tidy();
             }
         }
     }
 }
 
+impl InText {
+    fn tidy(&mut self) {
+        let mut known = HashSet::new();
+        self.findings.retain(|finding| known.insert(finding.clone()));
+        self.findings.sort_by_key(|finding| finding.range.start);
+    }
+}
+
 struct Collector<'c> {
     root: &'c Path,
-    root_text: &'c str,
+    root_text: &'c Arc<str>,
     reads: &'c Reads,
     found: Findings,
 }
 
 impl Collector<'_> {
     fn add(&mut self, diagnostic: &dyn Diagnostic) {
-        for part in parts(diagnostic) {
-            self.add_part(part);
+        for PartsOfText { text, parts } in parts_by_text(diagnostic) {
+            let path = text.as_ref().and_then(|(name, _)| self.reads.path(name));
+            match (text, path) {
+                (Some((_, text)), Some(path)) => {
+                    let findings = parts.into_iter().map(|part| in_text(part, &text)).collect();
+                    self.push(path, &text.as_ref().into(), findings);
+                }
+                // One of the files that come with the program, or text that it made itself.
+                (Some((name, _)), None) => self.add_at_root(parts, |part| format!("{name}: {part}")),
+                (None, _) => self.add_at_root(parts, |part| part.to_string()),
+            }
         }
     }
 
-    fn add_part(&mut self, (part, text): Part<'_>) {
-        let is_error = part.severity().unwrap_or_default() == Severity::Error;
-        let help = part.help().map(|help| help.to_string()).filter(|help| !help.is_empty());
-        let named = text.and_then(whole);
-        let Some((name, text)) = named else { return self.add_at_root(part.to_string(), help, is_error) };
-        let Some(path) = self.reads.path(&name) else {
-            // One of the files that come with the program, or text that it made itself.
-            return self.add_at_root(format!("{name}: {part}"), help, is_error);
-        };
-        let labels: Vec<_> = part.labels().into_iter().flatten().collect();
-        let range = |offset: usize, length: usize| {
-            let [start, end] = [offset, offset + length].map(|at| text.floor_char_boundary(at));
-            start..end
-        };
-        let finding = Finding {
-            range: labels.first().map_or(0..0, |first| range(first.offset(), first.len())),
-            message: part.to_string(),
-            help,
-            is_error,
-            labels: labels
-                .iter()
-                .filter_map(|label| Some((range(label.offset(), label.len()), label.label()?.to_owned())))
-                .collect(),
-        };
-        self.push(path, &text, finding);
+    fn add_at_root(&mut self, parts: Vec<&dyn Diagnostic>, message: impl Fn(&dyn Diagnostic) -> String) {
+        let at_start = |part| Finding { range: 0..0, message: message(part), labels: Vec::new(), ..in_text(part, "") };
+        let findings = parts.into_iter().map(at_start).collect();
+        self.push(self.root.to_owned(), self.root_text, findings);
     }
 
-    fn add_at_root(&mut self, message: String, help: Option<String>, is_error: bool) {
-        let finding = Finding { range: 0..0, message, help, is_error, labels: Vec::new() };
-        self.push(self.root.to_owned(), self.root_text, finding);
-    }
-
-    fn push(&mut self, path: PathBuf, text: &str, finding: Finding) {
-        let found = InText { text: text.into(), findings: vec![finding] };
-        merge(&mut self.found, &Findings::from([(path, found)]));
+    fn push(&mut self, path: PathBuf, text: &Arc<str>, findings: Vec<Finding>) {
+        let of_file = self.found.entry(path);
+        of_file.or_insert_with(|| InText { text: Arc::clone(text), findings: Vec::new() }).findings.extend(findings);
     }
 }
 
-/// The name of a text, and the text.
-fn whole(text: &dyn SourceCode) -> Option<(String, String)> {
-    let all = text.read_span(&SourceSpan::from((0, 0)), 0, usize::MAX).ok()?;
-    Some((all.name()?.to_owned(), String::from_utf8_lossy(all.data()).into_owned()))
+/// A part of a diagnostic in its text.
+fn in_text(part: &dyn Diagnostic, text: &str) -> Finding {
+    let labels: Vec<_> = part.labels().into_iter().flatten().collect();
+    let range = |label: &LabeledSpan| {
+        let [start, end] = [label.offset(), label.offset() + label.len()].map(|at| text.floor_char_boundary(at));
+        start..end
+    };
+    Finding {
+        range: labels.first().map_or(0..0, range),
+        message: part.to_string(),
+        help: part.help().map(|help| help.to_string()).filter(|help| !help.is_empty()),
+        is_error: part.severity().unwrap_or_default() == Severity::Error,
+        labels: labels.iter().filter_map(|label| Some((range(label), label.label()?.to_owned()))).collect(),
+    }
 }

@@ -59,6 +59,15 @@ pub struct FileContext {
     pub files: BTreeSet<PathBuf>,
 }
 
+/// What a check has found, and learned.
+#[derive(Debug)]
+pub struct CheckedDocuments {
+    /// By file.
+    pub findings: Findings,
+    /// What belongs to each open document.
+    pub contexts: BTreeMap<PathBuf, FileContext>,
+}
+
 /// A checked file.
 #[derive(Debug)]
 struct Root {
@@ -99,21 +108,17 @@ impl Stamp {
 }
 
 impl Project {
-    /// Everything that is wrong with the open documents, and with the scenarios that read them.
-    pub fn check(&mut self, documents: &Documents) -> Findings {
+    /// What is wrong with the open documents and with the scenarios that read them, and what belongs to them.
+    pub fn check(&mut self, documents: &Documents) -> CheckedDocuments {
         let roots = self.roots(documents);
-        let mut found = Findings::new();
+        let mut findings = Findings::new();
         roots
             .iter()
             .filter_map(|root| self.known.get(root))
-            .for_each(|root| findings::merge(&mut found, &root.findings));
-        found
-    }
-
-    /// What belongs to each open document.
-    pub fn contexts(&mut self, documents: &Documents) -> BTreeMap<PathBuf, FileContext> {
-        let roots = self.roots(documents);
-        documents.open.keys().map(|document| (document.clone(), self.context(document, &roots, documents))).collect()
+            .for_each(|root| findings::merge(&mut findings, &root.findings));
+        let open = documents.open.keys();
+        let contexts = open.map(|document| (document.clone(), self.context(document, &roots, documents))).collect();
+        CheckedDocuments { findings, contexts }
     }
 
     fn context(&mut self, document: &Path, roots: &BTreeSet<PathBuf>, documents: &Documents) -> FileContext {

@@ -36,7 +36,7 @@ pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, find
     let mut changed = text.to_string();
     changed.replace_range(fix.range.clone(), &fix.text);
     fixed.open.insert(file.to_owned(), Arc::from(changed));
-    let [before, after] = [documents, &fixed].map(|documents| Project::default().check(documents));
+    let [before, after] = [documents, &fixed].map(|documents| Project::default().check(documents).findings);
     let count = |findings: &crate::findings::Findings| -> usize {
         findings.values().map(|found| found.findings.iter().filter(|finding| finding.is_error).count()).sum()
     };

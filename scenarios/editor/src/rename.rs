@@ -76,8 +76,8 @@ impl Renaming {
     /// Checks that nothing is wrong afterwards that was right before.
     fn verify(&self, documents: &Documents, index: &NameIndex, old: &str, new: &str) -> Result<(), String> {
         let before = Self::default().applied(documents, index, old);
-        let [before, after] =
-            [before, self.applied(documents, index, new)].map(|documents| Project::default().check(&documents));
+        let [before, after] = [before, self.applied(documents, index, new)]
+            .map(|documents| Project::default().check(&documents).findings);
         let message = |message: &str| message.replace(old, new);
         let known: Vec<String> = messages(&before).map(message).collect();
         match messages(&after).find(|found| !known.contains(&message(found))) {

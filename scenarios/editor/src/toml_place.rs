@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+use toml_parser::Source;
+use toml_parser::lexer::TokenKind;
+
 /// What the text at a cursor is, or will be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum TomlPlace {
@@ -45,10 +48,9 @@ pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> 
             if token.kind == Kind::Comment && is_here {
                 return None;
             }
-            let quote = usize::from(matches!(token.kind, Kind::Text | Kind::OpenText));
-            let is_closed = usize::from(token.kind == Kind::Text);
-            let word = if is_here { token.range.start + quote..token.range.end - is_closed } else { at..at };
-            found = Some((walk.place(is_here && quote > 0)?, word, walk.instance()));
+            let is_quoted = is_here && token.kind != Kind::Word;
+            let word = if is_here { token.content.clone() } else { at..at };
+            found = Some((walk.place(is_quoted)?, word, walk.instance()));
         }
         walk.step(text, &token);
     }
@@ -109,77 +111,40 @@ enum Kind {
 struct Token {
     kind: Kind,
     range: Range<usize>,
-}
-
-impl Token {
-    /// What it says, without quotes.
-    fn content(&self) -> Range<usize> {
-        match self.kind {
-            Kind::Text => self.range.start + 1..self.range.end - 1,
-            Kind::OpenText => self.range.start + 1..self.range.end,
-            _ => self.range.clone(),
-        }
-    }
+    /// The range of what it says, without quotes.
+    content: Range<usize>,
 }
 
 fn tokens(text: &str) -> Vec<Token> {
-    let bytes = text.as_bytes();
-    let (mut at, mut tokens) = (0, Vec::new());
-    while at < bytes.len() {
-        let start = at;
-        let kind = match bytes[at] {
-            b' ' | b'\t' | b'\r' => {
-                at += 1;
-                continue;
-            }
-            b'\n' => {
-                at += 1;
-                Kind::NewLine
-            }
-            b'#' => {
-                at = line_end(bytes, at);
-                Kind::Comment
-            }
-            quote @ (b'"' | b'\'') => {
-                let (end, kind) = string_end(bytes, at, quote);
-                at = end;
-                kind
-            }
-            sign @ (b'[' | b']' | b'{' | b'}' | b'=' | b',' | b'.') => {
-                at += 1;
-                Kind::Sign(sign)
-            }
-            _ => {
-                let ends = |byte: &u8| b" \t\r\n#\"'[]{}=,.".contains(byte);
-                at = bytes[at..].iter().position(ends).map_or(bytes.len(), |length| at + length);
-                Kind::Word
-            }
+    let token = |lexed: toml_parser::lexer::Token| {
+        let range = lexed.span().start()..lexed.span().end();
+        let string = |quote: &str, has_escapes: bool| {
+            let inside = text[range.clone()].strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
+            let escapes = |inside: &str| inside.bytes().rev().take_while(|byte| *byte == b'\\').count();
+            let is_closed = inside.is_some_and(|inside| !has_escapes || escapes(inside).is_multiple_of(2));
+            let start = range.start + quote.len();
+            if is_closed { (Kind::Text, start..range.end - quote.len()) } else { (Kind::OpenText, start..range.end) }
         };
-        tokens.push(Token { kind, range: start..at });
-    }
-    tokens
-}
-
-fn line_end(bytes: &[u8], at: usize) -> usize {
-    bytes[at..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |length| at + length)
-}
-
-/// Where the string that begins at `at` ends.
-fn string_end(bytes: &[u8], at: usize, quote: u8) -> (usize, Kind) {
-    let long = [quote; 3];
-    if bytes[at..].starts_with(&long) {
-        let end = bytes[at + 3..].windows(3).position(|next| next == long);
-        return end.map_or((bytes.len(), Kind::OpenText), |length| (at + 3 + length + 3, Kind::Text));
-    }
-    let mut end = at + 1;
-    while end < bytes.len() && bytes[end] != b'\n' {
-        match bytes[end] {
-            b'\\' if quote == b'"' => end += 2,
-            byte if byte == quote => return (end + 1, Kind::Text),
-            _ => end += 1,
-        }
-    }
-    (end.min(bytes.len()), Kind::OpenText)
+        let (kind, content) = match lexed.kind() {
+            TokenKind::Whitespace | TokenKind::Eof => return None,
+            TokenKind::LiteralString => string("'", false),
+            TokenKind::BasicString => string("\"", true),
+            TokenKind::MlLiteralString => string("'''", false),
+            TokenKind::MlBasicString => string("\"\"\"", true),
+            TokenKind::Newline => (Kind::NewLine, range.clone()),
+            TokenKind::Comment => (Kind::Comment, range.clone()),
+            TokenKind::Atom => (Kind::Word, range.clone()),
+            TokenKind::Dot
+            | TokenKind::Equals
+            | TokenKind::Comma
+            | TokenKind::LeftSquareBracket
+            | TokenKind::RightSquareBracket
+            | TokenKind::LeftCurlyBracket
+            | TokenKind::RightCurlyBracket => (Kind::Sign(text.as_bytes()[range.start]), range.clone()),
+        };
+        Some(Token { kind, range, content })
+    };
+    Source::new(text).lex().filter_map(token).collect()
 }
 
 /// A key of a table, for what is present there.
@@ -324,7 +289,7 @@ impl TokenWalk {
     }
 
     fn word(&mut self, text: &str, token: &Token, begins_line: bool) {
-        let range = token.content();
+        let range = token.content.clone();
         let name = text[range.clone()].to_owned();
         let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
         if self.is_after_equals || is_array {
