@@ -22,12 +22,12 @@ use crate::run::select;
 /// What to check.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scenarios, campaigns, maps, places, trees, skills, interfaces and properties: files, or names (see `steward
-    /// list`)
+    /// Scenarios, campaigns, maps, places, trees, skills, interfaces, mappings and properties: files, or names (see
+    /// `steward list`)
     #[arg(value_name = "NAME|FILE", required = true)]
     files: Vec<String>,
     /// The scenario with the processes of machines, the processes and channels of property files and the places of
-    /// interfaces [default: nominal]
+    /// interfaces; for property files, also a mapping [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
     #[command(flatten)]

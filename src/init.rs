@@ -242,5 +242,6 @@ fn kind(path: &Path, contents: &[u8]) -> String {
         Toml::Scenario => format!("a scenario: {about}"),
         Toml::Interface => "the interface of a component: its services, topics and actions".to_owned(),
         Toml::Places => "the places on the map, in meters and degrees".to_owned(),
+        Toml::Mapping => "a mapping of a robot's messages to channels".to_owned(),
     }
 }

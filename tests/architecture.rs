@@ -128,6 +128,7 @@ const ROOMS: [(&str, &[&str]); 35] = [
             "interfaces",
             "skills",
             "monitors",
+            "bags",
             "scenarios",
             "runs",
             "campaigns",
@@ -198,6 +199,24 @@ fn simulation_and_navigation_read_no_files() {
         let used: BTreeSet<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
         assert!(used.contains("nalgebra"), "{package}: {tree}");
         assert!(!readers.iter().any(|reader| used.contains(reader)), "{package}: {used:?}");
+    }
+}
+
+/// Cargo does not even look for them there.
+#[test]
+fn libraries_that_are_not_tested_have_no_tests_and_no_examples() {
+    let packages = metadata(&["--no-deps"]).packages;
+    let libraries = packages.iter().flat_map(|package| &package.targets).filter(|target| target.kind == ["lib"]);
+    for library in libraries {
+        for (path, text) in sources(library.src_path.parent().unwrap()) {
+            assert!(library.test || !text.contains("#[test]"), "{} is not run", path.display());
+            let lines = text.lines().map(str::trim_start);
+            let docs = lines.filter_map(|line| line.strip_prefix("///").or_else(|| line.strip_prefix("//!")));
+            let fences = docs.filter_map(|line| line.trim_start().strip_prefix("```"));
+            // Every other one ends a block.
+            let has_example = fences.step_by(2).any(|language| ["", "rust", "no_run"].contains(&language));
+            assert!(library.doctest || !has_example, "the examples in {} are not run", path.display());
+        }
     }
 }
 

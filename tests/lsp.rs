@@ -4,6 +4,7 @@ mod client;
 mod completion;
 mod diagnostics;
 mod edits;
+mod mappings;
 mod names;
 mod sessions;
 

@@ -73,7 +73,7 @@ impl Questions<'_> {
     pub(super) fn completion(&self, params: &CompletionParams) -> Option<Vec<CompletionItem>> {
         let spot = self.spot(&params.text_document_position)?;
         let (disk, context) = (self.documents.disk(), self.context(&spot.path));
-        let subject = EditedFile { disk: &disk, file: &spot.path, scenarios: &context.scenarios };
+        let subject = EditedFile { disk: &disk, file: &spot.path, context: &context };
         let lines = TextLines::of(&spot.text);
         let item = |proposal: Proposal| {
             let range = wire::range(&lines, &proposal.replaces, self.unit);
@@ -103,7 +103,7 @@ impl Questions<'_> {
     pub(super) fn hover(&self, params: &HoverParams) -> Option<Hover> {
         let spot = self.spot(&params.text_document_position_params)?;
         let (disk, context) = (self.documents.disk(), self.context(&spot.path));
-        let subject = EditedFile { disk: &disk, file: &spot.path, scenarios: &context.scenarios };
+        let subject = EditedFile { disk: &disk, file: &spot.path, context: &context };
         let explained = subject.explanation(&spot.text, spot.at)?;
         let range = Some(self.range(&spot.text, &explained.range));
         Some(Hover { contents: HoverContents::Markup(markdown(explained.text)), range })
@@ -246,15 +246,14 @@ impl Questions<'_> {
         let here = shown.findings.iter().filter(|finding| finding.range.start <= end && start <= finding.range.end);
         let action = |finding: &Finding| {
             let fix = editor::quick_fix(self.documents, &self.context(&path), &path, finding)?;
-            let title = format!("Replace `{}` with `{}`", &text[fix.range.clone()], fix.text);
             let edits = self.edits(&path, &text, [(fix.range, fix.text)].into_iter())?;
             let address = (self.address)(&path)?;
             Some(CodeAction {
-                title,
+                title: fix.title,
                 kind: Some(CodeActionKind::QUICKFIX),
                 diagnostics: Some(vec![wire::diagnostic(finding, &lines, &address, self.unit)]),
                 edit: Some(self.workspace_edit(vec![edits], Vec::new())),
-                is_preferred: Some(true),
+                is_preferred: Some(fix.is_certain),
                 ..CodeAction::default()
             })
         };

@@ -1,6 +1,6 @@
 //! The contents of a bag, and a mapping to start from.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use ros_messages::{Constant, Layout, Value};
@@ -50,6 +50,8 @@ impl Contents {
     #[must_use]
     pub fn of(survey: &Survey, definitions: &Definitions<'_>) -> Self {
         let duration_s = survey.span_ns.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 * 1e-9);
+        let mut types: BTreeMap<&str, usize> = BTreeMap::new();
+        survey.topics.iter().for_each(|topic| *types.entry(&topic.name).or_default() += 1);
         let mut names = BTreeSet::new();
         let mut topics: Vec<Listed> = survey
             .topics
@@ -61,10 +63,11 @@ impl Contents {
                 let found = defined.as_ref().map(|defined| leaves(&defined.layout)).unwrap_or_default();
                 let on_board = defined.as_ref().ok().and_then(|defined| defined.on_board.as_deref());
                 let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
-                // In a bag, one name may have several types, but an entry of a mapping names all of them.
+                // In a bag, one name may have several types; an entry of a mapping that names no type is for all.
                 let is_first = names.insert(topic.name.clone());
+                let has_one_type = types[&*topic.name] == 1;
                 let entry = match &defined {
-                    Ok(defined) if is_first => entry(topic, *messages == 0, on_board, &defined.layout),
+                    Ok(defined) if is_first => entry(topic, has_one_type, on_board, &defined.layout),
                     _ => String::new(),
                 };
                 Listed {
@@ -119,9 +122,9 @@ fn what(end: End) -> &'static str {
     }
 }
 
-/// The entry of a topic in a mapping; empty if no field can be mapped. If its type is defined on board, it says so. If
-/// the topic is silent, it names the type, so that nobody waits for it.
-fn entry(topic: &Topic, is_silent: bool, on_board: Option<&str>, layout: &Layout) -> String {
+/// The entry of a topic in a mapping; empty if no field can be mapped. It names the type, if it is the only one, so
+/// that properties can be checked without the topic; if the type is defined on board, it says so.
+fn entry(topic: &Topic, has_one_type: bool, on_board: Option<&str>, layout: &Layout) -> String {
     let Topic { name, kind, .. } = topic;
     let with_items = WITH_ITEMS.iter().find(|(with_items, _)| with_items == kind);
     let items = with_items.and_then(|(_, each)| Some((each, ItemsPath::resolve(each, layout).ok()?)));
@@ -130,11 +133,15 @@ fn entry(topic: &Topic, is_silent: bool, on_board: Option<&str>, layout: &Layout
     if leaves.is_empty() {
         return String::new();
     }
-    let on_board = on_board.map_or_else(String::new, |how| format!(", defined on board, {how}"));
+    let on_board = on_board.map_or_else(String::new, |how| format!(" # defined on board, {how}"));
     let each = items.as_ref().map_or_else(String::new, |(each, _)| format!("each = {each:?}\n"));
-    let named = if is_silent { format!("type = {kind:?}\n") } else { String::new() };
+    let named = if has_one_type {
+        format!("type = {kind:?}{on_board}\n")
+    } else {
+        format!("# of several types, such as {kind}{}\n", on_board.replace(" #", ","))
+    };
     let mut text = format!(
-        "\n[[messages]] # {kind}{on_board}\ntopic = {name:?}\n{named}from = \"{}\"\nto = \"monitor\"\n{each}[messages.fields]\n",
+        "\n[[messages]]\ntopic = {name:?}\n{named}from = \"{}\"\nto = \"monitor\"\n{each}[messages.fields]\n",
         process(name)
     );
     let mut names = BTreeSet::new();

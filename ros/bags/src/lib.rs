@@ -31,7 +31,7 @@ use chrono::{DateTime, Utc};
 pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found};
-pub use mapping::{Compiled, Mapping, Remapping, RobotTopics, prefix, resolve};
+pub use mapping::{Compiled, Described, Mapping, Remapping, RobotTopics, prefix, resolve};
 pub use storage::{
     Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Through, Topic, is_bag,
 };

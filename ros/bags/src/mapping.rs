@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::storage::Survey;
 
-pub use compile::Compiled;
+pub use compile::{Compiled, Described};
 pub(crate) use compile::{CompiledEntry, FieldRule, MessageTime, Number};
 
 /// A mapping file that has been read but not yet compared with a bag.

@@ -143,5 +143,5 @@ fn what_a_file_says_about_its_types_is_read_with_and_without_a_summary() {
     assert_eq!(bag.survey().distributions.iter().collect::<Vec<_>>(), ["jazzy"]);
     let contents = Contents::of(bag.survey(), &Definitions { survey: bag.survey(), folders: &[], read: &nothing });
     let proposal = contents.proposal().expect("the definition is on board");
-    assert!(proposal.contains("[[messages]] # sensor_msgs/msg/Range, defined on board, by its hash\n"), "{proposal}");
+    assert!(proposal.contains("type = \"sensor_msgs/msg/Range\" # defined on board, by its hash\n"), "{proposal}");
 }

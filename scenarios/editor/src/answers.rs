@@ -1,32 +1,31 @@
 //! Answers about a place in a file, whatever its kind is.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use diagnostics::Disk;
-use scenarios::scenario::Scenario;
 
 use crate::file_kind::FileKind;
 use crate::knowledge::Knowledge;
+use crate::project::FileContext;
 use crate::proposal::{Explanation, Proposal};
 use crate::{scope_words, toml_keys, xml_words};
 
-/// A file, and the scenarios to which it belongs.
+/// A file, and what belongs to it.
 #[derive(Debug)]
 pub struct EditedFile<'s> {
     /// The disk with the open documents.
     pub disk: &'s Disk,
     /// The file.
     pub file: &'s Path,
-    /// The scenarios.
-    pub scenarios: &'s [Arc<Scenario>],
+    /// What belongs to it.
+    pub context: &'s FileContext,
 }
 
 impl EditedFile<'_> {
     /// What may be written at a byte of the file's text.
     #[must_use]
     pub fn proposals(&self, text: &str, at: usize) -> Vec<Proposal> {
-        let known = Knowledge::of(self.scenarios);
+        let known = Knowledge::of(self.context);
         match FileKind::of(self.disk, self.file) {
             Some(FileKind::Tree) => xml_words::in_tree(text, at, &known),
             Some(FileKind::Machine) => xml_words::in_machine(text, at, &known),
@@ -39,7 +38,7 @@ impl EditedFile<'_> {
     /// What the text at a byte means.
     #[must_use]
     pub fn explanation(&self, text: &str, at: usize) -> Option<Explanation> {
-        let known = Knowledge::of(self.scenarios);
+        let known = Knowledge::of(self.context);
         match FileKind::of(self.disk, self.file)? {
             FileKind::Tree => xml_words::explained_in_tree(text, at, &known),
             FileKind::Machine => xml_words::explained_in_machine(text, at, &known),

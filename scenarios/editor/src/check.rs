@@ -1,9 +1,10 @@
 //! What is wrong with a file, and everything else short of a run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
+use bags::Described;
 use bt::Tree;
 use campaigns::{Error, Plan};
 use channels::Symbol;
@@ -58,7 +59,7 @@ impl Checked {
 }
 
 /// Checks a file on this disk according to its kind. `of` is the scenario to which a machine, properties or an
-/// interface belong.
+/// interface belong; properties may belong to a mapping.
 ///
 /// # Errors
 /// Everything that is wrong with it.
@@ -83,12 +84,13 @@ pub(crate) fn examine_like(
         Some(FileKind::Map) => map(disk, path),
         Some(FileKind::PlacesIni | FileKind::Toml(Toml::Places)) => places(disk, path),
         Some(FileKind::Toml(Toml::Campaign)) => campaign(disk, path),
+        Some(FileKind::Toml(Toml::Mapping)) => mapping(disk, path),
         Some(FileKind::Toml(Toml::Interface)) => interface(disk, path, scenario),
         Some(FileKind::Model | FileKind::Toml(Toml::Scenario)) => of_scenario(disk, file, like),
         None => Err(Error::refused(
             format!("{file} is not a kind of file that can be checked"),
-            "scenarios, campaigns, interfaces and places (also .ini) end in .toml, maps in .yaml, trees in .xml, skills \
-             in .scxml, and properties in .scope",
+            "scenarios, campaigns, interfaces, mappings and places (also .ini) end in .toml, maps in .yaml, trees in .xml, \
+             skills in .scxml, and properties in .scope",
         )),
     }
 }
@@ -146,8 +148,8 @@ pub fn machine(disk: &Disk, file: &Path, scenario: Option<&str>) -> Result<(Arc<
     Ok((chart, Checked::of(summary, concerns)))
 }
 
-fn properties(disk: &Disk, file: &Path, scenario: &str) -> Result<Checked, Error> {
-    let properties = System::on(disk, scenario)?.load(file)?;
+fn properties(disk: &Disk, file: &Path, subject: &str) -> Result<Checked, Error> {
+    let properties = System::on(disk, subject)?.load(file)?;
     let warned = (!properties.warnings.is_empty()).then(|| Box::new(properties.warnings) as _);
     Ok(Checked::of(counted(properties.properties.len(), "property"), warned.into_iter().collect()))
 }
@@ -168,6 +170,17 @@ fn map(disk: &Disk, file: &Path) -> Result<Checked, Error> {
 fn places(disk: &Disk, file: &Path) -> Result<Checked, Error> {
     let places = named_files::places(disk, file)?;
     Ok(Checked::of(counted(places.places().iter().count(), "place"), Vec::new()))
+}
+
+fn mapping(disk: &Disk, file: &Path) -> Result<Checked, Error> {
+    let (mapping, Described { open, .. }) = named_files::mapping(disk, file)?;
+    let topics: BTreeSet<&str> = mapping.topics().collect();
+    let mut summary = format!("a mapping of {}", counted(topics.len(), "topic"));
+    if !open.is_empty() {
+        let open = open.into_iter().collect::<Vec<_>>().join(" and ");
+        summary += &format!(", without the types of {open}, which only a bag or a robot tells");
+    }
+    Ok(Checked::of(summary, Vec::new()))
 }
 
 fn interface(disk: &Disk, file: &Path, scenario: &str) -> Result<Checked, Error> {

@@ -8,14 +8,17 @@ use channels::{FieldKind, Topology};
 use runs::topology_for_properties;
 use scenarios::scenario::Scenario;
 
+use crate::project::FileContext;
 use crate::proposal::ProposalKind;
+use crate::system::System;
 
 /// What the scenarios of a file define.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Knowledge {
     /// The scenarios.
     pub(crate) scenarios: Vec<Arc<Scenario>>,
-    topologies: Vec<Arc<Topology>>,
+    /// Their systems, and those of mappings.
+    pub(crate) systems: Vec<System>,
 }
 
 /// A field of the messages between two processes.
@@ -29,9 +32,16 @@ pub(crate) struct KnownField {
 }
 
 impl Knowledge {
-    pub(crate) fn of(scenarios: &[Arc<Scenario>]) -> Self {
-        let topologies = scenarios.iter().filter_map(|scenario| topology_for_properties(scenario).ok()).collect();
-        Self { scenarios: scenarios.to_vec(), topologies }
+    pub(crate) fn of(FileContext { scenarios, mapped, .. }: &FileContext) -> Self {
+        let of_scenario = |scenario: &Arc<Scenario>| {
+            Some(System::new(topology_for_properties(scenario).ok()?, scenario.file.execution.tick))
+        };
+        let systems = scenarios.iter().filter_map(of_scenario).chain(mapped.iter().cloned()).collect();
+        Self { scenarios: scenarios.clone(), systems }
+    }
+
+    fn topologies(&self) -> impl Iterator<Item = &Topology> {
+        self.systems.iter().map(|system| &*system.topology)
     }
 
     /// The trees.
@@ -42,7 +52,7 @@ impl Knowledge {
     /// Each process, with what it is.
     pub(crate) fn processes(&self) -> BTreeMap<String, String> {
         let mut found = BTreeMap::new();
-        for topology in &self.topologies {
+        for topology in self.topologies() {
             let outside = |process| if topology.is_outside(process) { "outside the scenario" } else { "a process" };
             found.extend(
                 topology.processes().map(|process| (topology.name(process).to_owned(), outside(process).to_owned())),
@@ -66,14 +76,14 @@ impl Knowledge {
     }
 
     fn ends(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.topologies.iter().flat_map(|topology| topology.channels().map(|channel| topology.ends(channel)))
+        self.topologies().flat_map(|topology| topology.channels().map(|channel| topology.ends(channel)))
     }
 
     /// The fields of the messages between two processes, `*` for any.
     pub(crate) fn fields(&self, sender: &str, receiver: &str) -> Vec<KnownField> {
         let is = |wanted: &str, name: &str| wanted == "*" || wanted == name;
         let mut fields: Vec<KnownField> = Vec::new();
-        for topology in &self.topologies {
+        for topology in self.topologies() {
             let channels = topology.channels().filter(|channel| {
                 let (source, target) = topology.ends(*channel);
                 is(sender, source) && is(receiver, target)

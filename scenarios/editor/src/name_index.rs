@@ -164,7 +164,12 @@ impl Collector {
                 }
             }
             FileKind::Toml(kind) => {
-                for part in contents(text).0 {
+                let (parts, texts) = contents(text);
+                let is_end = |text: &&Text| kind == Toml::Mapping && is_end_of_channel(&text.key);
+                for end in texts.iter().filter(is_end) {
+                    self.add(path, NameKind::Process, &end.value, end.range.clone(), true);
+                }
+                for part in parts {
                     if part.is_header && kind != Toml::Places {
                         self.add(path, NameKind::Table, &part.name, part.range.clone(), true);
                     }
@@ -353,6 +358,11 @@ impl Collector {
 fn parsed(text: &str) -> Option<Document<'_>> {
     let options = ParsingOptions { nodes_limit: 100_000, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).ok()
+}
+
+/// Whether a key of a mapping names a process.
+fn is_end_of_channel(key: &[String]) -> bool {
+    matches!(key, [messages, end] if messages == "messages" && (end == "from" || end == "to"))
 }
 
 /// The words of a text, with their ranges.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bags::{Described, Mapping};
 use bt::{Loader, Tree};
 use channels::Symbol;
 use diagnostics::Disk;
@@ -87,6 +88,17 @@ pub fn map(disk: &Disk, argument: &Path) -> Result<OccupancyGrid, Error> {
 pub fn places(disk: &Disk, argument: &Path) -> Result<PlacesFile, Error> {
     let (path, _) = read(disk, Kind::Places, argument)?;
     PlacesFile::load(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+}
+
+/// Loads a mapping, and what is known of it without a bag or a robot.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn mapping(disk: &Disk, path: &Path) -> Result<(Mapping, Described), Error> {
+    let read = |path: &Path| files(disk).read(path);
+    let mapping = Mapping::load(path, &read).map_err(Error::bad_input)?;
+    let described = mapping.describe(&read).map_err(Error::bad_input)?;
+    Ok((mapping, described))
 }
 
 /// Loads an interface, in which fields of the kind `place` take these places.

@@ -12,6 +12,7 @@ use scenarios::scenario::{Scenario, find};
 use crate::check::examine_like;
 use crate::file_kind::FileKind;
 use crate::findings::{self, Findings};
+use crate::system::System;
 use crate::toml_subject::Toml;
 
 /// The texts that are open in an editor.
@@ -41,8 +42,8 @@ impl Documents {
 
 /// Checks open documents after every edit. What has not changed since is not checked again.
 ///
-/// A document that a scenario near it reads is checked with this scenario, as `steward check SCENARIO` does; any other
-/// alone, as `steward check FILE` does.
+/// A document that a scenario near it reads is checked with this scenario, as `steward check SCENARIO` does; properties
+/// that none reads, with a mapping near them, as `steward check FILE --scenario MAPPING` does; any other alone.
 #[derive(Debug, Default)]
 pub struct Project {
     known: BTreeMap<PathBuf, Root>,
@@ -55,6 +56,8 @@ pub struct Project {
 pub struct FileContext {
     /// The scenarios that read it, as they were when they could last be loaded.
     pub scenarios: Vec<Arc<Scenario>>,
+    /// The robot that its mapping describes, if it is one of properties without a scenario.
+    pub mapped: Option<System>,
     /// All files that these read, whether they exist or not, with the file itself.
     pub files: BTreeSet<PathBuf>,
 }
@@ -71,6 +74,9 @@ pub struct CheckedDocuments {
 /// A checked file.
 #[derive(Debug)]
 struct Root {
+    /// The mappings to one of which it belongs.
+    mappings: Vec<PathBuf>,
+    mapped: Option<System>,
     reads: Reads,
     /// The state of each file that was asked for.
     stamps: BTreeMap<PathBuf, Stamp>,
@@ -127,9 +133,10 @@ impl Project {
         let files = reads.iter().flat_map(|root| root.reads.paths.iter().cloned());
         let files = files.chain([document.to_owned()]).collect();
         let mut scenarios: Vec<Arc<Scenario>> = reads.iter().filter_map(|root| root.scenario.clone()).collect();
+        let mapped = reads.iter().find_map(|root| root.mapped.clone());
         let needs_scenario =
             || FileKind::of_document(&documents.disk(), document).is_some_and(FileKind::needs_scenario);
-        if scenarios.is_empty() && needs_scenario() {
+        if scenarios.is_empty() && mapped.is_none() && needs_scenario() {
             // As `steward check` does.
             let nominal = self.nominal.get_or_insert_with(|| {
                 let found = find::find("nominal").ok()?;
@@ -137,7 +144,7 @@ impl Project {
             });
             scenarios.extend(nominal.clone());
         }
-        FileContext { scenarios, files }
+        FileContext { scenarios, mapped, files }
     }
 
     /// The files to check for the open documents. They have been checked.
@@ -148,7 +155,7 @@ impl Project {
             let Some(kind) = FileKind::of_document(&disk, document) else { continue };
             let scenarios = self.scenarios_of(document, kind, documents, &mut used);
             if scenarios.is_empty() {
-                self.refresh(document, documents);
+                self.refresh(document, documents, mappings_of(document, kind, documents));
                 roots.insert(document.clone());
             }
             roots.extend(scenarios.into_iter().cloned());
@@ -168,11 +175,11 @@ impl Project {
         used: &'u mut BTreeSet<PathBuf>,
     ) -> Vec<&'u PathBuf> {
         let candidates: Vec<PathBuf> =
-            documents.around(document).flat_map(|folder| scenarios_in(folder, documents)).collect();
+            documents.around(document).flat_map(|folder| files_in(folder, documents, is_scenario)).collect();
         let needs_scenario = kind.needs_scenario();
         let mut belongs_to = Vec::new();
         for candidate in candidates {
-            let root = self.refresh(&candidate, documents);
+            let root = self.refresh(&candidate, documents, Vec::new());
             let may_read = || needs_scenario && root.is_refused && mentions(&root.text, document);
             if root.reads.paths.contains(document) || may_read() {
                 belongs_to.push(candidate.clone());
@@ -183,32 +190,37 @@ impl Project {
     }
 
     /// The result of a check of this file, as it is now.
-    fn refresh(&mut self, path: &Path, documents: &Documents) -> &Root {
-        let is_fresh = self
-            .known
-            .get(path)
-            .is_some_and(|root| root.stamps.iter().all(|(path, stamp)| Stamp::of(path, documents) == *stamp));
-        if !is_fresh {
+    fn refresh(&mut self, path: &Path, documents: &Documents, mappings: Vec<PathBuf>) -> &Root {
+        let is_same = |(path, stamp): (&PathBuf, &Stamp)| Stamp::of(path, documents) == *stamp;
+        let is_fresh = |root: &Root| root.mappings == mappings && root.stamps.iter().all(is_same);
+        if !self.known.get(path).is_some_and(is_fresh) {
             let before = self.known.remove(path);
-            self.known.insert(path.to_owned(), Root::check(path, documents, before));
+            self.known.insert(path.to_owned(), Root::check(path, documents, mappings, before));
         }
         &self.known[path]
     }
 }
 
 impl Root {
-    fn check(path: &Path, documents: &Documents, before: Option<Self>) -> Self {
+    fn check(path: &Path, documents: &Documents, mappings: Vec<PathBuf>, before: Option<Self>) -> Self {
         let is_same = |(path, stamp): (&PathBuf, &Stamp)| !is_of_map(path) || Stamp::of(path, documents) == *stamp;
         let of_map = before.as_ref().filter(|before| before.stamps.iter().all(is_same));
         let like = of_map.and_then(|before| before.scenario.as_deref());
         let disk = documents.disk().remembering();
         let text: Arc<str> = disk.read_text(path).unwrap_or_default().into();
-        let checked = examine_like(&disk, &path.to_string_lossy(), None, like);
+        let with = |mapping: Option<&str>| examine_like(&disk, &path.to_string_lossy(), mapping, like);
+        let names = mappings.iter().map(|mapping| mapping.to_string_lossy());
+        // Of several mappings, the first with which nothing is wrong.
+        let mut tried: Vec<_> = names.map(|name| (with(Some(&name)), System::on(&disk, &name).ok())).collect();
+        let best = tried.iter().position(|(checked, _)| checked.is_ok()).unwrap_or(0);
+        let (checked, mapped) = if tried.is_empty() { (with(None), None) } else { tried.swap_remove(best) };
         let mut reads = disk.reads();
         // What is shared is not read again.
         let of_map = of_map.iter().flat_map(|before| before.reads.paths.iter().filter(|path| is_of_map(path)));
         reads.paths.extend(of_map.cloned());
         Self {
+            mappings,
+            mapped,
             stamps: reads.paths.iter().map(|path| (path.clone(), Stamp::of(path, documents))).collect(),
             findings: findings::of_check(path, &text, &checked, &reads),
             is_refused: checked.is_err(),
@@ -224,16 +236,25 @@ fn is_of_map(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ["yaml", "yml", "pgm", "png", "bmp"].iter().any(|known| ending == *known))
 }
 
-/// The scenarios in a folder, open or not, in alphabetical order.
-fn scenarios_in(folder: &Path, documents: &Documents) -> BTreeSet<PathBuf> {
+/// The files of some kinds in a folder, open or not, in alphabetical order.
+fn files_in(folder: &Path, documents: &Documents, is_wanted: fn(FileKind) -> bool) -> BTreeSet<PathBuf> {
     let saved = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| normal(&entry.path()));
     let open = documents.open.keys().filter(|path| path.parent() == Some(folder)).cloned();
     let disk = documents.disk();
-    let is_scenario = |path: &PathBuf| {
-        let kind = FileKind::of_document(&disk, path);
-        matches!(kind, Some(FileKind::Model | FileKind::Toml(Toml::Scenario)))
-    };
-    saved.chain(open).filter(is_scenario).collect()
+    saved.chain(open).filter(|path| FileKind::of_document(&disk, path).is_some_and(is_wanted)).collect()
+}
+
+fn is_scenario(kind: FileKind) -> bool {
+    matches!(kind, FileKind::Model | FileKind::Toml(Toml::Scenario))
+}
+
+/// The mappings to which properties without a scenario may belong: those in the nearest folder that has any.
+fn mappings_of(document: &Path, kind: FileKind, documents: &Documents) -> Vec<PathBuf> {
+    let is_mapping = |kind| kind == FileKind::Toml(Toml::Mapping);
+    let mut folders = documents.around(document).filter(|_| kind == FileKind::Properties);
+    let found =
+        folders.find_map(|folder| Some(files_in(folder, documents, is_mapping)).filter(|found| !found.is_empty()));
+    found.into_iter().flatten().collect()
 }
 
 /// Whether the text of a scenario has the name of a file or of its folder.

@@ -1,48 +1,120 @@
-//! Names that were misspelled, replaced by those that were meant.
+//! Changes after which a finding is gone: of a name that was misspelled, and of keys that are missing.
 
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::nearest;
+use diagnostics::document::Key;
+use diagnostics::{Disk, nearest};
 
 use crate::answers::EditedFile;
-use crate::findings::Finding;
+use crate::file_kind::FileKind;
+use crate::findings::{Finding, Findings};
 use crate::project::{Documents, FileContext, Project};
+use crate::toml_keys::{header, key_at, keys_of, name_of, simplest};
+use crate::toml_place::{TomlPlace, place};
 
-/// A replacement after which a finding is gone.
+/// A change after which a finding is gone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QuickFix {
+    /// What it does, in a few words.
+    pub title: String,
     /// The range to replace, in bytes.
     pub range: Range<usize>,
     /// The text instead.
     pub text: String,
+    /// Whether nothing is found instead. A key that is added may need another value.
+    pub is_certain: bool,
 }
 
-/// The replacement of a misspelled name by the nearest of those that may be there, if a check confirms it: the finding
-/// is gone, and nothing else is found instead.
+/// The keys that a finding misses, each with the simplest value that its reader accepts; or the nearest of the names
+/// that may be where it is, if nothing else is found then. Only what a check confirms: the finding is gone.
 #[must_use]
 pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, finding: &Finding) -> Option<QuickFix> {
     let text = documents.open.get(file)?;
-    let range = word_in(text, &finding.range)?;
     let disk = documents.disk();
-    let subject = EditedFile { disk: &disk, file, scenarios: &context.scenarios };
-    let proposals = subject.proposals(text, range.end);
-    let written = &text[range.clone()];
-    let meant =
-        nearest(written, proposals.iter().map(|proposal| proposal.name.as_str()).filter(|name| *name != written))?;
-    let fix = QuickFix { range, text: meant.to_owned() };
+    let added = missing_keys(text, &disk, file, finding);
+    let adds = added.is_some();
+    let mut fix = added.or_else(|| nearest_name(text, &EditedFile { disk: &disk, file, context }, finding))?;
     let mut fixed = documents.clone();
     let mut changed = text.to_string();
     changed.replace_range(fix.range.clone(), &fix.text);
     fixed.open.insert(file.to_owned(), Arc::from(changed));
     let [before, after] = [documents, &fixed].map(|documents| Project::default().check(documents).findings);
-    let count = |findings: &crate::findings::Findings| -> usize {
+    let count = |findings: &Findings| -> usize {
         findings.values().map(|found| found.findings.iter().filter(|finding| finding.is_error).count()).sum()
     };
     let is_gone =
         after.get(file).is_none_or(|found| found.findings.iter().all(|other| other.message != finding.message));
-    (is_gone && count(&after) < count(&before)).then_some(fix)
+    fix.is_certain = count(&after) < count(&before);
+    (is_gone && (adds || fix.is_certain)).then_some(fix)
+}
+
+fn nearest_name(text: &str, subject: &EditedFile<'_>, finding: &Finding) -> Option<QuickFix> {
+    let range = word_in(text, &finding.range)?;
+    let proposals = subject.proposals(text, range.end);
+    let written = &text[range.clone()];
+    let names = proposals.iter().map(|proposal| proposal.name.as_str()).filter(|name| *name != written);
+    let meant = nearest(written, names)?.to_owned();
+    Some(QuickFix { title: format!("Replace `{written}` with `{meant}`"), range, text: meant, is_certain: false })
+}
+
+/// The keys without which the reader of a TOML file refuses a table.
+fn missing_keys(text: &str, disk: &Disk, file: &Path, finding: &Finding) -> Option<QuickFix> {
+    let Some(FileKind::Toml(kind)) = FileKind::of(disk, file) else { return None };
+    let named = [" is missing", " are missing"].iter().find_map(|end| finding.message.strip_suffix(end))?;
+    let space = Space::in_table(text, &finding.range)?;
+    let begun = format!("{}{}", &text[..space.at], space.before);
+    let Some((TomlPlace::Key { table, .. }, _)) = place(&begun, begun.len()) else { return None };
+    let known = keys_of(kind);
+    let names = named.split('`').skip(1).step_by(2);
+    let keys: Option<Vec<&Key>> =
+        names.map(|name| key_at(&known, &[table.as_slice(), &[name.to_owned()]].concat())).collect();
+    let keys = keys.filter(|keys| !keys.is_empty())?;
+    // A table gets its header, behind everything else.
+    let (headers, entries): (Vec<&Key>, Vec<&Key>) = keys.iter().partition(|key| table.is_empty() && key.is_table());
+    let entries = entries.into_iter().map(|key| format!("{} = {}", name_of(key), simplest(key)));
+    let (at, text) = match headers.as_slice() {
+        [] => {
+            let entries: Vec<String> = entries.collect();
+            (space.at, format!("{}{}{}", space.before, entries.join(space.between), space.after))
+        }
+        _ if entries.len() > 0 => return None,
+        headers => (text.len(), headers.iter().map(|key| header(key)).collect()),
+    };
+    Some(QuickFix { title: format!("Add {named}"), range: at..at, text, is_certain: false })
+}
+
+/// A place for keys in a table, and what is written before, between and behind them.
+struct Space {
+    at: usize,
+    before: &'static str,
+    between: &'static str,
+    after: &'static str,
+}
+
+impl Space {
+    /// The table is at this range: in braces, below a header, or the whole file.
+    fn in_table(text: &str, range: &Range<usize>) -> Option<Self> {
+        let written = text.get(range.clone())?;
+        if let Some(inside) = written.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) {
+            let inside = inside.trim_end();
+            let (before, after) = match inside.trim_start() {
+                "" => (" ", " "),
+                inside if inside.ends_with(',') => (" ", ""),
+                _ => (", ", ""),
+            };
+            return Some(Self { at: range.start + 1 + inside.len(), before, between: ", ", after });
+        }
+        let lines = || text[range.start..].split_inclusive('\n');
+        let of_header = if written.starts_with('[') && *range != (0..text.len()) { lines().next() } else { None };
+        // What the file is about stays its beginning.
+        let above =
+            of_header.map_or_else(|| lines().take_while(|line| line.starts_with('#')).map(str::len).sum(), str::len);
+        let at = range.start + above;
+        let before = if text[..at].ends_with('\n') || at == 0 { "" } else { "\n" };
+        Some(Self { at, before, between: "\n", after: "\n" })
+    }
 }
 
 /// The word to which a finding points: its text without quotes and brackets.

@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use monitors::syntax::{Item, parse_file};
 use monitors::{OPERATORS, Operator, explain};
-use runs::topology_for_properties;
 
 use crate::knowledge::Knowledge;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
@@ -62,9 +61,8 @@ pub(crate) fn explanation(text: &str, at: usize, known: &Knowledge) -> Option<Ex
     let word = text.get(range.clone()).filter(|word| !word.is_empty())?;
     let is_property = |item: &Item| matches!(item, Item::Property(property) if property.name.span.start <= at && at <= property.name.span.end);
     if parse_file(text).file.items.iter().any(is_property) {
-        let explained = known.scenarios.iter().find_map(|scenario| {
-            let topology = topology_for_properties(scenario).ok()?;
-            let file = monitors::load("", text, &topology, scenario.file.execution.tick).ok()?;
+        let explained = known.systems.iter().find_map(|system| {
+            let file = system.read("", text).ok()?;
             let property = file.properties.into_iter().find(|property| property.name == word)?;
             let monitor = property.scope_monitor()?;
             Some(explain(monitor.formula(), monitor.topology()))

@@ -1,9 +1,10 @@
-//! The subject of properties.
+//! The subject of properties: a scenario, or a robot whose messages a mapping describes.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use bags::Described;
 use channels::Topology;
 use diagnostics::Disk;
 use monitors::PropertyFile;
@@ -12,9 +13,11 @@ use scenarios::Error;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
 
+use crate::file_kind::FileKind;
 use crate::named_files;
+use crate::toml_subject::Toml;
 
-/// The subject of properties: the processes and channels of a scenario, and how often it ticks.
+/// The subject of properties: the processes and channels of a scenario or of a mapping, and how often it ticks.
 #[derive(Clone, Debug)]
 pub struct System {
     /// The processes and channels.
@@ -31,20 +34,33 @@ impl System {
         Self { topology, tick, disk: Disk::default() }
     }
 
-    /// The system of the scenario with this name or path, for properties that it does not have yet.
+    /// The system of the scenario with this name or path, for properties that it does not have yet, or of the mapping
+    /// with this path.
     ///
     /// # Errors
-    /// Everything that is wrong with the scenario.
-    pub fn of(scenario: &str) -> Result<Self, Error> {
-        Self::on(&Disk::default(), scenario)
+    /// Everything that is wrong with it; if a mapping leaves its types open, which.
+    pub fn of(subject: &str) -> Result<Self, Error> {
+        Self::on(&Disk::default(), subject)
     }
 
-    /// The same, with the scenario and the properties on this disk.
+    /// The same, with all files on this disk.
     ///
     /// # Errors
-    /// Everything that is wrong with the scenario.
-    pub fn on(disk: &Disk, scenario: &str) -> Result<Self, Error> {
-        Self::with(disk, scenario, topology_for_properties)
+    /// The same.
+    pub fn on(disk: &Disk, subject: &str) -> Result<Self, Error> {
+        if FileKind::of(disk, Path::new(subject)) != Some(FileKind::Toml(Toml::Mapping)) {
+            return Self::with(disk, subject, topology_for_properties);
+        }
+        let (mapping, Described { topology, open }) = named_files::mapping(disk, Path::new(subject))?;
+        if open.is_empty() {
+            return Ok(Self { topology, tick: mapping.tick, disk: disk.clone() });
+        }
+        let open = open.into_iter().collect::<Vec<_>>().join(" and ");
+        Err(Error::refused(
+            format!("{subject} does not say what the messages of {open} consist of"),
+            "name their types, `type = \"PACKAGE/msg/NAME\"`, and in `definitions` the folders of those that do not \
+             come with ROS 2; `steward verify --list BAG` and `steward watch --list` show them",
+        ))
     }
 
     /// The system of the scenario's runs.

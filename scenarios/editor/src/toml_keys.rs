@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use bags::Mapping;
 use campaigns::CampaignFile;
 use diagnostics::document::Key;
 use interfaces::Interface;
@@ -21,6 +22,7 @@ pub(crate) fn keys_of(kind: Toml) -> Vec<Key> {
         Toml::Campaign => CampaignFile::keys(),
         Toml::Interface => Interface::keys(),
         Toml::Places => PlacesFile::keys(),
+        Toml::Mapping => Mapping::keys(),
     }
 }
 
@@ -54,7 +56,7 @@ pub(crate) fn proposals(
             found
         }
         TomlPlace::Value { key: path, is_quoted } => {
-            let Some(key) = keys.iter().find(|key| is_at(&key.path, &path)) else { return Vec::new() };
+            let Some(key) = key_at(keys, &path) else { return Vec::new() };
             values(key, is_quoted, names, &word)
         }
     }
@@ -72,7 +74,7 @@ pub(crate) fn explanation(text: &str, at: usize, keys: &[Key]) -> Option<Explana
         }
         TomlPlace::Value { key, .. } => key,
     };
-    let key = keys.iter().find(|key| is_at(&key.path, &path))?;
+    let key = key_at(keys, &path)?;
     Some(Explanation { range, text: format!("`{}`\n\n{}", path.join("."), key.meaning()) })
 }
 
@@ -139,8 +141,37 @@ fn values(key: &Key, is_quoted: bool, names: &[(String, ProposalKind, String)], 
     found
 }
 
+/// The key with this path.
+pub(crate) fn key_at<'k>(keys: &'k [Key], path: &[String]) -> Option<&'k Key> {
+    keys.iter().find(|key| is_at(&key.path, path))
+}
+
+/// The header of a table of the top level.
+pub(crate) fn header(key: &Key) -> String {
+    let name = name_of(key);
+    if key.path.ends_with("[]") { format!("[[{name}]]\n") } else { format!("[{name}]\n") }
+}
+
+/// The simplest value that a key accepts, in TOML.
+pub(crate) fn simplest(key: &Key) -> String {
+    let takes = &key.takes;
+    let listed = takes["enum"].get(0).or(takes.get("default")).or(takes.get("minimum"));
+    listed.map_or_else(
+        || match takes["type"].as_str().or_else(|| takes["type"][0].as_str()) {
+            Some("boolean") => "false".to_owned(),
+            Some("integer" | "number") => {
+                takes["exclusiveMinimum"].as_f64().map_or(1.0, |least| least + 1.0).to_string()
+            }
+            Some("array") => "[]".to_owned(),
+            Some("object") => "{}".to_owned(),
+            _ => "\"\"".to_owned(),
+        },
+        Value::to_string,
+    )
+}
+
 /// The last part of a key's path, without the mark of an array.
-fn name_of(key: &Key) -> &str {
+pub(crate) fn name_of(key: &Key) -> &str {
     key.split().1.trim_end_matches("[]")
 }
 
@@ -201,7 +232,7 @@ mod tests {
 
     #[test]
     fn the_proposed_keys_are_those_of_the_readers() {
-        for kind in [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places] {
+        for kind in [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places, Toml::Mapping] {
             let keys = keys_of(kind);
             for key in keys.iter().filter(|key| !is_chosen(key.split().1)) {
                 let (table, _) = key.split();

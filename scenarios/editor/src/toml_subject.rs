@@ -18,6 +18,8 @@ pub enum Toml {
     Interface,
     /// The places on a map.
     Places,
+    /// A mapping of a robot's messages to channels.
+    Mapping,
 }
 
 impl Toml {
@@ -40,6 +42,8 @@ impl Toml {
             Self::Campaign
         } else if ["services", "topics", "actions"].iter().any(|key| table.contains_key(*key)) {
             Self::Interface
+        } else if ["messages", "definitions", "reorder_s"].iter().any(|key| table.contains_key(*key)) {
+            Self::Mapping
         } else if !table.contains_key("map") && table.values().any(|value| is_place(value.get_ref())) {
             Self::Places
         } else {

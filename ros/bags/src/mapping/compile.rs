@@ -115,6 +115,15 @@ impl CompiledEntry {
     }
 }
 
+/// What is known of a mapping without a bag or a robot.
+#[derive(Debug)]
+pub struct Described {
+    /// The processes and channels of the messages whose types are known.
+    pub topology: Arc<Topology>,
+    /// The topics of the others: the mapping names no type, or one that neither it nor this program defines.
+    pub open: BTreeSet<String>,
+}
+
 impl Compiled {
     /// Adds the topics that a source has had only since the mapping was compiled. The channels remain as they are: what
     /// does not fit them is left out.
@@ -192,6 +201,20 @@ impl Mapping {
         let is_absent = |name: &str| survey.topics.iter().all(|topic| topic.name != name);
         let promised = self.topics().filter(|name| is_absent(name)).map(str::to_owned).collect();
         Ok(Compiled { topology, entries, promised, on_board })
+    }
+
+    /// Compares the mapping with the types that it names, as far as their definitions are here.
+    ///
+    /// # Errors
+    /// Everything that does not fit, with its location in the mapping.
+    pub fn describe(&self, read: ReadFile<'_>) -> Result<Described, FileProblems> {
+        let survey = Survey::default();
+        let definitions = Definitions { survey: &survey, folders: &self.folders, read };
+        let is_known = |mapped: &Mapped| mapped.promised().is_some_and(|topic| definitions.defined(&topic).is_ok());
+        let (messages, open): (Vec<_>, Vec<_>) = self.messages.iter().cloned().partition(is_known);
+        let known = Self { messages, ..self.clone() };
+        let open = open.into_iter().map(|mapped| mapped.topic.value).collect();
+        Ok(Described { topology: known.compile(&survey, None, read)?.topology, open })
     }
 
     /// An entry and the shape of its messages, for each topic of that name: in a bag, one name may have several types.
