@@ -41,6 +41,10 @@ pub(crate) struct Dependency {
 pub(crate) struct Target {
     pub(crate) kind: Vec<String>,
     pub(crate) src_path: PathBuf,
+    /// Whether its own tests are run.
+    pub(crate) test: bool,
+    /// Whether the examples in its documentation are run.
+    pub(crate) doctest: bool,
 }
 
 #[derive(Deserialize)]
