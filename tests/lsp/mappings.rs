@@ -59,10 +59,10 @@ fn a_mapping_is_checked_against_the_types_that_it_names() {
 #[test]
 fn properties_without_a_scenario_are_about_the_robot_of_the_mapping_beside_them() {
     let mut editor = opened();
-    editor.replace("safety.scope", "(controller", "(controler");
+    editor.replace("safety.scope", "(controller,", "(driver,");
     let problems = editor.problems("safety.scope");
-    assert!(problems.len() == 1 && problems[0].contains("controler"), "{problems:?}");
-    editor.replace("safety.scope", "controler", "controller");
+    assert!(problems.len() == 1 && problems[0].contains("driver"), "{problems:?}");
+    editor.replace("safety.scope", "(driver,", "(controller,");
     let fields = editor.ask_after("textDocument/completion", "safety.scope", "base, ");
     assert!(labels(&fields).contains(&"speed_mps"), "{fields}");
     let hover = editor.ask_after("textDocument/hover", "safety.scope", "property sl");
