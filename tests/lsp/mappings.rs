@@ -118,7 +118,10 @@ fn missing_keys_have_a_quick_fix() {
     let mut editor = Editor::new();
     editor.open("robot.toml", MAPPING);
     editor.open("faults.toml", "base = \"nominal\"\n");
+    editor.open("begun.toml", "reorder_s = 1\n[[messages]]\ntopic = 1");
     let cases = [
+        // The last line has no end.
+        ("begun.toml", "\n[[messages]]\ntopic = 1", "", "Add `messages`", "\n[[messages]]\n"),
         ("robot.toml", "from = \"battery\"\n", "", "Add `from`", "from = \"\"\n"),
         ("robot.toml", "[messages.fields]\nspeed_mps = \"linear.x\"\n", "", "Add `fields`", "fields = {}\n"),
         ("faults.toml", "\n", "\n[[faults]]\nat_s = 3\n", "Add `kind`", "kind = "),
@@ -140,5 +143,5 @@ fn missing_keys_have_a_quick_fix() {
         let all = editor.text(file).len();
         editor.edit(file, 0..all, &before);
     }
-    assert_eq!(editor.with_problems(), [""; 0]);
+    assert_eq!(editor.with_problems(), ["begun.toml"]);
 }

@@ -80,7 +80,10 @@ fn missing_keys(text: &str, disk: &Disk, file: &Path, finding: &Finding) -> Opti
             (space.at, format!("{}{}{}", space.before, entries.join(space.between), space.after))
         }
         _ if entries.len() > 0 => return None,
-        headers => (text.len(), headers.iter().map(|key| header(key)).collect()),
+        headers => {
+            let end = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
+            (text.len(), end.to_owned() + &headers.iter().map(|key| header(key)).collect::<String>())
+        }
     };
     Some(QuickFix { title: format!("Add {named}"), range: at..at, text, is_certain: false })
 }
