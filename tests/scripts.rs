@@ -9,6 +9,7 @@ use std::process::Command;
 const RUN_BY: &[(&str, &str)] = &[
     (".ci/parts.py", ".ci/release"),
     (".ci/same-bits", ".ci/seeds"),
+    (".ci/unoptimized", ".ci/features"),
     ("components/guide/tour_planner.py", "scenarios/guide.toml"),
     ("components/programs/examples/speaker.py", "components/programs/tests/conversation.rs"),
     ("ros/messages/tests/random_messages.py", "ros/messages/tests/foreign.py"),

@@ -56,6 +56,7 @@ fn is_char(character: char) -> bool {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(feature = "xml")]
     use proptest::prelude::*;
 
     use super::*;
