@@ -129,3 +129,46 @@ fn cancelled(input: &Incoming) -> Option<RequestId> {
         NumberOrString::String(text) => text.into(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    use super::*;
+
+    #[test]
+    fn what_is_cancelled_before_its_turn_is_refused_and_all_else_answered() {
+        let (sender, inputs) = channel();
+        let request = |id: RequestId, method: &str| Message::from(Request::new(id, method.to_owned(), json!({})));
+        let notify = |method: &str, params| Message::from(Notification::new(method.to_owned(), params));
+        let messages = [
+            request(1.into(), "steward/unknown"),
+            request(2.into(), "textDocument/hover"),
+            request("a".to_owned().into(), "textDocument/hover"),
+            // What is cancelled has an ID of its own type; one that nobody has is no mistake.
+            notify("$/cancelRequest", json!({ "id": 2 })),
+            notify("$/cancelRequest", json!({ "id": "a" })),
+            notify("$/cancelRequest", json!({ "id": "1" })),
+            notify("$/cancelRequest", json!({})),
+            request(3.into(), "shutdown"),
+            notify("exit", json!(null)),
+        ];
+        messages.into_iter().for_each(|message| sender.send(Incoming::Message(message)).expect("it listens"));
+        let sent = Rc::new(RefCell::new(Vec::new()));
+        let send = {
+            let sent = sent.clone();
+            move |message| sent.borrow_mut().push(message)
+        };
+        let mut server = Server::new(&InitializeParams::default(), send, sender);
+        assert_eq!(format!("{:?}", answer(&mut server, &inputs)), format!("{:?}", ExitCode::SUCCESS));
+        let replies = sent.take().into_iter().filter_map(|message| match message {
+            Message::Response(response) => Some((response.id.to_string(), response.error.map(|error| error.code))),
+            _ => None,
+        });
+        let cancelled = Some(ErrorCode::RequestCanceled as i32);
+        let expected =
+            [("2", cancelled), ("\"a\"", cancelled), ("1", Some(ErrorCode::MethodNotFound as i32)), ("3", None)];
+        assert_eq!(replies.collect::<Vec<_>>(), expected.map(|(id, code)| (id.to_owned(), code)));
+    }
+}

@@ -84,6 +84,22 @@ fn properties_belong_to_a_scenario_even_while_it_cannot_be_read() {
     assert_eq!(editor.with_problems(), ["said.scope"]);
     editor.replace("hospital.toml", "expect = {}", "expect = {");
     assert_eq!(editor.with_problems(), ["hospital.toml"]);
+    // What no scenario makes right is wrong meanwhile.
+    for (file, right, wrong) in [
+        ("said.scope", ":= ", ":= and "),
+        ("skills/AnnounceArrival.scxml", "<scxml ", "<scxml initial=\"nowhere\" "),
+        ("parts/speaker.toml", "\"text\"", "\"texxt\""),
+    ] {
+        if file != "said.scope" {
+            let text = fs::read_to_string(editor.path(file)).unwrap();
+            editor.open(file, &text);
+        }
+        assert_eq!(editor.with_problems(), ["hospital.toml"]);
+        editor.replace(file, right, wrong);
+        assert_eq!(editor.with_problems(), ["hospital.toml", file]);
+        editor.replace(file, wrong, right);
+        assert_eq!(editor.with_problems(), ["hospital.toml"]);
+    }
     editor.replace("hospital.toml", "expect = {", "expect = {}");
     editor.replace("said.scope", "Speeker", "Speaker");
     assert_eq!(editor.with_problems(), [""; 0]);
@@ -107,7 +123,7 @@ fn positions_are_in_the_units_of_the_editor() {
 }
 
 #[test]
-fn a_cancelled_request_an_unknown_one_and_a_wrong_one_are_refused() {
+fn an_unknown_request_and_a_wrong_notification_are_refused() {
     let mut editor = Editor::new();
     assert_eq!(editor.response("steward/unknown", json!({}))["error"]["code"], -32601);
     editor.notify("textDocument/didClose", json!({ "textDocument": { "uri": "untitled:1" } }));

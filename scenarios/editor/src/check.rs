@@ -19,6 +19,7 @@ use skills::{Chart, Strictness};
 
 use crate::counted::counted;
 use crate::file_kind::FileKind;
+use crate::language::Language;
 use crate::named_files;
 use crate::parts::parts;
 use crate::system::System;
@@ -93,6 +94,24 @@ pub(crate) fn examine_like(
              skills in .scxml, and properties in .scope",
         )),
     }
+}
+
+/// Checks a file whose meaning depends on a scenario, without one.
+///
+/// # Errors
+/// Everything that is wrong with it in any scenario.
+pub(crate) fn examine_text(disk: &Disk, path: &Path) -> Result<Checked, Error> {
+    match FileKind::of(disk, path) {
+        Some(FileKind::Machine) => drop(named_files::machine(disk, path, Strictness::Strict)?),
+        Some(FileKind::Properties) => {
+            let text = disk.read_text(path).unwrap_or_default();
+            Language::Properties.layout(path, &text)?;
+        }
+        // There may be any place.
+        Some(FileKind::Toml(Toml::Interface)) => drop(named_files::interface(disk, path, &[Symbol::new("place")])?),
+        _ => {}
+    }
+    Ok(Checked::of(String::new(), Vec::new()))
 }
 
 /// A tree, and the findings about it.

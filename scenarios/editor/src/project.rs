@@ -9,7 +9,7 @@ use std::time::SystemTime;
 use diagnostics::{Disk, Reads, normal};
 use scenarios::scenario::{Scenario, find};
 
-use crate::check::examine_like;
+use crate::check::{examine_like, examine_text};
 use crate::file_kind::FileKind;
 use crate::findings::{self, Findings};
 use crate::system::System;
@@ -43,7 +43,8 @@ impl Documents {
 /// Checks open documents after every edit. What has not changed since is not checked again.
 ///
 /// A document that a scenario near it reads is checked with this scenario, as `steward check SCENARIO` does; properties
-/// that none reads, with a mapping near them, as `steward check FILE --scenario MAPPING` does; any other alone.
+/// that none reads, with a mapping near them, as `steward check FILE --scenario MAPPING` does; any other alone. As long
+/// as its scenario cannot be read, only that is found which is wrong in any scenario.
 #[derive(Debug, Default)]
 pub struct Project {
     known: BTreeMap<PathBuf, Root>,
@@ -116,12 +117,18 @@ impl Stamp {
 impl Project {
     /// What is wrong with the open documents and with the scenarios that read them, and what belongs to them.
     pub fn check(&mut self, documents: &Documents) -> CheckedDocuments {
-        let roots = self.roots(documents);
+        let (roots, unread) = self.sorted(documents);
         let mut findings = Findings::new();
         roots
             .iter()
             .filter_map(|root| self.known.get(root))
             .for_each(|root| findings::merge(&mut findings, &root.findings));
+        for path in unread {
+            let disk = documents.disk().remembering();
+            let checked = examine_text(&disk, path);
+            let found = findings::of_check(path, &documents.open[path], &checked, &disk.reads());
+            findings::merge(&mut findings, &found);
+        }
         let open = documents.open.keys();
         let contexts = open.map(|document| (document.clone(), self.context(document, &roots, documents))).collect();
         CheckedDocuments { findings, contexts }
@@ -149,20 +156,28 @@ impl Project {
 
     /// The files to check for the open documents. They have been checked.
     pub fn roots(&mut self, documents: &Documents) -> BTreeSet<PathBuf> {
+        self.sorted(documents).0
+    }
+
+    /// The files to check, which have been checked, and the documents that these do not read: they belong to a scenario
+    /// that is refused before it reads them.
+    fn sorted<'d>(&mut self, documents: &'d Documents) -> (BTreeSet<PathBuf>, Vec<&'d PathBuf>) {
         let disk = documents.disk();
-        let (mut roots, mut used) = (BTreeSet::new(), BTreeSet::new());
+        let (mut roots, mut unread, mut used) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
         for document in documents.open.keys() {
             let Some(kind) = FileKind::of_document(&disk, document) else { continue };
             let scenarios = self.scenarios_of(document, kind, documents, &mut used);
             if scenarios.is_empty() {
                 self.refresh(document, documents, mappings_of(document, kind, documents));
                 roots.insert(document.clone());
+            } else if !scenarios.iter().any(|scenario| self.known[*scenario].reads.paths.contains(document)) {
+                unread.push(document);
             }
             roots.extend(scenarios.into_iter().cloned());
         }
         used.extend(roots.iter().cloned());
         self.known.retain(|path, _| used.contains(path));
-        roots
+        (roots, unread)
     }
 
     /// The scenarios to which a document belongs: those that read it and, if it has no meaning without one, those that
