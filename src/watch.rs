@@ -31,8 +31,10 @@ use crate::verify::{self, bag};
 use black_box::Kept;
 use target::{TargetArgs, refused};
 
-/// How long a robot is listened to for a list: long enough to find its nodes, and to hear what comes once a second.
+/// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until its
+/// nodes have said who they are. Fast DDS may take 3 s to send again what somebody has missed.
 const LISTEN: Duration = Duration::from_millis(2500);
+const LONGEST_LISTEN: Duration = Duration::from_secs(6);
 
 /// A running robot, and the properties to check.
 #[derive(Debug, Args)]
@@ -205,14 +207,19 @@ fn refuse_unknown_calls(mapping: &Mapping, robot: &dyn Live) -> Result<(), Error
 /// Prints what a robot tells of itself within a short time.
 fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     let mut live = args.target.connect(None)?;
-    let (is_to_end, mut body) = (ends_after(Some(LISTEN.as_secs_f64()))?, Vec::new());
-    while !is_to_end() {
+    let is_over = |time: Duration| ends_after(Some(time.as_secs_f64()));
+    let (is_heard, is_to_end, mut body) = (is_over(LISTEN)?, is_over(LONGEST_LISTEN)?, Vec::new());
+    while !is_heard() || live.robot().unnamed > 0 && !is_to_end() {
         live.receive(&mut body);
     }
-    let Robot { nodes, actions, services, publishers } = live.robot().clone();
+    let Robot { nodes, unnamed, actions, services, publishers } = live.robot().clone();
     live.end();
     let mut survey = live.survey().clone();
     survey.lost.extend(live.lost().iter().cloned());
+    survey.lost.extend((unnamed > 0).then(|| match unnamed {
+        1 => "a process of the robot has not said which nodes it has".to_owned(),
+        more => format!("{more} processes of the robot have not said which nodes they have"),
+    }));
     let contents = contents(&survey);
     let typed = |all: &BTreeMap<String, Option<String>>| -> Value {
         all.iter().map(|(name, kind)| json!({ "name": name, "type": kind })).collect()

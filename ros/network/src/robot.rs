@@ -67,6 +67,8 @@ pub enum Level {
 pub struct Robot {
     /// The names of its nodes.
     pub nodes: BTreeSet<String>,
+    /// How many of its participants have nodes, and have not said which.
+    pub unnamed: usize,
     /// Its actions, with their types.
     pub actions: BTreeMap<String, Option<String>>,
     /// Its services, with their types.

@@ -135,8 +135,6 @@ def beside(robot, record, passive, *target):
 
 
 robot = Peer(FAST, "fast.py", 61)
-# It says which nodes it has when it is up; whoever comes shortly afterwards may hear it late.
-time.sleep(3)
 begun = time.monotonic()
 listed = json.loads(subprocess.run([STEWARD, "watch", "--list", "--json"], stdout=subprocess.PIPE, text=True).stdout)
 print(f"listed in {time.monotonic() - begun:.1f} s")

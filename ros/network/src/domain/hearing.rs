@@ -370,6 +370,9 @@ impl Hearing {
         let nodes: Vec<String> = self.nodes.values().flatten().map(|node| node.name.clone()).collect();
         self.robot.nodes.clear();
         self.robot.add_nodes(nodes);
+        let with_nodes = self.writers.values().map(|known| &known.writer).filter(|writer| writer.topic == *NODES);
+        let unnamed = with_nodes.map(Writer::participant).filter(|participant| !self.nodes.contains_key(participant));
+        self.robot.unnamed = unnamed.collect::<BTreeSet<Prefix>>().len();
     }
 
     /// Compares the writers with those that were there before.
@@ -638,6 +641,20 @@ mod tests {
             "{:?}",
             hearing.notes
         );
+    }
+
+    #[test]
+    fn whoever_has_nodes_and_has_not_said_which_is_counted() {
+        let mut hearing = Hearing::new(None);
+        let known = [writer(1, NODES, true), writer(2, NODES, true), writer(3, "rt/a", false)];
+        hearing.hear(writers(&known, &[]));
+        assert_eq!(hearing.robot.unnamed, 2);
+        let Heard::Sample(said) = sample(1, NODES, 1, 1) else { unreachable!() };
+        let body = heard::introduction::<16>(&[1; 16], &[("/base", [vec![], vec![]])]);
+        hearing.hear(Heard::Sample(Sample { body, ..said }));
+        assert_eq!((hearing.robot.unnamed, &hearing.robot.nodes), (1, &["/base".to_owned()].into()));
+        hearing.hear(writers(&known[..1], &[]));
+        assert_eq!((hearing.robot.unnamed, hearing.robot.nodes.len()), (0, 1));
     }
 
     #[test]
