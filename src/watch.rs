@@ -32,7 +32,7 @@ use black_box::Kept;
 use target::{TargetArgs, refused};
 
 /// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until its
-/// nodes have said who they are. Fast DDS may take 3 s to send again what somebody has missed.
+/// nodes have said who they are, for which they may have to be asked again.
 const LISTEN: Duration = Duration::from_millis(2500);
 const LONGEST_LISTEN: Duration = Duration::from_secs(6);
 

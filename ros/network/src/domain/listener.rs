@@ -67,6 +67,11 @@ const PANICKED: i32 = 101;
 const SAID_AGAIN: u32 = 3;
 const SAYING_AGAIN: Duration = Duration::from_millis(500);
 
+/// How long others may take to say which nodes they have, and how often they are asked again, by a new reader. Of 100
+/// times, Fast DDS says it once or twice only after seconds.
+const NAMING: Duration = Duration::from_millis(600);
+const ASKED_AGAIN: u32 = 3;
+
 /// The most writers that are known of, and the longest name of a topic or type.
 const MOST_WRITERS: usize = 20_000;
 const LONGEST_NAME: usize = 512;
@@ -167,6 +172,11 @@ struct Listener {
     /// The writers that are known to whoever is told of them.
     known: BTreeSet<[u8; 16]>,
     announcements: Option<Announcements>,
+    /// The writers that have not said yet which nodes they belong to, until when they may, and how often they have been
+    /// asked again.
+    unnamed: BTreeSet<[u8; 16]>,
+    named_by: Instant,
+    asked_again: u32,
     /// Those that said goodbye since it was told the last time.
     goodbyes: BTreeSet<[u8; 16]>,
 }
@@ -200,6 +210,9 @@ impl Listener {
             behind_ns: i64::MIN,
             known: BTreeSet::new(),
             announcements: Announcements::of(options),
+            unnamed: BTreeSet::new(),
+            named_by: now(),
+            asked_again: 0,
             goodbyes: BTreeSet::new(),
         })
     }
@@ -221,6 +234,7 @@ impl Listener {
                 return Err("a participant that was given up goes on".to_owned());
             }
             self.obey(asked)?;
+            is_due |= self.ask_for_nodes();
             let unanswered = self.requests.given_up().into_iter();
             self.untold.extend(unanswered.map(|number| Heard::Response(Response { number, body: Vec::new() })));
             let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -243,10 +257,16 @@ impl Listener {
                 }
                 self.requests.note(&offers, |of| Correlation::of(self.vendors.get(of).copied()));
                 is_due = self.read(&offers.writers, &subscribed)?;
+                self.expect_nodes(&offers.writers);
                 self.known = offers.writers.iter().map(|writer| writer.guid).collect();
                 let heard = Heard::Others { offers, goodbyes: std::mem::take(&mut self.goodbyes) };
                 // Who has come is known before what it says, and who has gone after that.
                 told.insert(if has_new { 0 } else { told.len() }, heard);
+            }
+            for heard in &told {
+                if let Heard::Sample(of) = heard {
+                    self.unnamed.remove(&of.writer);
+                }
             }
             if is_silent && now_ns.saturating_sub(quiet_ns) >= QUIET_NS {
                 quiet_ns = now_ns;
@@ -398,6 +418,27 @@ impl Listener {
         let silent = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
         self.readers.given_up.extend(silent.filter(|guid| !self.goodbyes.contains(&participant(guid))));
         self.readers.fit(writers, subscribed, self.node.as_ref().is_none_or(|node| node.hears_latched))
+    }
+
+    /// Takes note of who is to say which nodes there are.
+    fn expect_nodes(&mut self, writers: &[Writer]) {
+        let all: BTreeSet<_> =
+            writers.iter().filter(|writer| writer.topic == NODES).map(|writer| writer.guid).collect();
+        self.unnamed.retain(|guid| all.contains(guid));
+        for guid in all.difference(&self.known) {
+            self.unnamed.insert(*guid);
+            (self.named_by, self.asked_again) = (now() + NAMING, 0);
+        }
+    }
+
+    /// Asks anew for what has not been said of nodes. Returns whether a reader is to be made for it.
+    fn ask_for_nodes(&mut self) -> bool {
+        if self.unnamed.is_empty() || self.asked_again == ASKED_AGAIN || now() < self.named_by {
+            return false;
+        }
+        (self.named_by, self.asked_again) = (now() + NAMING, self.asked_again + 1);
+        self.readers.remove(NODES);
+        true
     }
 
     /// Takes a request, or offers to ask a service.

@@ -85,6 +85,11 @@ impl Readers {
         self.readers.clear();
     }
 
+    /// Reads a topic no more, until the readers are to fit the writers again.
+    pub(super) fn remove(&mut self, topic: &str) {
+        self.readers.remove(topic);
+    }
+
     /// Looks at all of them, even if nothing has rung.
     pub(super) fn look(&self) {
         self.readers.values().for_each(|reader| reader.alarm.rings.store(true, Ordering::Release));
