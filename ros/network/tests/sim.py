@@ -110,7 +110,7 @@ print(f"it stops when commands do, and goes on in real time through {flooded['se
 
 both = {name: [verdict, verdicts(watched)[name]] for name, verdict in verdicts(of).items()}
 assert {name: verdict for name, [verdict, _] in both.items()} == EXPECTED, both
-assert all(verdict == other for verdict, other in both.values()) and watching.returncode == 1, both
+assert all(verdict == other for verdict, other in both.values()) and watching.returncode == 1, (both, watched["notes"])
 assert watched["loss"] == "counted" and not any(monitor["unsure"] for monitor in watched["monitors"]), watched
 below, heard_below = ({of["name"]: of for of in where["monitors"]}["charged"] for where in (of, watched))
 assert [told["witness"]["messages"][0]["message"][0] for told in (below, heard_below)] == [25, 25], (below, heard_below)
