@@ -2,7 +2,7 @@
 //!
 //! A crate for the whole draft needs more features of shared dependencies than the program does, so they would be built
 //! twice. `STEWARD_SCHEMA_CASES=FILE` writes every case with its answer; `tests/schemas/foreign.py` gives them to
-//! Python's `jsonschema`.
+//! `jsonschema-rs`.
 
 use std::fs::OpenOptions;
 use std::io::Write;
