@@ -188,11 +188,12 @@ fn the_server_survives_random_edits_and_shows_the_last_state() {
 }
 
 #[test]
-fn a_cargo_manifest_is_not_a_scenario() {
+fn files_of_other_programs_are_left_alone() {
     assert_eq!(Toml::of("[package]\nname = \"x\"\n"), Toml::Scenario);
     let mut editor = Editor::new();
     editor.open("Cargo.toml", "[package]\nname = \"x\"\n");
     editor.open("pom.xml", "<project/>");
+    editor.open("session-1.scope", "[Unit]\nDescription=Session 1\n\n[Scope]\nTasksMax=90%\n");
     assert_eq!(editor.with_problems(), [""; 0]);
 }
 

@@ -9,7 +9,10 @@ mod sqlite;
 mod survey;
 mod writer;
 
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+
+use ruzstd::decoding::{FrameDecoder, StreamingDecoder};
 
 use crate::Error;
 use files::Format;
@@ -180,11 +183,25 @@ fn unpack(body: &mut Vec<u8>, lost: &mut Vec<String>) {
         return;
     }
     let mut plain = Vec::new();
-    let read = ruzstd::decoding::StreamingDecoder::new(body.as_slice()).map_err(|error| error.to_string()).and_then(
-        |mut decoder| std::io::Read::read_to_end(&mut decoder, &mut plain).map_err(|error| error.to_string()),
-    );
-    match read {
+    match Zstandard::new(body.as_slice()).and_then(|mut packed| packed.read_to_end(&mut plain)) {
         Ok(_) => *body = plain,
-        Err(error) => lost.push(format!("a compressed message is damaged: {error}")),
+        Err(error) => lost.push(format!("a compressed message is lost: {error}")),
+    }
+}
+
+/// Unpacks Zstandard. The decoder describes damage by the names of its types.
+struct Zstandard<R: Read>(StreamingDecoder<R, FrameDecoder>);
+
+impl<R: Read> Zstandard<R> {
+    const DAMAGED: &'static str = "its Zstandard data is cut off or damaged";
+
+    fn new(packed: R) -> io::Result<Self> {
+        StreamingDecoder::new(packed).map(Self).map_err(|_| io::Error::other(Self::DAMAGED))
+    }
+}
+
+impl<R: Read> Read for Zstandard<R> {
+    fn read(&mut self, plain: &mut [u8]) -> io::Result<usize> {
+        self.0.read(plain).map_err(|_| io::Error::other(Self::DAMAGED))
     }
 }

@@ -62,6 +62,7 @@ impl FileKind {
         let text = disk.read_text(file).ok()?;
         Self::of(disk, file).filter(|kind| match kind {
             Self::Tree => is_tree(&text),
+            Self::Properties => !text.lines().any(|line| matches!(line.trim_end(), "[Unit]" | "[Scope]")),
             Self::Map => text.is_empty() || text.contains("resolution") || text.contains("image"),
             Self::PlacesIni => text.contains("position"),
             Self::Toml(Toml::Scenario) => is_scenario(&text),

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use mcap::parse_record;
 use mcap::records::{ChunkIndex, MessageHeader, Record, op};
 
+use super::Zstandard;
 use super::source::{Received, Wanted};
 use super::survey::{Definition, Head, Survey, Topic, hash};
 use crate::Error;
@@ -430,7 +431,7 @@ fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Re
     let packed = BufReader::with_capacity(1 << 16, file.take(length));
     match compression {
         b"" => Ok(Box::new(packed)),
-        b"zstd" => Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(packed).map_err(io::Error::other)?)),
+        b"zstd" => Ok(Box::new(Zstandard::new(packed)?)),
         b"lz4" => Ok(Box::new(lz4_flex::frame::FrameDecoder::new(packed))),
         other => {
             let other = String::from_utf8_lossy(other);
