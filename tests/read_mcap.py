@@ -43,6 +43,8 @@ DRAWN = {  # the types that Rerun draws, and what they become
 
 def plain(value):
     """A decoded message as dictionaries, lists and numbers, whichever library decoded it."""
+    if isinstance(value, (int, float, str)):
+        return value
     if dataclasses.is_dataclass(value):
         # Constants are in capitals, and the name of the type is not a field.
         names = [field.name for field in dataclasses.fields(value) if field.name[0].islower()]
@@ -60,13 +62,15 @@ def plain(value):
 
 def same(a, b):
     """Equality under which NaN equals itself, and a byte its number."""
+    if a == b:
+        return True
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, list) and isinstance(b, list):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, list) or isinstance(b, list):
         return a == [b] or b == [a]
-    return a == b or (a != a and b != b)
+    return a != a and b != b
 
 
 def field_values(message):
