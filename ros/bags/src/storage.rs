@@ -8,15 +8,15 @@ mod source;
 mod sqlite;
 mod survey;
 mod writer;
+mod zstandard;
 
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
-
-use ruzstd::decoding::{FrameDecoder, StreamingDecoder};
 
 use crate::Error;
 use files::Format;
 use source::{Aside, Wanted};
+use zstandard::Zstandard;
 
 pub use files::is_bag;
 pub use following::Following;
@@ -186,22 +186,5 @@ fn unpack(body: &mut Vec<u8>, lost: &mut Vec<String>) {
     match Zstandard::new(body.as_slice()).and_then(|mut packed| packed.read_to_end(&mut plain)) {
         Ok(_) => *body = plain,
         Err(error) => lost.push(format!("a compressed message is lost: {error}")),
-    }
-}
-
-/// Unpacks Zstandard. The decoder describes damage by the names of its types.
-struct Zstandard<R: Read>(StreamingDecoder<R, FrameDecoder>);
-
-impl<R: Read> Zstandard<R> {
-    const DAMAGED: &'static str = "its Zstandard data is cut off or damaged";
-
-    fn new(packed: R) -> io::Result<Self> {
-        StreamingDecoder::new(packed).map(Self).map_err(|_| io::Error::other(Self::DAMAGED))
-    }
-}
-
-impl<R: Read> Read for Zstandard<R> {
-    fn read(&mut self, plain: &mut [u8]) -> io::Result<usize> {
-        self.0.read(plain).map_err(|_| io::Error::other(Self::DAMAGED))
     }
 }

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use mcap::parse_record;
 use mcap::records::{ChunkIndex, MessageHeader, Record, op};
 
-use super::Zstandard;
 use super::source::{Received, Wanted};
 use super::survey::{Definition, Head, Survey, Topic, hash};
+use super::zstandard::Zstandard;
 use crate::Error;
 
 /// Larger records are read only if they are messages: no definition is longer.
