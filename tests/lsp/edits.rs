@@ -153,7 +153,7 @@ fn after_random_edits_the_findings_are_those_of_the_saved_files() {
 }
 
 #[test]
-#[ignore = "takes an hour; STEWARD_EDITS is the number of edits, by default 100,000"]
+#[ignore = "takes half an hour; STEWARD_EDITS is the number of edits, by default 100,000"]
 fn after_very_many_random_edits_the_findings_are_those_of_the_saved_files_on_demand() {
     let count = std::env::var("STEWARD_EDITS").map_or(100_000, |count| count.parse().unwrap());
     let memory = || {
