@@ -200,7 +200,7 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
     let other = |is: Toml| {
         let beside = files.iter().filter(|(path, _)| path.components().count() == 1 && *path != Path::new(name));
         let mut of_toml = beside.filter(|(path, _)| path.extension().is_some_and(|ending| ending == "toml"));
-        of_toml.find(|(_, contents)| Toml::of(&String::from_utf8_lossy(contents)) == is).map(|(path, _)| path)
+        of_toml.find(|(_, contents)| Toml::of(&String::from_utf8_lossy(contents)) == Some(is)).map(|(path, _)| path)
     };
     commands.extend(other(Toml::Scenario).map(|_| ("steward run .".to_owned(), "run all scenarios of the folder")));
     let campaign = |path| format!("{} --runs 8", show(path, "campaign"));
@@ -237,7 +237,7 @@ fn kind(path: &Path, contents: &[u8]) -> String {
     let text = String::from_utf8_lossy(contents);
     let table: toml::Table = text.parse().unwrap_or_default();
     let about = table.get("about").and_then(|about| about.as_str()).unwrap_or_default();
-    match Toml::of(&text) {
+    match Toml::of(&text).unwrap_or(Toml::Scenario) {
         Toml::Campaign => format!("a campaign: {about}"),
         Toml::Scenario => format!("a scenario: {about}"),
         Toml::Interface => "the interface of a component: its services, topics and actions".to_owned(),

@@ -178,6 +178,7 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
         ("a.toml", "base = \"corridor\"\n"),
         ("campaign.toml", "scenario = \"errand\"\n"),
         ("some.places.toml", "[here]\nposition_m = [0, 0]\nheading_deg = 0\n"),
+        ("pyproject.toml", "[project]\nname = \"mine\"\n"),
     ] {
         std::fs::write(folder.path().join("mine").join(name), text).unwrap();
     }
@@ -196,6 +197,8 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
         assert!(said.contains(&format!("`--gif` is for a single run, but {count} scenarios are to be run")), "{said}");
     }
     assert!(said_in(folder.path(), &["run", "--all", "--open"]).0.contains("note: published is left out"));
+    let said = said_in(folder.path(), &["run", "mine", "--open"]).0;
+    assert!(said.contains("note: mine/pyproject.toml is left out: it has no key of a scenario"), "{said}");
     for (arguments, wanted) in [
         (&["nope/*"][..], "no scenario matches `nope/*`"),
         (&["--filter", "nope"], "no scenario has `nope` in its name"),

@@ -1,6 +1,5 @@
 //! Turns names, folders and patterns into scenarios.
 
-use diagnostics::Disk;
 use std::path::{Path, PathBuf};
 
 use campaigns::Error;
@@ -84,11 +83,17 @@ fn in_folder(folder: &Path) -> Result<Vec<Found>, Error> {
     let entries =
         std::fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>).map_err(unreadable)?;
     let mut paths: Vec<PathBuf> = entries.iter().map(std::fs::DirEntry::path).collect();
-    paths.retain(|path| {
-        path.extension().is_some_and(|ending| ending == "toml")
-            && Toml::of_file(&Disk::default(), path) == Toml::Scenario
-    });
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
     paths.sort();
+    paths.retain(|path| {
+        // One that cannot be read is reported as such.
+        let Ok(text) = std::fs::read_to_string(path) else { return true };
+        let kind = Toml::of(&text);
+        if kind.is_none() {
+            note(&format!("{} is left out: it has no key of a scenario", path.display()));
+        }
+        kind == Some(Toml::Scenario)
+    });
     if paths.is_empty() {
         let message = format!("there is no scenario in the folder {}", folder.display());
         return Err(Error::refused(message, "a scenario is a TOML file with a tree, or a `base`"));

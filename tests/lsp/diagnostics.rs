@@ -106,6 +106,15 @@ fn properties_belong_to_a_scenario_even_while_it_cannot_be_read() {
 }
 
 #[test]
+fn a_part_of_a_scenario_is_checked_even_if_none_of_its_keys_is_known() {
+    let mut editor = Editor::new();
+    application(&editor);
+    editor.open("parts/speaker.toml", "[qqqqqqqq.say]\nrequest = { text = \"text\" }\n");
+    let problems = editor.problems("parts/speaker.toml");
+    assert!(problems[0].starts_with("1: unknown key `qqqqqqqq`"), "{problems:?}");
+}
+
+#[test]
 fn positions_are_in_the_units_of_the_editor() {
     let text = "// 𝄞ä\nproperty p := eventually (*, *, m[1] = \"ä𝄞\") and always not (Nobody, AnnounceArrival, true)\n";
     for (encodings, unit) in [(json!(null), "utf-16"), (json!(["utf-16", "utf-8"]), "utf-8")] {

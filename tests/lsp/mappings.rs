@@ -76,6 +76,21 @@ fn properties_without_a_scenario_are_about_the_robot_of_the_mapping_beside_them(
 }
 
 #[test]
+fn while_a_mapping_cannot_be_read_names_are_those_that_it_had() {
+    let mut editor = opened();
+    editor.replace("robot.toml", "tick_s = 0.5", "tick_s = ");
+    assert_eq!(editor.with_problems(), ["robot.toml"]);
+    let names = editor.ask_after("textDocument/completion", "safety.scope", "not (");
+    assert!(labels(&names).contains(&"controller") && !labels(&names).contains(&"BT"), "{names}");
+    // Nothing is known of a robot whose mapping could never be read.
+    let mut editor = Editor::new();
+    editor.open("robot.toml", &MAPPING.replace("tick_s = 0.5", "tick_s = "));
+    editor.open("safety.scope", PROPERTY);
+    let names = editor.ask_after("textDocument/completion", "safety.scope", "not (");
+    assert!(!labels(&names).contains(&"controller") && !labels(&names).contains(&"BT"), "{names}");
+}
+
+#[test]
 fn a_process_is_renamed_in_the_mapping_and_in_its_properties() {
     let mut editor = opened();
     let text = editor.text("safety.scope");

@@ -5,8 +5,7 @@ use std::path::Path;
 use diagnostics::Disk;
 use roxmltree::{Document, ParsingOptions};
 use scenarios::files::shipped_campaigns;
-use scenarios::scenario::{ScenarioFile, find};
-use toml::de::DeTable;
+use scenarios::scenario::find;
 
 use crate::toml_subject::Toml;
 
@@ -65,7 +64,7 @@ impl FileKind {
             Self::Properties => !text.lines().any(|line| matches!(line.trim_end(), "[Unit]" | "[Scope]")),
             Self::Map => text.is_empty() || text.contains("resolution") || text.contains("image"),
             Self::PlacesIni => text.contains("position"),
-            Self::Toml(Toml::Scenario) => is_scenario(&text),
+            Self::Toml(kind) => Toml::of(&text) == Some(*kind),
             _ => true,
         })
     }
@@ -84,12 +83,4 @@ fn is_tree(text: &str) -> bool {
         Ok(document) => document.root_element().tag_name().name() == "root",
         Err(_) => text.contains("BehaviorTree") || text.contains("<root"),
     }
-}
-
-/// Whether a TOML file has any key of scenarios, or no key yet.
-fn is_scenario(text: &str) -> bool {
-    let (table, _) = DeTable::parse_recoverable(text);
-    let is_key = |key: &str| ScenarioFile::keys().iter().any(|known| known.split() == ("", key.trim_end_matches("[]")));
-    let table = table.get_ref();
-    table.is_empty() || table.keys().any(|key| is_key(key.get_ref()))
 }

@@ -57,7 +57,7 @@ pub struct Project {
 pub struct FileContext {
     /// The scenarios that read it, as they were when they could last be loaded.
     pub scenarios: Vec<Arc<Scenario>>,
-    /// The robot that its mapping describes, if it is one of properties without a scenario.
+    /// The robot that its mapping described when it could last be read, if it is one of properties without a scenario.
     pub mapped: Option<System>,
     /// All files that these read, whether they exist or not, with the file itself.
     pub files: BTreeSet<PathBuf>,
@@ -77,6 +77,7 @@ pub struct CheckedDocuments {
 struct Root {
     /// The mappings to one of which it belongs.
     mappings: Vec<PathBuf>,
+    /// The robot, as it was when one of them could last be read.
     mapped: Option<System>,
     reads: Reads,
     /// The state of each file that was asked for.
@@ -143,7 +144,7 @@ impl Project {
         let mapped = reads.iter().find_map(|root| root.mapped.clone());
         let needs_scenario =
             || FileKind::of_document(&documents.disk(), document).is_some_and(FileKind::needs_scenario);
-        if scenarios.is_empty() && mapped.is_none() && needs_scenario() {
+        if scenarios.is_empty() && reads.iter().all(|root| root.mappings.is_empty()) && needs_scenario() {
             // As `steward check` does.
             let nominal = self.nominal.get_or_insert_with(|| {
                 let found = find::find("nominal").ok()?;
@@ -165,9 +166,12 @@ impl Project {
         let disk = documents.disk();
         let (mut roots, mut unread, mut used) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
         for document in documents.open.keys() {
-            let Some(kind) = FileKind::of_document(&disk, document) else { continue };
-            let scenarios = self.scenarios_of(document, kind, documents, &mut used);
+            // A part of a scenario may be too broken to have a kind.
+            let kind = FileKind::of_document(&disk, document);
+            let needs_scenario = kind.is_some_and(FileKind::needs_scenario);
+            let scenarios = self.scenarios_of(document, needs_scenario, documents, &mut used);
             if scenarios.is_empty() {
+                let Some(kind) = kind else { continue };
                 self.refresh(document, documents, mappings_of(document, kind, documents));
                 roots.insert(document.clone());
             } else if !scenarios.iter().any(|scenario| self.known[*scenario].reads.paths.contains(document)) {
@@ -185,13 +189,12 @@ impl Project {
     fn scenarios_of<'u>(
         &mut self,
         document: &Path,
-        kind: FileKind,
+        needs_scenario: bool,
         documents: &Documents,
         used: &'u mut BTreeSet<PathBuf>,
     ) -> Vec<&'u PathBuf> {
         let candidates: Vec<PathBuf> =
             documents.around(document).flat_map(|folder| files_in(folder, documents, is_scenario)).collect();
-        let needs_scenario = kind.needs_scenario();
         let mut belongs_to = Vec::new();
         for candidate in candidates {
             let root = self.refresh(&candidate, documents, Vec::new());
@@ -229,6 +232,8 @@ impl Root {
         let mut tried: Vec<_> = names.map(|name| (with(Some(&name)), System::on(&disk, &name).ok())).collect();
         let best = tried.iter().position(|(checked, _)| checked.is_ok()).unwrap_or(0);
         let (checked, mapped) = if tried.is_empty() { (with(None), None) } else { tried.swap_remove(best) };
+        let mapped_before = || before.as_ref().filter(|before| before.mappings == mappings)?.mapped.clone();
+        let mapped = mapped.or_else(mapped_before);
         let mut reads = disk.reads();
         // What is shared is not read again.
         let of_map = of_map.iter().flat_map(|before| before.reads.paths.iter().filter(|path| is_of_map(path)));

@@ -11,7 +11,7 @@ use crate::answers::EditedFile;
 use crate::file_kind::FileKind;
 use crate::findings::{Finding, Findings};
 use crate::project::{Documents, FileContext, Project};
-use crate::toml_keys::{header, key_at, keys_of, name_of, simplest};
+use crate::toml_keys::{header, key_at, name_of, simplest};
 use crate::toml_place::{TomlPlace, place};
 
 /// A change after which a finding is gone.
@@ -66,7 +66,7 @@ fn missing_keys(text: &str, disk: &Disk, file: &Path, finding: &Finding) -> Opti
     let space = Space::in_table(text, &finding.range)?;
     let begun = format!("{}{}", &text[..space.at], space.before);
     let Some((TomlPlace::Key { table, .. }, _)) = place(&begun, begun.len()) else { return None };
-    let known = keys_of(kind);
+    let known = kind.keys();
     let names = named.split('`').skip(1).step_by(2);
     let keys: Option<Vec<&Key>> =
         names.map(|name| key_at(&known, &[table.as_slice(), &[name.to_owned()]].concat())).collect();

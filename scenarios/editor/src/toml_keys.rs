@@ -3,28 +3,11 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use bags::Mapping;
-use campaigns::CampaignFile;
 use diagnostics::document::Key;
-use interfaces::Interface;
-use maps::PlacesFile;
-use scenarios::scenario::ScenarioFile;
 use serde_json::Value;
 
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::toml_place::{TomlPlace, place};
-use crate::toml_subject::Toml;
-
-/// The keys that the reader of such a file asks for.
-pub(crate) fn keys_of(kind: Toml) -> Vec<Key> {
-    match kind {
-        Toml::Scenario => ScenarioFile::keys().to_vec(),
-        Toml::Campaign => CampaignFile::keys(),
-        Toml::Interface => Interface::keys(),
-        Toml::Places => PlacesFile::keys(),
-        Toml::Mapping => Mapping::keys(),
-    }
-}
 
 /// What may be written at a place of a file with these keys. `names` are those that the project defines, each with what
 /// it is; a value that is a string may be any of them.
@@ -198,6 +181,7 @@ fn as_key(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::toml_subject::Toml;
 
     /// The names that are proposed at the `|` of a text.
     fn proposed(marked: &str, keys: &[Key]) -> Vec<String> {
@@ -233,7 +217,7 @@ mod tests {
     #[test]
     fn the_proposed_keys_are_those_of_the_readers() {
         for kind in [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places, Toml::Mapping] {
-            let keys = keys_of(kind);
+            let keys = kind.keys();
             for key in keys.iter().filter(|key| !is_chosen(key.split().1)) {
                 let (table, _) = key.split();
                 let header = table.split('.').filter(|part| !part.is_empty());
