@@ -8,7 +8,7 @@ use std::sync::Arc;
 use campaigns::Error;
 use campaigns::compare::CampaignComparison;
 use campaigns::statistics::{Confidence, Count};
-use campaigns::{Estimate, GoalReport, Named, Plan, Ran, Shard, Summary, Unmet};
+use campaigns::{Estimate, GoalReport, Named, Outcomes, Plan, Ran, Shard, Summary, Unmet};
 use campaigns::{as_experiment, run_and_report};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
@@ -158,7 +158,7 @@ fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
     if !ran.complete {
         let Ran { done, all, .. } = ran;
         note(&format!("interrupted after {done} of {}; the same command resumes it", counted(all, "run")));
-        args.results.note_interrupted("the campaign");
+        args.results.none_yet("the campaign");
         return Ok(ExitCode::from(interrupt::STATUS));
     }
     let (words, status) = match shard {
@@ -224,7 +224,7 @@ fn status(summary: &Summary) -> ExitCode {
     ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
 
-/// The results as test cases: that runs finished, and for each property whether it was violated in any. A campaign
+/// The results as test cases: that runs finished as expected, and for each property whether it was violated in any. A campaign
 /// expects nothing of a property, so one that was violated is skipped.
 fn suite(summary: &Summary, folder: &Path, base: Option<&Scenario>) -> Suite {
     let places = base.map(places).unwrap_or_default();
@@ -235,21 +235,37 @@ fn suite(summary: &Summary, folder: &Path, base: Option<&Scenario>) -> Suite {
     if let Some(named) = summary.failures.first() {
         words += &format!("; run {}: {}", named.k, named.why.as_deref().unwrap_or_default());
     }
-    let result = match outcomes.failed {
-        0 => CaseResult::Passed,
-        failed if failed == *runs => CaseResult::Error(words.clone()),
+    if !summary.expects {
+        words += "; nothing was expected of them";
+    }
+    let unmet = summary.unmet.iter().take(MOST_REASONS).map(unmet_in_words);
+    words.extend(unmet.map(|words| format!("; not met {words}")));
+    let result = match outcomes {
+        Outcomes { failed, .. } if failed == runs => CaseResult::Error(words.clone()),
+        Outcomes { failed: 0, not_as_expected: 0, .. } if summary.expects => CaseResult::Passed,
         _ => CaseResult::Skipped(words.clone()),
     };
     let name = format!("{} of {}", counted(runs, "run"), summary.scenario);
     let of_runs = Case { group: "campaign", name, result, found: words, ..Case::default() };
     let of_property = |estimate: &Estimate| {
         let found = rate(estimate, summary.of_roaml);
-        let is_fine = estimate.count.happened() == 0 && estimate.inconclusive.unwrap_or(0) == 0;
-        let result =
-            if is_fine { CaseResult::Passed } else { CaseResult::Skipped("nothing is expected of it".to_owned()) };
+        let result = if estimate.count.runs() == 0 {
+            CaseResult::Skipped("no run has finished".to_owned())
+        } else if estimate.is_fine() {
+            CaseResult::Passed
+        } else if estimate.count.happened() == 0 && estimate.inconclusive == Some(0) {
+            CaseResult::Skipped("a condition in it never occurred".to_owned())
+        } else {
+            CaseResult::Skipped("a campaign only counts it".to_owned())
+        };
         let place = places.properties.get(&estimate.of).cloned();
         Case { group: "campaign", name: estimate.of.clone(), result, found, place, ..Case::default() }
     };
+    let of_goal = summary.goal.as_ref().map(|goal| {
+        let found = answer(goal);
+        let result = if goal.reached { CaseResult::Passed } else { CaseResult::Skipped(found.clone()) };
+        Case { group: "campaign", name: "goal".to_owned(), result, found, ..Case::default() }
+    });
     let violated = summary.properties.iter().filter(|estimate| estimate.count.happened() > 0);
     let finding = |estimate: &Estimate| FileFinding {
         kind: FindingKind::Rate,
@@ -260,7 +276,7 @@ fn suite(summary: &Summary, folder: &Path, base: Option<&Scenario>) -> Suite {
     Suite {
         name: summary.campaign.clone(),
         facts: vec![("version", summary.version.clone()), ("runs", runs.to_string())],
-        cases: std::iter::once(of_runs).chain(summary.properties.iter().map(of_property)).collect(),
+        cases: std::iter::once(of_runs).chain(summary.properties.iter().map(of_property)).chain(of_goal).collect(),
         findings: violated.map(finding).collect(),
         file: Some(FilePlace::whole(&summary.campaign)),
         page: Some(folder.join("report.html")),
@@ -288,7 +304,7 @@ fn only(plan: &Plan, k: u64, folder: &Path, args: &CampaignArgs) -> Result<ExitC
         |_| interrupt::flow(),
     )?;
     let suite = || {
-        Suite::of_run(&scenario.file.expect.record(), &report, folder, &places(&scenario))
+        Suite::of_run(&scenario.expected(), &report, folder, &places(&scenario))
             .with_paths(on_disk(&[&scenario.origin.argument]))
     };
     args.results.write(COMMAND, || vec![suite()])?;
@@ -332,13 +348,15 @@ fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
     writeln!(text)
 }
 
+fn unmet_in_words(Unmet { expected, runs }: &Unmet) -> String {
+    format!("in {}: expected {expected}", counted(runs, "run"))
+}
+
 /// One line per subject, with what there is to report about it.
 fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let mut line = |name: &str, words: String| lines.push((name.to_owned(), words));
-    for Unmet { expected, runs } in summary.unmet.iter().take(MOST_REASONS) {
-        line("not met", format!("in {runs} run{}: expected {expected}", if *runs == 1 { "" } else { "s" }));
-    }
+    summary.unmet.iter().take(MOST_REASONS).for_each(|unmet| line("not met", unmet_in_words(unmet)));
     match summary.unmet.len().saturating_sub(MOST_REASONS) {
         0 => {}
         more => line("", format!("and {more} more, each in fewer runs")),

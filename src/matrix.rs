@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use campaigns::Error;
-use campaigns::matrix::{FaultFree, Matrix, Row, table};
+use campaigns::matrix::{AboutFault, FaultFree, Matrix, Row, table};
 use clap::Args;
 use cockpit::{Board, Tally};
 use editor::counted;
@@ -45,13 +45,21 @@ fn suites(matrix: &Matrix, out: &Path, files: Vec<FilePlace>) -> Vec<Suite> {
     let failed = |message: String| CaseResult::Failed { message, details: String::new() };
     let page = Some(out.join("index.html"));
     let row = |(row, file): (&Row, &FilePlace)| {
-        let result = if row.as_expected { CaseResult::Passed } else { failed(row.differences.join("; ")) };
+        let result = match (row.as_expected, &row.fault) {
+            (false, _) => failed(row.differences.join("; ")),
+            (true, Some(_)) => CaseResult::Passed,
+            (true, None) => CaseResult::Skipped("no fault took effect".to_owned()),
+        };
         let found = row.fault.clone().unwrap_or_else(|| "no fault took effect".to_owned());
         let run = Case { group: "matrix", name: "as expected".to_owned(), result, found, ..Case::default() };
-        let verdict = |(property, words, is_false_alarm): (&str, String, bool)| Case {
+        let verdict = |(property, words, about): (&str, String, AboutFault)| Case {
             group: "matrix",
             name: property.to_owned(),
-            result: if is_false_alarm { failed(format!("{property} is {words}")) } else { CaseResult::Passed },
+            result: match about {
+                AboutFault::Something => CaseResult::Passed,
+                AboutFault::Nothing => CaseResult::Skipped("it says nothing about the fault".to_owned()),
+                AboutFault::FalseAlarm => failed(format!("{property} is {words}")),
+            },
             found: words,
             ..Case::default()
         };
@@ -78,6 +86,7 @@ fn suites(matrix: &Matrix, out: &Path, files: Vec<FilePlace>) -> Vec<Suite> {
     let name = format!("no false alarm in {} without a fault", counted(runs, "run"));
     let sound = Suite {
         name: scenario.clone(),
+        notes: matrix.unnoticed().map(|row| format!("no property detects the fault of {}", row.scenario)).collect(),
         cases: vec![Case { group: "matrix", name, result, ..Case::default() }],
         file: files.last().cloned(),
         page: page.clone(),

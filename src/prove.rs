@@ -224,7 +224,7 @@ impl ProveArgs {
     fn write(&self, results: impl Iterator<Item = (Suite, serde_json::Value)>) -> Result<(), Error> {
         let (suites, reports): (Vec<Suite>, Vec<serde_json::Value>) = results.unzip();
         if interrupt::flow().is_break() {
-            self.results.note_interrupted("the proof");
+            self.results.none_yet("the proof");
         } else {
             self.results.write("prove", || suites)?;
         }

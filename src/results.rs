@@ -49,17 +49,26 @@ impl ResultsArgs {
             return Ok(());
         }
         let results = Results { command, suites: suites() };
+        // One that cannot be written keeps no other from being written.
+        let mut outcome = Ok(());
         for file in self.files() {
-            let left_out = file.write(&results)?;
-            left_out.iter().for_each(|words| note(&format!("{}: {words}", file.path().display())));
+            match file.write(&results) {
+                Ok(left_out) => {
+                    left_out.iter().for_each(|words| note(&format!("{}: {words}", file.path().display())));
+                }
+                Err(error) => outcome = outcome.and(Err(error)),
+            }
         }
-        Ok(())
+        Ok(outcome?)
     }
 
-    /// Says that nothing was written: there are no results yet.
-    pub(crate) fn note_interrupted(&self, what: &str) {
-        self.files()
-            .for_each(|file| note(&format!("{} was not written: {what} was interrupted", file.path().display())));
+    /// Removes earlier results, which could be taken for those of now, and says that there are none yet.
+    pub(crate) fn none_yet(&self, what: &str) {
+        for file in self.files() {
+            let path = file.path().display();
+            let removed = if std::fs::remove_file(file.path()).is_ok() { "; an earlier one was removed" } else { "" };
+            note(&format!("{path} was not written: {what} was interrupted{removed}"));
+        }
     }
 
     /// The result of reading what the arguments name. An error is also written: it is all that there is to tell.
@@ -78,7 +87,9 @@ impl ResultsArgs {
 
 /// What could not be carried out because of an error.
 pub(crate) fn refused(subject: &str, error: &Error) -> Suite {
-    Suite { findings: findings_of(error), ..Suite::of_error(subject, error.reasons()) }
+    let findings = findings_of(error);
+    let reasons: Vec<String> = findings.iter().map(FileFinding::one_line).collect();
+    Suite { findings, ..Suite::of_error(subject, reasons.join("; ")) }
 }
 
 /// Everything that an error says.

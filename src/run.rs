@@ -392,7 +392,7 @@ fn conclude(
 fn write_results(options: &RunOptions, results: &[(&Job, Result<Report, Error>)]) -> Result<(), Error> {
     let is_interrupted = |report: &Report| report.outcome == OutcomeReport::Interrupted;
     if results.iter().any(|(_, result)| result.as_ref().is_ok_and(is_interrupted)) {
-        options.results.note_interrupted("the run");
+        options.results.none_yet("the run");
         return Ok(());
     }
     let suite = |(job, result): &(&Job, Result<Report, Error>)| {
@@ -400,7 +400,7 @@ fn write_results(options: &RunOptions, results: &[(&Job, Result<Report, Error>)]
         let suite = match result {
             Ok(report) => Suite {
                 findings: results::warnings(scenario),
-                ..Suite::of_run(&scenario.file.expect.record(), report, &job.folder, &places)
+                ..Suite::of_run(&scenario.expected(), report, &job.folder, &places)
             },
             Err(error) => Suite { file: places.file, ..results::refused(&scenario.name, error) },
         };

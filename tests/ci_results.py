@@ -277,8 +277,9 @@ def action(folder):
     assert runner.run() == 1, runner.log
     assert runner.outputs["check"] == {"status": "0"} and runner.outputs["run"] == {"status": "1"}, runner.outputs
     assert [uses for uses, _ in runner.used] == ["github/codeql-action/upload-sarif", "actions/upload-artifact"]
-    assert runner.used[0][1] == {"sarif_file": "steward-results"}
+    assert runner.used[0][1] == {"sarif_file": "steward-results", "category": ""}
     assert "# steward check" in runner.summary and "# steward run" in runner.summary
+    assert "in the artifact `robot`" in runner.summary
     assert Path(folder, attack, "report.json").exists() and not Path(folder, "hacked").exists()
     for ending in ("sarif", "xml", "md"):
         assert Path(folder, f"steward-results/run.{ending}").exists()
@@ -291,6 +292,9 @@ def action(folder):
     assert Runner(folder, archive="steward.tar.gz", sha256=digest, **fine).run() == 0
     runner = Runner(folder, archive="steward.tar.gz", sha256="0" * 64, **fine)
     assert runner.run() != 0 and "another checksum" in runner.log and "run" not in runner.outputs
+    assert Runner(folder, archive=f"{address}?token=1", sha256=digest, **fine).run() == 0
+    runner = Runner(folder, archive="steward.deb", **fine)
+    assert runner.run() == 2 and "a tar.gz or a wheel" in runner.log
     runner = Runner(folder, archive=address, **fine)
     assert runner.run() == 2 and "needs its sha256" in runner.log
     # The wheel, from a file and by its version.
@@ -299,11 +303,14 @@ def action(folder):
     assert Runner(folder, archive=str(wheel), **prove).run() == 0
     runner = Runner(folder, version="9.9.9", **fine)
     assert runner.run() == 0, runner.log
+    assert os.listdir(runner.path[0]) == ["steward"], "the job keeps its own Python"
     # The program on the path; a command that is none of these; nothing to do.
     os.environ["PATH"] = f"{Path(runner.path[0])}:{os.environ['PATH']}"
     assert Runner(folder, command="", check=scenario).run() == 0
-    runner = Runner(folder, command="tree", arguments="check")
-    assert runner.run() == 2 and "the command is" in runner.log
+    runner = Runner(folder, command="tree", arguments="check", check=scenario)
+    assert runner.run() == 2 and "the command is" in runner.log and runner.outputs["run"] == {"status": "2"}
+    runner = Runner(folder, command="")
+    assert runner.run() == 2 and "nothing to check" in runner.log
     server.shutdown()
 
 

@@ -65,6 +65,50 @@ fn results_show_where_a_file_is_wrong() {
     }
 }
 
+/// The line of the summary's table that begins like this.
+fn line<'s>(summary: &'s str, start: &str) -> &'s str {
+    let line = summary.lines().find(|line| line.starts_with(start));
+    line.unwrap_or_else(|| panic!("no line begins with {start:?}: {summary}"))
+}
+
+#[test]
+fn what_says_nothing_is_not_shown_as_passed() {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("room for a file");
+    // Runs that are not as expected, and a goal that two runs do not decide.
+    write(
+        "camp.toml",
+        "scenario = \"battery_fault\"\nruns = 2\nset = ['expect.phi1=\"satisfied\"']\n[goal]\ntest = \"phi1\"\n\
+         bound = 0.5\nindifference = 0.05\nerror = 0.01\n",
+    );
+    let (status, _, summary) = results(folder.path(), &["campaign", "camp.toml", "--quiet"]);
+    let runs = line(&summary, "| camp.toml | 2 runs of ");
+    assert!(status == Some(0) && runs.contains("0 as expected, 2 not") && runs.contains("| skipped: "), "{runs}");
+    assert!(line(&summary, "| camp.toml | goal |").contains("| skipped: not reached"), "{summary}");
+    // A fault that never comes.
+    let never = "base = \"battery_fault\"\n[[faults]]\nkind = \"battery_level\"\nat_s = 5000\nlevel_pct = 10\n";
+    write("never.toml", never);
+    let matrix = ["matrix", "never.toml", "--fault-free", "nominal", "--runs", "1", "--quiet"];
+    let (_, sarif, summary) = results(folder.path(), &matrix);
+    assert!(line(&summary, "| never | phi1 |").contains("| skipped: "), "{summary}");
+    assert!(sarif["invocations"].to_string().contains("no property detects the fault of never"), "{sarif}");
+    // Monitors that are off.
+    let run = ["run", "battery_fault", "--no-snapshots", "--quiet", "--no-monitors"];
+    let (_, sarif, summary) = results(folder.path(), &run);
+    assert!(line(&summary, "| battery\\_fault | phi1 |").contains("skipped: it was not judged"), "{summary}");
+    assert!(sarif["invocations"].to_string().contains("no property was judged"), "{sarif}");
+    // A condition that never occurs, in a run and in its log; and a log in which nothing happens.
+    write("never.scope", "property never := always ((BatteryReader, BatteryLevel, m[2] < 0) implies next false)\n");
+    let run = ["run", "battery_fault", "--no-snapshots", "--quiet", "--record", "run.jsonl"];
+    let set = ["--set", "properties=[\"never.scope\"]", "--set", "expect={}"];
+    let (_, _, summary) = results(folder.path(), &[&run[..], &set].concat());
+    assert!(line(&summary, "| battery\\_fault | never |").contains("| satisfied | skipped: "), "{summary}");
+    // What a proof assumes.
+    let (_, sarif, summary) = results(folder.path(), &["prove", "nominal", "--property", "phi1", "--quiet"]);
+    let assumed = "Trips take at most";
+    assert!(summary.contains(assumed) && sarif["invocations"].to_string().contains(assumed), "{summary}");
+}
+
 #[test]
 fn the_name_of_a_file_says_the_format_of_its_results() {
     for name in ["results", "results.json"] {

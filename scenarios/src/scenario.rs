@@ -42,7 +42,7 @@ use bt::Tree;
 use channels::Topology;
 use diagnostics::{Problem, Spanned};
 use programs::Program;
-use recording::Origin;
+use recording::{Expected, Origin};
 use roaml::Model;
 use skills::Chart;
 
@@ -125,6 +125,14 @@ impl Scenario {
             Behavior::Tree(tree) => Some(tree),
             Behavior::Model(model) => model.tree.as_ref(),
         }
+    }
+
+    /// What its runs are expected to do. The properties of a model may be true or false.
+    #[must_use]
+    pub fn expected(&self) -> Expected {
+        let expected = self.file.expect.record();
+        let others_may_be_violated = expected.others_may_be_violated || self.model().is_some();
+        Expected { others_may_be_violated, ..expected }
     }
 
     /// The model, if it is one.

@@ -227,10 +227,8 @@ impl Findings {
         let unreached = unreached.into_iter().flatten().filter(|_| lists_unreached).map(never);
         Suite {
             name: scenario.name.clone(),
-            facts: vec![
-                ("version", env!("CARGO_PKG_VERSION").to_owned()),
-                ("assumptions", words(&self.proof.assumptions()).join(" ")),
-            ],
+            facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
+            notes: words(&self.proof.assumptions()),
             cases: cases.chain(self.unsearched.iter().map(|it| it.as_case(&places))).collect(),
             findings: warnings(scenario).into_iter().chain(mistakes).chain(unreached).collect(),
             file: places.file,

@@ -230,13 +230,10 @@ impl Mutants {
             },
             ..Case::default()
         };
-        let facts = vec![
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("assumptions", words(&self.proof.assumptions()).join(" ")),
-        ];
         Suite {
             name: self.proof.scenario().name.clone(),
-            facts,
+            facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
+            notes: words(&self.proof.assumptions()),
             cases: self.mutants.iter().map(case).collect(),
             file: places(self.proof.scenario()).file,
             ..Suite::default()

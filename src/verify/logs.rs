@@ -50,6 +50,8 @@ struct Judgment {
     times: Option<u64>,
     /// Why, for readers of a build log.
     why: String,
+    /// Why it says little that it is satisfied; empty if it says something.
+    open: String,
     /// Where the property is written.
     place: Option<FilePlace>,
     /// The messages that violated it.
@@ -92,6 +94,7 @@ impl Line {
                 Suite {
                     name,
                     facts,
+                    notes: checked.notes.clone(),
                     cases: checked.verdicts.iter().map(Judgment::case).collect(),
                     file,
                     page: self.folder.as_ref().map(|folder| folder.join(html::FILE)),
@@ -117,12 +120,15 @@ impl Checked {
             let witness = monitor.and_then(|monitor| monitor.witness());
             let trail = witness.map(|witness| trail(&property.name, witness, verified.knows_ticks, &places));
             let trail = trail.unwrap_or_default();
+            let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
+            let vacuous = vacuous.into_iter().map(|vacuity| vacuity.to_string());
             let words = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
             Judgment {
                 property: property.name.clone(),
                 verdict: verified.verdict(index),
                 times: violations.filter(|all| all.goes_on).map(|all| all.count),
                 why: verified.unsure[index].clone().or(words).unwrap_or_default(),
+                open: verified.nothing().map(str::to_owned).chain(vacuous).next().unwrap_or_default(),
                 place: places.properties.get(&property.name).cloned(),
                 trail,
                 story: verified.stories[index].clone(),
@@ -158,7 +164,8 @@ impl Judgment {
 
     fn case(&self) -> Case {
         let result = match self.verdict {
-            "satisfied" => CaseResult::Passed,
+            "satisfied" if self.open.is_empty() => CaseResult::Passed,
+            "satisfied" => CaseResult::Skipped(self.open.clone()),
             "inconclusive" => CaseResult::Skipped("something was still pending when the log ended".to_owned()),
             _ => CaseResult::Failed {
                 message: format!("{} is {}", self.property, self.words()),

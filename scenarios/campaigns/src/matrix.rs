@@ -99,6 +99,17 @@ enum Sign {
     Inconclusive,
 }
 
+/// Whether a verdict says something about a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AboutFault {
+    /// It does: the fault is detected, or does not violate the property.
+    Something,
+    /// It is the same without a fault, or open.
+    Nothing,
+    /// It is wrong: nothing had happened yet.
+    FalseAlarm,
+}
+
 /// The results of the runs without faults.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultFree {
@@ -186,9 +197,9 @@ impl Matrix {
         self.properties.iter().zip(&row.notices).map(sign)
     }
 
-    /// What each property's verdict says about the fault of a row, in words, and whether it is a false alarm.
-    /// Properties that the scenario does not watch are left out.
-    pub fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, bool)> {
+    /// What each property's verdict says about the fault of a row, in words. Properties that the scenario does not watch
+    /// are left out.
+    pub fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, AboutFault)> {
         let after = |ticks| format!("{ticks} {} after the fault", if ticks == 1 { "tick" } else { "ticks" });
         let verdict = move |(name, (sign, notice)): (&'m String, (Option<Sign>, &Option<Notice>))| {
             let words = match sign? {
@@ -200,7 +211,13 @@ impl Matrix {
                 Sign::Vacuous => "satisfied, but a condition in it never occurred".to_owned(),
                 Sign::Inconclusive => "inconclusive".to_owned(),
             };
-            Some((name.as_str(), words, notice.as_ref().is_some_and(|notice| notice.false_alarm)))
+            let about = match sign? {
+                _ if notice.as_ref().is_some_and(|notice| notice.false_alarm) => AboutFault::FalseAlarm,
+                Sign::Detected(_) => AboutFault::Something,
+                Sign::Satisfied if row.onset.is_some() => AboutFault::Something,
+                _ => AboutFault::Nothing,
+            };
+            Some((name.as_str(), words, about))
         };
         self.properties.iter().zip(self.signs(row).zip(&row.notices)).filter_map(verdict)
     }

@@ -56,10 +56,7 @@ impl Summary {
         if self.of_roaml {
             return (sorted, Vec::new());
         }
-        let is_fine = |estimate: &&Estimate| {
-            let is_tested = estimate.vacuous < Some(estimate.count.runs());
-            estimate.count.happened() == 0 && estimate.inconclusive == Some(0) && is_tested
-        };
+        let is_fine = |estimate: &&Estimate| estimate.is_fine();
         sorted.sort_by_key(|estimate| Reverse((estimate.count.happened(), estimate.inconclusive, !is_fine(estimate))));
         let first_fine = sorted.iter().position(is_fine).unwrap_or(sorted.len());
         let fine = if sorted.len() - first_fine < MANY { Vec::new() } else { sorted.split_off(first_fine) };
@@ -147,6 +144,13 @@ impl fmt::Display for Frequency {
 }
 
 impl Estimate {
+    /// Whether the property was satisfied in every run, and not always because a condition in it never occurred.
+    #[must_use]
+    pub fn is_fine(&self) -> bool {
+        let is_tested = self.vacuous < Some(self.count.runs());
+        self.count.happened() == 0 && self.inconclusive == Some(0) && is_tested
+    }
+
     /// How often the property was violated, if it was violated more than once in some run.
     #[must_use]
     pub fn repeated(&self) -> Option<&Frequency> {

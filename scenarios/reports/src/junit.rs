@@ -47,15 +47,22 @@ impl fmt::Display for Counts {
     }
 }
 
-fn of_suite(Suite { name, facts, cases, .. }: &Suite) -> String {
+fn of_suite(Suite { name, facts, notes, cases, .. }: &Suite) -> String {
     let name = attribute(name);
     let counts = Counts::of(cases);
     let fact =
         |(name, value): &(&str, String)| format!("      <property name=\"{name}\" value=\"{}\"/>\n", attribute(value));
     let facts: String = facts.iter().map(fact).collect();
     let cases: String = cases.iter().map(|case| of_case(case, &name)).collect();
+    let notes = match notes.as_slice() {
+        [] => String::new(),
+        notes => {
+            let lines: Vec<String> = notes.iter().map(|note| text(note)).collect();
+            format!("    <system-out>{}</system-out>\n", lines.join("\n"))
+        }
+    };
     format!(
-        "  <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}    </properties>\n{cases}  </testsuite>\n"
+        "  <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}    </properties>\n{cases}{notes}  </testsuite>\n"
     )
 }
 

@@ -71,7 +71,7 @@ fn write_table(text: &mut String, Results { command, suites }: &Results) -> std:
 
 fn write_suite(text: &mut String, suite: &Suite, folder: &Path) -> std::fmt::Result {
     let told: Vec<&Case> = suite.cases.iter().filter(|case| !suite.is_about_files() && is_told(case)).collect();
-    if told.is_empty() && suite.findings.is_empty() && suite.page.is_none() {
+    if told.is_empty() && suite.findings.is_empty() && suite.notes.is_empty() && suite.page.is_none() {
         return Ok(());
     }
     writeln!(text, "\n## {}\n", escaped(&suite.name))?;
@@ -81,6 +81,12 @@ fn write_suite(text: &mut String, suite: &Suite, folder: &Path) -> std::fmt::Res
     if !links.is_empty() {
         writeln!(text, "{}", links.join(" · "))?;
     }
+    let facts = suite.facts.iter().map(|(name, value)| format!("{} {}", escaped(name), escaped(value)));
+    if !suite.facts.is_empty() {
+        writeln!(text, "\n{}", facts.collect::<Vec<_>>().join(" · "))?;
+    }
+    writeln!(text)?;
+    suite.notes.iter().try_for_each(|note| writeln!(text, "- {}", prose(note)))?;
     for FileFinding { kind, message, help, place } in suite.findings.iter().take(MOST_FINDINGS) {
         let at = place.as_ref().map_or_else(String::new, |place| format!("{}: ", escaped(&place.to_string())));
         let word = match kind {
@@ -112,11 +118,11 @@ fn write_case(text: &mut String, case: &Case, folder: &Path) -> std::fmt::Result
     match &case.result {
         CaseResult::Failed { details, .. } if case.story.is_empty() => {
             // The blanks at the beginning of a line show what belongs together.
-            for line in details.lines() {
+            let lines = details.trim_matches('\n').lines().map(|line| {
                 let indent = line.len() - line.trim_start().len();
-                writeln!(text, "{}{}\\", "&nbsp;".repeat(indent), escaped(line.trim()))?;
-            }
-            writeln!(text)?;
+                "&nbsp;".repeat(indent) + &escaped(line.trim())
+            });
+            writeln!(text, "{}\n", lines.collect::<Vec<_>>().join("\\\n"))?;
         }
         _ => {
             for sentence in &case.story {
@@ -185,15 +191,21 @@ fn is_control(character: char) -> bool {
 /// Sentences with code between backquotes.
 fn prose(words: &str) -> String {
     let mut text = String::new();
-    for (index, part) in words.split('`').enumerate() {
-        if index % 2 == 1 && !part.trim().is_empty() {
-            let code: String = part.chars().map(|c| if is_control(c) { ' ' } else { c }).collect();
-            let _ = write!(text, "`{}`", &code[..code.floor_char_boundary(MOST_TEXT)]);
+    let mut rest = words;
+    while let Some((before, (code, after))) =
+        rest.split_once('`').and_then(|(before, after)| Some((before, after.split_once('`')?)))
+    {
+        text += &escaped(before);
+        if code.trim().is_empty() {
+            text += &escaped(&format!("`{code}`"));
         } else {
-            text += &escaped(part);
+            let shown: String = code.chars().map(|c| if is_control(c) { ' ' } else { c }).collect();
+            let cut = &shown[..shown.floor_char_boundary(MOST_TEXT)];
+            let _ = write!(text, "`{cut}{}`", if cut.len() < shown.len() { "…" } else { "" });
         }
+        rest = after;
     }
-    text
+    text + &escaped(rest)
 }
 
 #[cfg(test)]
@@ -206,6 +218,7 @@ mod tests {
         assert_eq!(escaped("1. x\n2. y"), r"1\. x 2. y");
         assert_eq!(escaped("- x\u{202e}"), r"\- x ");
         assert_eq!(prose("told `[<ok>, 9]`. <b>"), r"told `[<ok>, 9]`. \<b\>");
+        assert_eq!(prose("``two`` and ` odd"), r"\`\`two\`\` and \` odd");
     }
 
     #[test]

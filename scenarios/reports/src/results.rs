@@ -31,6 +31,8 @@ pub struct Suite {
     pub name: String,
     /// Facts about it: what they are about, and what they are.
     pub facts: Vec<(&'static str, String)>,
+    /// What the answers leave open: sentences without a full stop.
+    pub notes: Vec<String>,
     /// The questions with their answers.
     pub cases: Vec<Case>,
     /// What was found in files besides.
@@ -172,13 +174,22 @@ impl Suite {
     /// The properties and expectations of a run. Its page and pictures are in `folder`.
     ///
     /// A property with an expectation passes if it is met; any other property fails if it is violated (in a RoAML
-    /// model, it is skipped), and is skipped if it is inconclusive. No case fails if and only if the run was as
-    /// expected.
+    /// model, it is skipped), and is skipped if it is inconclusive, or satisfied only because a condition in it never
+    /// occurred, or if what is missing may change the verdict. No case fails if and only if the run was as expected.
     #[must_use]
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
         let properties = report.monitors.iter().map(|monitor| Case {
             picture: picture_of(&monitor.name, report).map(|file| folder.join(file)),
             ..of_property(monitor, expected, places)
+        });
+        // The monitors were off.
+        let is_judged = |name: &String| report.monitors.iter().any(|monitor| monitor.name == *name);
+        let unjudged = expected.outcomes.iter().map(|(name, _)| name).filter(|name| !is_judged(name)).map(|name| Case {
+            group: "properties",
+            name: name.clone(),
+            result: CaseResult::Skipped("it was not judged".to_owned()),
+            place: places.properties.get(name).cloned(),
+            ..Case::default()
         });
         let others = report.snapshots.iter().filter(|picture| picture.violated.is_none() && !picture.by_clock);
         Self {
@@ -189,8 +200,10 @@ impl Suite {
                 ("sim_time_s", report.sim_time_s.to_string()),
                 ("ticks", report.ticks.to_string()),
                 ("trace_hash", report.trace_hash.clone()),
+                ("ended", report.ended_because.clone()),
             ],
-            cases: properties.chain(report.expectations.iter().map(of_expectation)).collect(),
+            notes: open_questions(report),
+            cases: properties.chain(unjudged).chain(report.expectations.iter().map(of_expectation)).collect(),
             findings: Vec::new(),
             file: places.file.clone(),
             page: Some(folder.join(html::FILE)),
@@ -250,6 +263,21 @@ pub fn trail(property: &str, witness: &Witness, knows_ticks: bool, places: &Writ
     witness.messages.iter().map(message).chain([end]).collect()
 }
 
+/// What the results of a run leave open.
+fn open_questions(report: &Report) -> Vec<String> {
+    let unjudged = report.monitors.is_empty().then(|| "no property was judged".to_owned());
+    let unexpected = report.expectations.is_empty().then(|| "nothing was expected".to_owned());
+    let undone = report.undone_faults.iter().map(|fault| format!("not done: {} ({})", fault.effect, fault.reason));
+    let absent = report.absent_effects().into_iter().map(|effect| format!("never came: {effect}"));
+    let of_monitor = |monitor: &MonitorReport| {
+        let open = monitor.unsure.iter().chain(&monitor.open).chain(&monitor.vacuous).chain(&monitor.unheard);
+        open.map(|words| format!("{}: {words}", monitor.name)).collect::<Vec<_>>()
+    };
+    let lost = report.lost.iter().chain(&report.remarks).cloned();
+    let of_monitors = report.monitors.iter().flat_map(of_monitor);
+    unjudged.into_iter().chain(unexpected).chain(undone).chain(absent).chain(lost).chain(of_monitors).collect()
+}
+
 /// The picture of a property's violation.
 fn picture_of<'r>(property: &str, report: &'r Report) -> Option<&'r str> {
     let is_of = |violated: &Option<String>| violated.as_deref() == Some(property);
@@ -268,7 +296,10 @@ fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPla
         (None, Outcome::Inconclusive) => {
             CaseResult::Skipped("something was still pending when the run ended".to_owned())
         }
-        (None, Outcome::Satisfied) => CaseResult::Passed,
+        (None, Outcome::Satisfied) => match monitor.unsure.iter().chain(&monitor.vacuous).next() {
+            Some(open) => CaseResult::Skipped(open.clone()),
+            None => CaseResult::Passed,
+        },
     };
     let trail = |witness: &WitnessReport| {
         let why = witness.why.as_ref()?;

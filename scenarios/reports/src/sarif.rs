@@ -135,6 +135,8 @@ struct SarifLog {
 
 impl SarifLog {
     fn add(&mut self, suite: &Suite) {
+        let notes = suite.notes.iter().map(|note| (Level::Note, format!("{}: {note}", suite.name)));
+        self.notifications.extend(notes);
         for FileFinding { kind, message, help, place } in &suite.findings {
             let help = help.as_ref().map_or_else(String::new, |help| format!("\n\nHelp: {help}"));
             let marked = place.as_ref().and_then(|place| place.region.as_ref()).map_or("", |region| &region.text);

@@ -8,8 +8,7 @@ use channels::{Event, Monitor, ProcessId};
 use maps::{Place, Places};
 use programs::ProgramProcess;
 use recording::{
-    Detail, Details, End, Ended, EntryValue, Expected, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene,
-    Step,
+    Detail, Details, End, Ended, EntryValue, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step,
 };
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
@@ -55,10 +54,7 @@ impl Run {
             premises: premises.map(premises_record),
             robot: premises.map(|premises| robot_record(&premises.entry.sim.model)),
             snapshots: file.snapshots.clone(),
-            expected: Expected {
-                others_may_be_violated: is_model || file.expect.others_may_be_violated,
-                ..file.expect.record()
-            },
+            expected: self.scenario.expected(),
         }
     }
 
