@@ -224,8 +224,8 @@ fn status(summary: &Summary) -> ExitCode {
     ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
 
-/// The results as test cases: that runs finished as expected, and for each property whether it was violated in any. A campaign
-/// expects nothing of a property, so one that was violated is skipped.
+/// The results as test cases: that runs finished as expected, and for each property whether it was violated in any. A
+/// campaign expects nothing of a property, so one that was violated is skipped.
 fn suite(summary: &Summary, folder: &Path, base: Option<&Scenario>) -> Suite {
     let places = base.map(places).unwrap_or_default();
     let argument = base.map_or("", |scenario| &scenario.origin.argument);

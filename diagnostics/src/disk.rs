@@ -1,9 +1,10 @@
 //! The files on disk as an editor shows them.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::io;
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
+use std::{fs, io};
 
 use crate::files::{MAX_BYTES, MAX_TEXT_BYTES, too_large};
 use crate::{from_disk_up_to, text};
@@ -26,11 +27,24 @@ pub struct Disk {
     reads: Option<Arc<Mutex<Reads>>>,
 }
 
+/// What tells one saved state of a file from another: when it was changed, and its length in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileStamp(SystemTime, u64);
+
+impl FileStamp {
+    /// The state of a file; nothing if there is none.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let about = fs::metadata(path).ok()?;
+        Some(Self(about.modified().ok()?, about.len()))
+    }
+}
+
 /// The files that were asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Reads {
-    /// Their [normal](normal) paths, whether they exist or not.
-    pub paths: BTreeSet<PathBuf>,
+    /// Their [normal](normal) paths, whether they exist or not, with the state that each had before it was read first.
+    pub paths: BTreeMap<PathBuf, Option<FileStamp>>,
     /// The path of each file that was read under another name.
     named: BTreeMap<PathBuf, PathBuf>,
 }
@@ -40,7 +54,7 @@ impl Reads {
     #[must_use]
     pub fn path(&self, name: &str) -> Option<PathBuf> {
         let path = self.named.get(Path::new(name)).cloned().unwrap_or_else(|| normal(Path::new(name)));
-        Some(path).filter(|path| self.paths.contains(path))
+        Some(path).filter(|path| self.paths.contains_key(path))
     }
 }
 
@@ -89,7 +103,7 @@ impl Disk {
         let path = normal(path);
         let open = self.open.get(&path);
         if let Some(mut reads) = self.remembered() {
-            reads.paths.insert(path);
+            reads.paths.entry(path).or_insert_with_key(|path| FileStamp::of(path));
         }
         open
     }

@@ -40,7 +40,7 @@ mod source;
 #[cfg(feature = "xml")]
 pub mod xml;
 
-pub use disk::{Disk, Reads, normal};
+pub use disk::{Disk, FileStamp, Reads, normal};
 pub use error::Error;
 pub use files::{
     ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, open_regular, read_text, text, text_from_disk,

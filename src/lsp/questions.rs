@@ -1,6 +1,6 @@
 //! Answers to questions about places in documents.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use diagnostics::normal;
 use editor::findings::{Finding, Findings};
 use editor::proposal::{Proposal, ProposalKind};
-use editor::{Documents, EditedFile, FileContext, Language, Mention, NameIndex, NameKind, TextLines, Unit};
+use editor::{Documents, EditedFile, FileContext, Language, Mention, NameIndex, NameKind, Project, TextLines, Unit};
 use lsp_types as lsp;
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionParams, CompletionItem, CompletionItemKind, CompletionParams,
@@ -35,6 +35,8 @@ pub(super) struct Questions<'s> {
     pub(super) abilities: Abilities,
     pub(super) documents: &'s Documents,
     pub(super) contexts: &'s BTreeMap<PathBuf, FileContext>,
+    /// The files of each scenario near an open document.
+    pub(super) scenarios: &'s [BTreeSet<PathBuf>],
     /// What is shown.
     pub(super) findings: &'s Findings,
     /// The address of a file, as the editor writes it.
@@ -118,43 +120,56 @@ impl Questions<'_> {
         Ok((new_text != *text).then(|| vec![TextEdit { range, new_text }]))
     }
 
-    /// The names in all files to which a file belongs.
-    fn index(&self, path: &Path) -> NameIndex {
-        let files = self.context(path).files;
-        let own = (!files.contains(path)).then_some(path);
-        NameIndex::of(&self.documents.disk(), files.iter().map(PathBuf::as_path).chain(own))
+    /// The name at a place, with all names in the files to which its file belongs, and in those of every scenario that
+    /// reads one of its definitions.
+    fn index(&self, Spot { path, at, .. }: &Spot) -> Option<(NameIndex, Mention)> {
+        let mut files = self.context(path).files;
+        files.insert(path.clone());
+        let of = |files: &BTreeSet<PathBuf>| NameIndex::of(&self.documents.disk(), files.iter().map(PathBuf::as_path));
+        let index = of(&files);
+        let mention = index.at(path, *at)?.clone();
+        let defined: Vec<&PathBuf> =
+            index.same(&mention).filter(|same| same.is_definition).map(|same| &same.path).collect();
+        let others = self.scenarios.iter().filter(|scenario| defined.iter().any(|path| scenario.contains(*path)));
+        let before = files.len();
+        files.extend(others.flatten().cloned());
+        let index = if files.len() > before { of(&files) } else { index };
+        Some((index, mention))
     }
 
-    fn location(&self, mention: &Mention, index: &NameIndex) -> Option<Location> {
-        let (_, text) = index.texts.iter().find(|(path, _)| *path == mention.path)?;
-        Some(Location { uri: (self.address)(&mention.path)?, range: self.range(text, &(mention.start..mention.end)) })
+    fn locations<'m>(&self, mentions: impl Iterator<Item = &'m Mention>, index: &NameIndex) -> Vec<Location> {
+        let lines: BTreeMap<&Path, TextLines<'_>> =
+            index.texts.iter().map(|(path, text)| (path.as_path(), TextLines::of(text))).collect();
+        let location = |mention: &Mention| {
+            let range = wire::range(lines.get(mention.path.as_path())?, &(mention.start..mention.end), self.unit);
+            Some(Location { uri: (self.address)(&mention.path)?, range })
+        };
+        mentions.filter_map(location).collect()
     }
 
     pub(super) fn definition(&self, params: &GotoDefinitionParams) -> Option<Vec<Location>> {
         let spot = self.spot(&params.text_document_position_params)?;
-        let index = self.index(&spot.path);
-        let mention = index.at(&spot.path, spot.at)?;
+        let (index, mention) = self.index(&spot)?;
         if mention.kind == NameKind::File {
             let uri = (self.address)(Path::new(&mention.name))?;
             return Some(vec![Location { uri, range: lsp::Range::default() }]);
         }
-        let definitions = index.same(mention).filter(|same| same.is_definition);
-        Some(definitions.filter_map(|same| self.location(same, &index)).collect())
+        Some(self.locations(index.same(&mention).filter(|same| same.is_definition), &index))
     }
 
     pub(super) fn references(&self, params: &ReferenceParams) -> Option<Vec<Location>> {
         let spot = self.spot(&params.text_document_position)?;
-        let index = self.index(&spot.path);
-        let mention = index.at(&spot.path, spot.at)?;
-        let wanted = index.same(mention).filter(|same| params.context.include_declaration || !same.is_definition);
-        Some(wanted.filter_map(|same| self.location(same, &index)).collect())
+        let (index, mention) = self.index(&spot)?;
+        let wanted = index.same(&mention).filter(|same| params.context.include_declaration || !same.is_definition);
+        Some(self.locations(wanted, &index))
     }
 
     pub(super) fn symbols(&self, params: &DocumentSymbolParams) -> Option<Vec<DocumentSymbol>> {
         let (path, text) = self.document(&params.text_document.uri)?;
         let index = NameIndex::of(&self.documents.disk(), [path.as_path()]);
+        let lines = TextLines::of(&text);
         let symbol = |mention: &Mention| {
-            let range = self.range(&text, &(mention.start..mention.end));
+            let range = wire::range(&lines, &(mention.start..mention.end), self.unit);
             let (what, kind) = match mention.kind {
                 NameKind::Process => ("process", SymbolKind::OBJECT),
                 NameKind::Tree => ("tree", SymbolKind::MODULE),
@@ -181,8 +196,7 @@ impl Questions<'_> {
 
     pub(super) fn prepare_rename(&self, params: &TextDocumentPositionParams) -> Option<lsp::Range> {
         let spot = self.spot(params)?;
-        let index = self.index(&spot.path);
-        let mention = index.at(&spot.path, spot.at).filter(|mention| mention.kind != NameKind::File)?;
+        let (_, mention) = self.index(&spot).filter(|(_, mention)| mention.kind != NameKind::File)?;
         Some(self.range(&spot.text, &(mention.start..mention.end)))
     }
 
@@ -206,9 +220,11 @@ impl Questions<'_> {
 
     pub(super) fn rename(&self, params: &RenameParams) -> Result<Option<WorkspaceEdit>, String> {
         let Some(spot) = self.spot(&params.text_document_position) else { return Ok(None) };
-        let index = self.index(&spot.path);
-        let Some(mention) = index.at(&spot.path, spot.at) else { return Ok(None) };
-        let renaming = editor::rename(self.documents, &index, mention, &params.new_name)?;
+        // The check of the last edit may not have ended.
+        let checked = Project::default().check(self.documents);
+        let now = Questions { contexts: &checked.contexts, scenarios: &checked.scenarios, ..*self };
+        let Some((index, mention)) = now.index(&spot) else { return Ok(None) };
+        let renaming = editor::rename(self.documents, &index, &mention, &params.new_name)?;
         if let (Some((old, _)), false) = (renaming.files.first(), self.abilities.renames_files) {
             return Err(format!("{} would have another name, but the editor does not rename files", old.display()));
         }

@@ -1,6 +1,6 @@
 //! The documents of an editor, and the answers to its requests.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 
@@ -50,6 +50,8 @@ pub(super) struct Server {
     edits: u64,
     /// What belongs to each open document.
     contexts: BTreeMap<PathBuf, FileContext>,
+    /// The files of each scenario near an open document.
+    scenarios: Vec<BTreeSet<PathBuf>>,
     /// What is shown.
     findings: Findings,
     abilities: Abilities,
@@ -83,6 +85,7 @@ impl Server {
             published: BTreeMap::new(),
             edits: 0,
             contexts: BTreeMap::new(),
+            scenarios: Vec::new(),
             findings: Findings::new(),
             abilities,
             watches: workspace
@@ -149,6 +152,7 @@ impl Server {
             abilities: self.abilities,
             documents: &self.documents,
             contexts: &self.contexts,
+            scenarios: &self.scenarios,
             findings: &self.findings,
             address: &|path| self.address(path),
         };
@@ -190,7 +194,7 @@ impl Server {
     /// Asks the editor to say when files change outside of it.
     pub(super) fn watch_files(&self) {
         if self.watches {
-            let files = json!({ "watchers": [{ "globPattern": "**/*.{toml,xml,scxml,scope,yaml,yml,ini,pgm,png}" }] });
+            let files = json!({ "watchers": [{ "globPattern": "**/*.{toml,xml,scxml,scope,jani,yaml,yml,ini,pgm,png,bmp,msg,srv,action}" }] });
             let wish = json!({ "id": "files", "method": "workspace/didChangeWatchedFiles", "registerOptions": files });
             let wishes = json!({ "registrations": [wish] });
             (self.send)(Request::new("files".to_owned().into(), "client/registerCapability".to_owned(), wishes).into());
@@ -244,6 +248,7 @@ impl Server {
         let found = match checked.found {
             Ok(checked) => {
                 self.contexts = checked.contexts;
+                self.scenarios = checked.scenarios;
                 checked.findings
             }
             Err(message) => return self.log(message),

@@ -37,6 +37,18 @@ fn has(names: &[String], wanted: &[&str]) {
 }
 
 #[test]
+fn a_key_that_has_its_value_is_completed_without_another() {
+    let mut editor = Editor::new();
+    editor.open("a.toml", "[battery]\ninit = 80\n");
+    let keys = editor.ask_after("textDocument/completion", "a.toml", "init");
+    let key = keys.as_array().unwrap().iter().find(|item| item["label"] == "initial_pct").unwrap();
+    assert_eq!(key["textEdit"]["newText"], "initial_pct");
+    editor.open("b.toml", "[expect]\nreached = []\n");
+    let hover = editor.ask_after("textDocument/hover", "b.toml", "reac").to_string();
+    assert!(!hover.contains("verdict") && hover.contains("reached"), "{hover}");
+}
+
+#[test]
 fn keys_and_values_of_scenarios_are_proposed() {
     let mut editor = opened();
     editor.replace(

@@ -101,6 +101,12 @@ fn properties_belong_to_a_scenario_even_while_it_cannot_be_read() {
         assert_eq!(editor.with_problems(), ["hospital.toml"]);
     }
     editor.replace("hospital.toml", "expect = {", "expect = {}");
+    // The same if it is refused after it has read the property.
+    editor.replace("hospital.toml", "initial_pct = 80", "initial_pct = 800");
+    editor.replace("said.scope", ":= always", ":= alwys");
+    assert_eq!(editor.with_problems(), ["hospital.toml", "said.scope"]);
+    editor.replace("said.scope", ":= alwys", ":= always");
+    editor.replace("hospital.toml", "initial_pct = 800", "initial_pct = 80");
     editor.replace("said.scope", "Speeker", "Speaker");
     assert_eq!(editor.with_problems(), [""; 0]);
 }

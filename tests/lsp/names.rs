@@ -119,6 +119,21 @@ fn a_leaf_and_a_component_are_renamed_in_all_files() {
 }
 
 #[test]
+fn names_are_changed_in_all_scenarios_that_share_a_definition() {
+    let mut editor = opened(renames_files());
+    // Another scenario has the same machine, in a tree of its own.
+    editor.write("second.toml", &SCENARIO.replace("tree.xml", "b.xml"));
+    editor.write("b.xml", TREE);
+    let response = rename(&mut editor, "tree.xml", "<GoToDestination/>\n      <Announ", "SayHello");
+    carry_out(&mut editor, &response["result"]);
+    for scenario in ["hospital.toml", "second.toml"] {
+        let checked = steward(&["check", editor.path(scenario).to_str().unwrap()]);
+        assert!(checked.status.success(), "{scenario}: {}", String::from_utf8_lossy(&checked.stderr));
+    }
+    assert!(fs::read_to_string(editor.path("b.xml")).unwrap().contains("<SayHello/>"), "{response}");
+}
+
+#[test]
 fn a_name_that_would_break_something_is_refused() {
     let mut editor = opened(json!({}));
     let why =
@@ -128,6 +143,10 @@ fn a_name_that_would_break_something_is_refused() {
     assert!(why(rename(&mut editor, "said.scope", "(Speak", "BT")).contains("a check would find"));
     assert!(why(rename(&mut editor, "said.scope", "(Speaker, Ann", "SayHello")).contains("does not rename files"));
     assert_eq!(rename(&mut editor, "said.scope", "property sa", "told")["error"], Value::Null);
+    // A machine that nobody uses yet is not overwritten.
+    let mut editor = opened(renames_files());
+    editor.write("skills/Spare.scxml", "<scxml/>");
+    assert!(why(rename(&mut editor, "said.scope", "(Speaker, Ann", "Spare")).contains("there is already a file"));
 }
 
 #[test]
@@ -168,4 +187,14 @@ fn a_misspelled_name_has_a_quick_fix_that_a_check_confirms() {
         assert_eq!(texts.collect::<Vec<_>>(), if meant.is_empty() { vec![] } else { vec![meant] }, "{file}");
         editor.replace(file, wrong, right);
     }
+    // The same mistake twice.
+    let twice = SCOPE.replace("Speaker", "Speeker");
+    editor.replace("said.scope", SCOPE, &(twice.clone() + &twice.replace("property said", "property told")));
+    let problems = editor.diagnostics("said.scope");
+    let params = json!({
+        "textDocument": { "uri": editor.address("said.scope") }, "range": problems[0]["range"],
+        "context": { "diagnostics": problems }
+    });
+    let actions = editor.request("textDocument/codeAction", params);
+    assert_eq!(actions.as_array().map(Vec::len), Some(1), "{actions}");
 }

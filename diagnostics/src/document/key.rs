@@ -126,6 +126,7 @@ fn accepts(takes: &Value) -> String {
     let what = match takes["type"].as_str() {
         Some("string") => return "a string".to_owned(),
         Some("boolean") => return "true or false".to_owned(),
+        Some("object") => return "a table".to_owned(),
         Some("integer") => "an integer",
         _ => "a number",
     };

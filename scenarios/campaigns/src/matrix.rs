@@ -197,8 +197,8 @@ impl Matrix {
         self.properties.iter().zip(&row.notices).map(sign)
     }
 
-    /// What each property's verdict says about the fault of a row, in words. Properties that the scenario does not watch
-    /// are left out.
+    /// What each property's verdict says about the fault of a row, in words. Properties that the scenario does not
+    /// watch are left out.
     pub fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, AboutFault)> {
         let after = |ticks| format!("{ticks} {} after the fault", if ticks == 1 { "tick" } else { "ticks" });
         let verdict = move |(name, (sign, notice)): (&'m String, (Option<Sign>, &Option<Notice>))| {

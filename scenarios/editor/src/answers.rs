@@ -26,13 +26,21 @@ impl EditedFile<'_> {
     #[must_use]
     pub fn proposals(&self, text: &str, at: usize) -> Vec<Proposal> {
         let known = Knowledge::of(self.context);
-        match FileKind::of(self.disk, self.file) {
+        let mut found = match FileKind::of(self.disk, self.file) {
             Some(FileKind::Tree) => xml_words::in_tree(text, at, &known),
             Some(FileKind::Machine) => xml_words::in_machine(text, at, &known),
             Some(FileKind::Properties) => scope_words::proposals(text, at, &known),
             Some(FileKind::Toml(kind)) => toml_keys::proposals(text, at, &kind.keys(), &known.names()),
             Some(FileKind::Model | FileKind::Map | FileKind::PlacesIni) | None => Vec::new(),
+        };
+        // What follows a key may be there already.
+        for Proposal { insert, replaces, .. } in &mut found {
+            let has_value = text[replaces.end..].trim_start_matches([' ', '\t']).starts_with('=');
+            if let Some(key) = insert.strip_suffix(" = ").or(insert.strip_suffix("=\"\"")).filter(|_| has_value) {
+                *insert = key.to_owned();
+            }
         }
+        found
     }
 
     /// What the text at a byte means.

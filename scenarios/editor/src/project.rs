@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::SystemTime;
 
-use diagnostics::{Disk, Reads, normal};
+use diagnostics::{Disk, FileStamp, Reads, normal};
 use scenarios::scenario::{Scenario, find};
 
 use crate::check::{examine_like, examine_text};
@@ -70,6 +69,8 @@ pub struct CheckedDocuments {
     pub findings: Findings,
     /// What belongs to each open document.
     pub contexts: BTreeMap<PathBuf, FileContext>,
+    /// The files that each scenario near an open document reads, with its own.
+    pub scenarios: Vec<BTreeSet<PathBuf>>,
 }
 
 /// A checked file.
@@ -93,7 +94,7 @@ struct Root {
 #[derive(Clone, Debug)]
 enum Stamp {
     Open(Arc<str>),
-    Saved(Option<(SystemTime, u64)>),
+    Saved(Option<FileStamp>),
 }
 
 impl PartialEq for Stamp {
@@ -108,10 +109,11 @@ impl PartialEq for Stamp {
 
 impl Stamp {
     fn of(path: &Path, documents: &Documents) -> Self {
-        documents.open.get(path).map_or_else(
-            || Self::Saved(fs::metadata(path).ok().and_then(|about| Some((about.modified().ok()?, about.len())))),
-            |text| Self::Open(Arc::clone(text)),
-        )
+        Self::open(path, documents).unwrap_or_else(|| Self::Saved(FileStamp::of(path)))
+    }
+
+    fn open(path: &Path, documents: &Documents) -> Option<Self> {
+        documents.open.get(path).map(|text| Self::Open(Arc::clone(text)))
     }
 }
 
@@ -132,13 +134,14 @@ impl Project {
         }
         let open = documents.open.keys();
         let contexts = open.map(|document| (document.clone(), self.context(document, &roots, documents))).collect();
-        CheckedDocuments { findings, contexts }
+        let scenarios = self.known.values().map(|root| root.reads.paths.keys().cloned().collect()).collect();
+        CheckedDocuments { findings, contexts, scenarios }
     }
 
     fn context(&mut self, document: &Path, roots: &BTreeSet<PathBuf>, documents: &Documents) -> FileContext {
         let roots = roots.iter().filter_map(|root| self.known.get(root));
-        let reads: Vec<&Root> = roots.filter(|root| root.reads.paths.contains(document)).collect();
-        let files = reads.iter().flat_map(|root| root.reads.paths.iter().cloned());
+        let reads: Vec<&Root> = roots.filter(|root| root.reads.paths.contains_key(document)).collect();
+        let files = reads.iter().flat_map(|root| root.reads.paths.keys().cloned());
         let files = files.chain([document.to_owned()]).collect();
         let mut scenarios: Vec<Arc<Scenario>> = reads.iter().filter_map(|root| root.scenario.clone()).collect();
         let mapped = reads.iter().find_map(|root| root.mapped.clone());
@@ -160,8 +163,8 @@ impl Project {
         self.sorted(documents).0
     }
 
-    /// The files to check, which have been checked, and the documents that these do not read: they belong to a scenario
-    /// that is refused before it reads them.
+    /// The files to check, which have been checked, and the documents that these do not read, or may not have looked at
+    /// to the end: they belong to a scenario that is refused.
     fn sorted<'d>(&mut self, documents: &'d Documents) -> (BTreeSet<PathBuf>, Vec<&'d PathBuf>) {
         let disk = documents.disk();
         let (mut roots, mut unread, mut used) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
@@ -174,7 +177,11 @@ impl Project {
                 let Some(kind) = kind else { continue };
                 self.refresh(document, documents, mappings_of(document, kind, documents));
                 roots.insert(document.clone());
-            } else if !scenarios.iter().any(|scenario| self.known[*scenario].reads.paths.contains(document)) {
+            } else if scenarios
+                .iter()
+                .map(|scenario| &self.known[*scenario])
+                .all(|root| !root.reads.paths.contains_key(document) || needs_scenario && root.is_refused)
+            {
                 unread.push(document);
             }
             roots.extend(scenarios.into_iter().cloned());
@@ -199,7 +206,7 @@ impl Project {
         for candidate in candidates {
             let root = self.refresh(&candidate, documents, Vec::new());
             let may_read = || needs_scenario && root.is_refused && mentions(&root.text, document);
-            if root.reads.paths.contains(document) || may_read() {
+            if root.reads.paths.contains_key(document) || may_read() {
                 belongs_to.push(candidate.clone());
             }
             used.insert(candidate);
@@ -236,12 +243,17 @@ impl Root {
         let mapped = mapped.or_else(mapped_before);
         let mut reads = disk.reads();
         // What is shared is not read again.
-        let of_map = of_map.iter().flat_map(|before| before.reads.paths.iter().filter(|path| is_of_map(path)));
-        reads.paths.extend(of_map.cloned());
+        let of_map = of_map.iter().flat_map(|before| before.reads.paths.iter().filter(|(path, _)| is_of_map(path)));
+        for (path, stamp) in of_map {
+            reads.paths.entry(path.clone()).or_insert(*stamp);
+        }
+        let stamp = |(path, saved): (&PathBuf, &Option<FileStamp>)| {
+            (path.clone(), Stamp::open(path, documents).unwrap_or(Stamp::Saved(*saved)))
+        };
         Self {
             mappings,
             mapped,
-            stamps: reads.paths.iter().map(|path| (path.clone(), Stamp::of(path, documents))).collect(),
+            stamps: reads.paths.iter().map(stamp).collect(),
             findings: findings::of_check(path, &text, &checked, &reads),
             is_refused: checked.is_err(),
             reads,
@@ -251,9 +263,10 @@ impl Root {
     }
 }
 
-/// Whether a file may be a map or its image.
+/// Whether a file may be a map or its image, whose names may end in anything.
 fn is_of_map(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ["yaml", "yml", "pgm", "png", "bmp"].iter().any(|known| ending == *known))
+    let others = ["toml", "xml", "scxml", "scope", "jani", "msg", "srv", "action", "py"];
+    path.extension().is_none_or(|ending| others.iter().all(|known| ending != *known))
 }
 
 /// The files of some kinds in a folder, open or not, in alphabetical order.

@@ -44,8 +44,11 @@ pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, find
     let count = |findings: &Findings| -> usize {
         findings.values().map(|found| found.findings.iter().filter(|finding| finding.is_error).count()).sum()
     };
-    let is_gone =
-        after.get(file).is_none_or(|found| found.findings.iter().all(|other| other.message != finding.message));
+    let same = |findings: &Findings| {
+        let found = findings.get(file).into_iter().flat_map(|found| &found.findings);
+        found.filter(|other| other.message == finding.message).count()
+    };
+    let is_gone = same(&after) < same(&before);
     fix.is_certain = count(&after) < count(&before);
     (is_gone && (adds || fix.is_certain)).then_some(fix)
 }

@@ -43,6 +43,9 @@ pub fn rename(documents: &Documents, index: &NameIndex, mention: &Mention, name:
     }
     if mention.kind == NameKind::Process {
         renaming.files = machines_named(index, &mention.name, name);
+        if let Some((_, new)) = renaming.files.iter().find(|(_, new)| documents.disk().exists(new)) {
+            return Err(format!("there is already a file {}", new.display()));
+        }
     }
     renaming.verify(documents, index, &mention.name, name)?;
     Ok(renaming)

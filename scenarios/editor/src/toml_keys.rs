@@ -124,9 +124,10 @@ fn values(key: &Key, is_quoted: bool, names: &[(String, ProposalKind, String)], 
     found
 }
 
-/// The key with this path.
+/// The key with this path; one that the readers name comes before one that the file chooses.
 pub(crate) fn key_at<'k>(keys: &'k [Key], path: &[String]) -> Option<&'k Key> {
-    keys.iter().find(|key| is_at(&key.path, path))
+    let chosen = |key: &&Key| key.path.split('.').filter(|part| is_chosen(part.trim_end_matches("[]"))).count();
+    keys.iter().filter(|key| is_at(&key.path, path)).min_by_key(chosen)
 }
 
 /// The header of a table of the top level.

@@ -184,13 +184,14 @@ impl Suite {
         });
         // The monitors were off.
         let is_judged = |name: &String| report.monitors.iter().any(|monitor| monitor.name == *name);
-        let unjudged = expected.outcomes.iter().map(|(name, _)| name).filter(|name| !is_judged(name)).map(|name| Case {
-            group: "properties",
-            name: name.clone(),
-            result: CaseResult::Skipped("it was not judged".to_owned()),
-            place: places.properties.get(name).cloned(),
-            ..Case::default()
-        });
+        let unjudged =
+            expected.outcomes.iter().map(|(name, _)| name).filter(|name| !is_judged(name)).map(|name| Case {
+                group: "properties",
+                name: name.clone(),
+                result: CaseResult::Skipped("it was not judged".to_owned()),
+                place: places.properties.get(name).cloned(),
+                ..Case::default()
+            });
         let others = report.snapshots.iter().filter(|picture| picture.violated.is_none() && !picture.by_clock);
         Self {
             name: report.scenario.clone(),
