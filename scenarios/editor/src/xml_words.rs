@@ -156,7 +156,11 @@ fn values_in_machine(text: &str, of: &str, attribute: &str, known: &Knowledge, w
     match (of, attribute) {
         ("send", "target") => known.processes().iter().map(|(name, what)| value(name, what, word)).collect(),
         ("transition", "target") | (_, "initial") => {
-            let ids = text.split("id=\"").skip(1).filter_map(|rest| rest.split_once('"'));
+            let is_state = |tag: &&str| {
+                let (element, _) = tag.split_once(char::is_whitespace).unwrap_or_default();
+                ["state", "parallel", "final", "history"].contains(&element)
+            };
+            let ids = text.split('<').filter(is_state).filter_map(|tag| tag.split_once(" id=\"")?.1.split_once('"'));
             ids.map(|(id, _)| value(id, "a state", word)).collect()
         }
         ("send", "type") => vec![value("channel", "to another process", word)],
