@@ -123,7 +123,8 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out, results }) => {
-            let summary = campaigns::merge(shards, out)?;
+            let names: Vec<String> = shards.iter().map(|shard| shard.display().to_string()).collect();
+            let summary = results.or_refused(COMMAND, &names, campaigns::merge(shards, out))?;
             results.write(COMMAND, || vec![suite(&summary, out, None)])?;
             print_wrapped(in_words(&summary, out))?;
             Ok(status(&summary))
@@ -145,7 +146,8 @@ fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     if let Some(k) = args.only {
-        return only(&plan, k, &out.join(format!("run-{k}")), args);
+        let done = only(&plan, k, &out.join(format!("run-{k}")), args);
+        return args.results.or_refused(COMMAND, args.file.as_slice(), done);
     }
     let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)))?;
     let folder = shard.map_or(out.clone(), |Shard { index, of }| out.join(format!("shard-{index}-of-{of}")));

@@ -158,7 +158,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let matrix = args.results.or_refused("matrix", &names, matrix)?;
     drop(bar);
     board.into_iter().for_each(Board::finish);
-    matrix.write(&args.out)?;
+    args.results.or_refused("matrix", &names, matrix.write(&args.out))?;
     args.results.write("matrix", || suites(&matrix, &args.out, files))?;
     if args.json {
         print_json(&matrix)?;

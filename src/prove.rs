@@ -136,13 +136,13 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         let (findings, error) = args.explore_all(&proof, found_here, stop)?;
         let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
-        if let Some(out) = &args.out {
+        let written = args.out.as_ref().map_or(Ok(()), |out| {
             let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
-            args.write_runs(&proof, &findings, &folder)?;
-        }
+            args.write_runs(&proof, &findings, &folder)
+        });
         all.push(Findings { proof, findings, unsearched });
         // What was found before an error is shown and written first.
-        refused = error;
+        refused = error.or(written.err());
         if refused.is_some() {
             break;
         }

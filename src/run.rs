@@ -219,7 +219,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let jobs: Vec<Job> = found.iter().filter_map(|found| complaints.take(Job::load(found, options, true))).collect();
     let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
     options.results.or_refused(COMMAND, &arguments, complaints.check())?;
-    check_folders(&jobs)?;
+    options.results.or_refused(COMMAND, &arguments, check_folders(&jobs))?;
     several(&jobs, options)
 }
 

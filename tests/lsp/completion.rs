@@ -43,6 +43,18 @@ fn a_key_that_has_its_value_is_completed_without_another() {
     let keys = editor.ask_after("textDocument/completion", "a.toml", "init");
     let key = keys.as_array().unwrap().iter().find(|item| item["label"] == "initial_pct").unwrap();
     assert_eq!(key["textEdit"]["newText"], "initial_pct");
+    // A fault has the parameters of its kind, in either form.
+    for text in
+        ["[[faults]]\nlevel_p\nkind = \"battery_level\"\n", "faults = [{ kind = \"battery_level\", level_p }]\n"]
+    {
+        editor.open("c.toml", text);
+        let keys = editor.ask_after("textDocument/completion", "c.toml", "level_p");
+        assert!(keys.as_array().unwrap().iter().any(|item| item["label"] == "level_pct"), "{keys}");
+        editor.close("c.toml");
+    }
+    editor.open("d.scope", "const theta := 30\nproperty low := always (BatteryReader, BatteryLevel, m[2] > th)\n");
+    let constants = editor.ask_after("textDocument/completion", "d.scope", "m[2] > th");
+    assert!(constants.as_array().unwrap().iter().any(|item| item["label"] == "theta"), "{constants}");
     editor.open("b.toml", "[expect]\nreached = []\n");
     let hover = editor.ask_after("textDocument/hover", "b.toml", "reac").to_string();
     assert!(!hover.contains("verdict") && hover.contains("reached"), "{hover}");

@@ -30,7 +30,7 @@ impl EditedFile<'_> {
             Some(FileKind::Tree) => xml_words::in_tree(text, at, &known),
             Some(FileKind::Machine) => xml_words::in_machine(text, at, &known),
             Some(FileKind::Properties) => scope_words::proposals(text, at, &known),
-            Some(FileKind::Toml(kind)) => toml_keys::proposals(text, at, &kind.keys(), &known.names()),
+            Some(FileKind::Toml(kind)) => toml_keys::proposals(text, at, &kind.keys_at(text, at), &known.names()),
             Some(FileKind::Model | FileKind::Map | FileKind::PlacesIni) | None => Vec::new(),
         };
         // What follows a key may be there already.
@@ -51,7 +51,7 @@ impl EditedFile<'_> {
             FileKind::Tree => xml_words::explained_in_tree(text, at, &known),
             FileKind::Machine => xml_words::explained_in_machine(text, at, &known),
             FileKind::Properties => scope_words::explanation(text, at, &known),
-            FileKind::Toml(kind) => toml_keys::explanation(text, at, &kind.keys()),
+            FileKind::Toml(kind) => toml_keys::explanation(text, at, &kind.keys_at(text, at)),
             FileKind::Model | FileKind::Map | FileKind::PlacesIni => None,
         }
     }

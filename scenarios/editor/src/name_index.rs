@@ -205,7 +205,10 @@ impl Collector {
                         self.add(path, kind, &part.name, part.range, false);
                     }
                 }
-                for text in texts.iter().filter(|text| text.key.last().is_none_or(|key| key != "about")) {
+                // Moments have names of their own, such as `start`.
+                let is_name =
+                    |text: &&Text| text.key.last().is_none_or(|key| key != "about") && text.key != ["snapshots", "at"];
+                for text in texts.iter().filter(is_name) {
                     self.in_text(path, text, disk, defined);
                 }
             }

@@ -69,7 +69,7 @@ fn missing_keys(text: &str, disk: &Disk, file: &Path, finding: &Finding) -> Opti
     let space = Space::in_table(text, &finding.range)?;
     let begun = format!("{}{}", &text[..space.at], space.before);
     let Some((TomlPlace::Key { table, .. }, _)) = place(&begun, begun.len()) else { return None };
-    let known = kind.keys();
+    let known = kind.keys_at(text, space.at);
     let names = named.split('`').skip(1).step_by(2);
     let keys: Option<Vec<&Key>> =
         names.map(|name| key_at(&known, &[table.as_slice(), &[name.to_owned()]].concat())).collect();

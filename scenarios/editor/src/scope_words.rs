@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use monitors::syntax::{Item, parse_file};
+use monitors::syntax::{Constant, Item, parse_file};
 use monitors::{OPERATORS, Operator, explain};
 
 use crate::knowledge::Knowledge;
@@ -28,6 +28,7 @@ pub(crate) fn proposals(text: &str, at: usize, known: &Knowledge) -> Vec<Proposa
                 proposal(field.name, ProposalKind::Name, format!("m[{}]", field.number), &word)
             };
             let mut found: Vec<_> = known.fields(&sender, &receiver).into_iter().map(field).collect();
+            found.extend(of_names(constants(text)));
             found.extend(words(&word));
             found
         }
@@ -38,6 +39,17 @@ pub(crate) fn proposals(text: &str, at: usize, known: &Knowledge) -> Vec<Proposa
             of_names(symbols.collect())
         }
     }
+}
+
+/// The constants of a file, as far as it can be read, with their values.
+fn constants(text: &str) -> BTreeMap<String, String> {
+    let constant = |item: Item| match item {
+        Item::Constant(Constant { name, value_span, .. }) => {
+            Some((name.text, text.get(value_span.start..value_span.end)?.to_owned()))
+        }
+        Item::Property(_) => None,
+    };
+    parse_file(text).file.items.into_iter().filter_map(constant).collect()
 }
 
 /// The words of the language.
@@ -73,6 +85,7 @@ pub(crate) fn explanation(text: &str, at: usize, known: &Knowledge) -> Option<Ex
         .iter()
         .find(|operator| operator.written.split(|c: char| !c.is_alphanumeric() && c != '_').any(|part| part == word));
     let about = operator.map(|operator| format!("{}\n\n```\n{}\n```", operator.about, operator.example));
-    let text = about.or_else(|| Some(format!("`{word}`: {}", known.processes().get(word)?)))?;
+    let named = || constants(text).remove(word).or_else(|| known.processes().remove(word));
+    let text = about.or_else(|| Some(format!("`{word}`: {}", named()?)))?;
     Some(Explanation { range, text })
 }

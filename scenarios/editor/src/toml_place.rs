@@ -34,6 +34,30 @@ pub(crate) enum TomlPlace {
 /// The place at a cursor, and the range of the word or string there, without quotes. Nothing in comments and between
 /// values.
 pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> {
+    let AtCursor { mut place, word, instance, walk } = find(text, at)?;
+    if let TomlPlace::Key { table, present, .. } = &mut place {
+        let beside =
+            walk.keys.iter().filter(|key| key.instance == instance && key.table == *table && key.at != word.start);
+        present.extend(beside.map(|key| key.name.clone()));
+    }
+    Some((place, word))
+}
+
+/// The string that a key with this path has in the table at a cursor, which may be one of several.
+pub(crate) fn beside(text: &str, at: usize, key: &[&str]) -> Option<String> {
+    let AtCursor { instance, walk, .. } = find(text, at)?;
+    walk.texts.into_iter().find(|text| text.instance == instance && text.key == key).map(|text| text.value)
+}
+
+/// What is at a cursor, in which table, and all that was seen on the way through the text.
+struct AtCursor {
+    place: TomlPlace,
+    word: Range<usize>,
+    instance: usize,
+    walk: TokenWalk,
+}
+
+fn find(text: &str, at: usize) -> Option<AtCursor> {
     let mut walk = TokenWalk::default();
     let mut found = None;
     for token in tokens(text) {
@@ -54,16 +78,11 @@ pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> 
         }
         walk.step(text, &token);
     }
-    let (mut place, word, instance) = match found {
+    let (place, word, instance) = match found {
         Some(found) => found,
         None => (walk.place(false)?, at..at, walk.instance()),
     };
-    if let TomlPlace::Key { table, present, .. } = &mut place {
-        let beside =
-            walk.keys.iter().filter(|key| key.instance == instance && key.table == *table && key.at != word.start);
-        present.extend(beside.map(|key| key.name.clone()));
-    }
-    Some((place, word))
+    Some(AtCursor { place, word, instance, walk })
 }
 
 /// A part of a key or of a header.
@@ -86,6 +105,7 @@ pub(crate) struct Text {
     pub(crate) value: String,
     /// Its range, without quotes.
     pub(crate) range: Range<usize>,
+    instance: usize,
 }
 
 /// All keys and strings of a file, in the order of the file.
@@ -296,7 +316,7 @@ impl TokenWalk {
             // Words are kept for `recover` only.
             if token.kind != Kind::Word || begins_line && is_array {
                 let key = if is_array { self.path() } else { [self.path(), self.key.clone()].concat() };
-                self.texts.push(Text { key, value: name, range });
+                self.texts.push(Text { key, value: name, range, instance: self.instance() });
             }
             return;
         }

@@ -10,11 +10,12 @@ use diagnostics::document::Key;
 use diagnostics::{Disk, MAX_HINTS, nearest};
 use interfaces::Interface;
 use maps::PlacesFile;
+use scenarios::faults::{KINDS, Parameter};
 use scenarios::scenario::ScenarioFile;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::named_files;
+use crate::{named_files, toml_place};
 
 /// The subject of a TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,7 +33,7 @@ pub enum Toml {
 }
 
 /// The keys of the top level, each with the kinds of files that have it.
-static KINDS: LazyLock<BTreeMap<String, BTreeSet<Toml>>> = LazyLock::new(|| {
+static OWNERS: LazyLock<BTreeMap<String, BTreeSet<Toml>>> = LazyLock::new(|| {
     let mut kinds: BTreeMap<String, BTreeSet<Toml>> = BTreeMap::new();
     for kind in [Toml::Campaign, Toml::Interface, Toml::Mapping, Toml::Scenario] {
         for key in kind.keys() {
@@ -57,6 +58,16 @@ impl Toml {
         }
     }
 
+    /// The same at a byte of a text: a fault has the parameters of its kind, too.
+    pub(crate) fn keys_at(self, text: &str, at: usize) -> Vec<Key> {
+        let mut keys = self.keys();
+        let kind = toml_place::beside(text, at, &["faults", "kind"]).filter(|_| self == Self::Scenario);
+        let fault = KINDS.iter().find(|known| Some(known.name) == kind.as_deref());
+        let parameters = fault.into_iter().flat_map(|fault| fault.parameters).map(Parameter::key);
+        keys.extend(parameters.map(|key| Key { path: format!("faults[].{}", key.path), ..key }));
+        keys
+    }
+
     /// A file's most probable kind; one that cannot be read is rejected as a scenario.
     #[must_use]
     pub fn of_file(disk: &Disk, path: &Path) -> Self {
@@ -74,7 +85,7 @@ impl Toml {
             let value = value.get_ref().as_table();
             value.is_some_and(|value| ["position_m", "corners_m"].iter().any(|key| value.contains_key(*key)))
         };
-        let known = || table.keys().filter_map(|key| KINDS.get(key.get_ref().as_ref()));
+        let known = || table.keys().filter_map(|key| OWNERS.get(key.get_ref().as_ref()));
         most(known())
             .or_else(|| table.values().any(is_place).then_some(Self::Places))
             .or_else(|| (table.is_empty() || known().next().is_some()).then_some(Self::Scenario))
@@ -85,8 +96,8 @@ impl Toml {
 fn meant_by(text: &str) -> Option<Toml> {
     let (table, _) = DeTable::parse_recoverable(text);
     let keys = table.get_ref().keys().take(MAX_HINTS);
-    let meant = keys.filter_map(|key| nearest(key.get_ref(), KINDS.keys().map(String::as_str)));
-    most(meant.map(|key| &KINDS[key]))
+    let meant = keys.filter_map(|key| nearest(key.get_ref(), OWNERS.keys().map(String::as_str)));
+    most(meant.map(|key| &OWNERS[key]))
 }
 
 /// The kind that most keys belong to alone.
