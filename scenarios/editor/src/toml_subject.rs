@@ -85,10 +85,15 @@ impl Toml {
             let value = value.get_ref().as_table();
             value.is_some_and(|value| ["position_m", "corners_m"].iter().any(|key| value.contains_key(*key)))
         };
-        let known = || table.keys().filter_map(|key| OWNERS.get(key.get_ref().as_ref()));
-        most(known())
-            .or_else(|| table.values().any(is_place).then_some(Self::Places))
-            .or_else(|| (table.is_empty() || known().next().is_some()).then_some(Self::Scenario))
+        // A place may have any name.
+        let places = BTreeSet::from([Self::Places]);
+        let known = || {
+            let kinds = |(key, value): (&Spanned<_>, &_)| {
+                if is_place(value) { Some(&places) } else { OWNERS.get(AsRef::<str>::as_ref(key.get_ref())) }
+            };
+            table.iter().filter_map(kinds)
+        };
+        most(known()).or_else(|| (table.is_empty() || known().next().is_some()).then_some(Self::Scenario))
     }
 }
 
@@ -121,6 +126,7 @@ mod tests {
             ("[topics]\n", Some(Toml::Interface)),
             ("[[messages]]\ntopic = ", Some(Toml::Mapping)),
             ("[kitchen]\nposition_m = [1, 2]", Some(Toml::Places)),
+            ("[stop]\nposition_m = [1, 2]", Some(Toml::Places)),
             ("[package]\nname = \"x\"", None),
         ];
         cases.into_iter().for_each(|(text, kind)| assert_eq!(Toml::of(text), kind, "{text}"));
