@@ -73,6 +73,11 @@ pub fn normal(path: &Path) -> PathBuf {
 }
 
 impl Disk {
+    /// The paths of the files that are open.
+    pub fn open_paths(&self) -> impl Iterator<Item = &Path> {
+        self.open.keys().map(PathBuf::as_path)
+    }
+
     /// The disk with these texts in place of the files with these paths, or in addition to them.
     #[must_use]
     pub fn with_open(documents: impl IntoIterator<Item = (PathBuf, Arc<str>)>) -> Self {

@@ -6,6 +6,7 @@ mod check;
 mod mishap;
 mod system;
 mod translate;
+mod vocabulary;
 mod wiring;
 
 use std::collections::VecDeque;
@@ -29,6 +30,7 @@ pub use mishap::Mishap;
 use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 pub use translate::field_value;
+pub use vocabulary::{MessageForm, Vocabulary};
 pub use wiring::CLIENT;
 
 /// The maximum number of notes kept until they are taken; older ones are dropped. Chosen, not measured.

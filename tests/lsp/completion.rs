@@ -96,7 +96,14 @@ fn nodes_ports_and_leaves_of_trees_are_proposed_and_explained() {
     );
     has(&proposed(&mut editor, "tree.xml", "<Repeat "), &["num_cycles", "name", "_skipIf"]);
     has(&proposed(&mut editor, "tree.xml", "<"), &["root"]);
-    assert!(explained(&mut editor, "tree.xml", "<Repeat").contains("`num_cycles`: an integer; required"));
+    editor.replace("tree.xml", "main_tree_to_execute", " main_tree_to_execute");
+    assert_eq!(proposed(&mut editor, "tree.xml", "<root BTCPP_format=\"4\" "), [""; 0]);
+    editor.replace("tree.xml", " main_tree_to_execute=\"Tour\"", "");
+    assert_eq!(proposed(&mut editor, "tree.xml", "<root BTCPP_format=\"4\" "), ["main_tree_to_execute"]);
+    editor.replace("tree.xml", "<Repeat />", "<Repeat num_cycles=\"1\" _skipIf=\"\"/>");
+    assert!(explained(&mut editor, "tree.xml", "_skip").contains("If it holds, the node is skipped"));
+    assert!(explained(&mut editor, "tree.xml", "<SequenceWith").contains("are not ticked again"));
+    assert!(explained(&mut editor, "tree.xml", "<Repeat").contains("| `num_cycles` | an integer | required |"));
     assert!(explained(&mut editor, "tree.xml", "<GoToDest").contains("a leaf"));
 }
 
@@ -109,6 +116,58 @@ fn elements_attributes_and_targets_of_machines_are_proposed() {
     has(&proposed(&mut editor, file, "<send "), &["delay", "id"]);
     has(&proposed(&mut editor, file, "<send  target=\""), &["Speaker", "BT", "Navigation"]);
     has(&proposed(&mut editor, file, "event=\"BT.tick\" target=\""), &["idle", "saying"]);
+}
+
+#[test]
+fn messages_and_fields_of_machines_are_proposed_and_explained() {
+    let mut editor = opened();
+    let file = "skills/AnnounceArrival.scxml";
+    let exactly = |names: Vec<String>, wanted: &[&str]| assert_eq!(names, wanted);
+    // What a component offers is known before the machine asks for it.
+    editor.replace(
+        file,
+        "<state id=\"idle\"/>",
+        "<state id=\"idle\"><transition event=\"BT.tick B\" cond=\"_event.data.\"/><transition event=\"BatteryReader.ok\" \
+         cond=\"_event.data.l &gt; 3 &amp;&amp; te\"><send type=\"channel\" target=\"Navigation\" event=\"start_navigation\"><param \
+         name=\"\"/></send></transition></state>",
+    );
+    has(
+        &proposed(&mut editor, file, "BT.tick B"),
+        &["BT.tick", "BT.halt", "BatteryReader.ok", "Speaker.error", "timeout"],
+    );
+    has(&proposed(&mut editor, file, "cond=\"_event.data.l"), &["level", "status"]);
+    has(&proposed(&mut editor, file, "&amp;&amp; te"), &["text", "_event"]);
+    has(&proposed(&mut editor, file, "cond=\"_event."), &["data", "origin"]);
+    exactly(proposed(&mut editor, file, "event=\"start_navigation\"><param name=\""), &["place"]);
+    exactly(proposed(&mut editor, file, "target=\"Speaker\" event=\""), &["say"]);
+    exactly(proposed(&mut editor, file, "target=\"BT\" event=\"hal"), &["failure", "halted", "running", "success"]);
+    exactly(proposed(&mut editor, file, "cancel sendid=\""), &["timeout"]);
+    assert!(explained(&mut editor, file, "event=\"Speaker.o").contains("Speaker"));
+    // A component is asked by the names of its services, and answers whoever asks.
+    let file = "parts/Speaker.scxml";
+    let text = std::fs::read_to_string(editor.path(file)).unwrap();
+    editor.open(file, &text);
+    assert_eq!(editor.with_problems(), ["skills/AnnounceArrival.scxml"]);
+    editor.replace(file, "length)", "length + _event.data.te)");
+    has(&proposed(&mut editor, file, "<transition event=\""), &["say", "said"]);
+    has(&proposed(&mut editor, file, "targetexpr=\"listener\" event=\""), &["ok", "error"]);
+    has(&proposed(&mut editor, file, "_event.data.te"), &["text"]);
+    assert!(explained(&mut editor, file, "<transition event=\"say").contains("text: "));
+}
+
+#[test]
+fn a_text_is_completed_by_what_it_stands_for() {
+    let mut editor = opened();
+    editor.replace("hospital.toml", "expect = {}\n", "expect = {}\nabout = \"\"\nstop.at = \"\"\nfaults = [{ kind = \"component_crash\", component = \"\", in_state = \"\", when = \"(Speaker, \" }]\n");
+    assert_eq!(proposed(&mut editor, "hospital.toml", "about = \""), [""; 0]);
+    let places = proposed(&mut editor, "hospital.toml", "stop.at = \"");
+    has(&places, &["Destination"]);
+    assert!(!places.contains(&"Speaker".to_owned()), "{places:?}");
+    has(&proposed(&mut editor, "hospital.toml", "component = \""), &["Speaker", "Navigation"]);
+    has(&proposed(&mut editor, "hospital.toml", "in_state = \""), &["AnnounceArrival.saying"]);
+    assert_eq!(proposed(&mut editor, "hospital.toml", "when = \"(Speaker, "), ["AnnounceArrival"]);
+    assert_eq!(proposed(&mut editor, "hospital.toml", "tree = \"")[..3], ["parts/", "skills/", "tree.xml"]);
+    has(&proposed(&mut editor, "hospital.toml", "machine = \"parts/"), &["parts/Speaker.scxml"]);
 }
 
 #[test]

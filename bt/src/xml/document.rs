@@ -179,7 +179,7 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
         return None;
     }
     let mut kept = namespaces(documents.iter().map(|(_, document)| document));
-    kept.extend(other_attributes(main_root, &["BTCPP_format", "main_tree_to_execute"]));
+    kept.extend(other_attributes(main_root, &vocabulary::OF_ROOT));
     let library = Arc::new(Library { definitions, models, kept });
     assemble::assemble(loader, &sources, &library, main, files)
 }

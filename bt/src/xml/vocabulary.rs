@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use crate::hooks::Hooks;
-use crate::{Category, Kind};
+use crate::{Category, Direction, Kind};
 
 /// The meaning of a name in BehaviorTree.CPP or Nav2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,16 +51,36 @@ const EXPLICIT: [Category; 5] =
 /// The elements in the root.
 pub(super) const IN_ROOT: [&str; 3] = ["BehaviorTree", "TreeNodesModel", "include"];
 
-/// The names of the elements that may be in one with this name, or in none. A node of a kind that the file declares has
-/// the name that it gives to the kind.
+/// The names of the elements that may be in these, the outermost first. A node of a kind that the file declares has the
+/// name that it gives to the kind.
 #[must_use]
-pub fn elements_in(parent: Option<&str>) -> Vec<&'static str> {
+pub fn elements_in(around: &[&str]) -> Vec<&'static str> {
     let explicit = EXPLICIT.into_iter().map(Category::element);
-    match parent {
-        None => vec!["root"],
-        Some("root") => IN_ROOT.to_vec(),
-        Some("TreeNodesModel") => explicit.collect(),
-        Some(_) => Kind::BUILTIN.into_iter().map(Kind::name).chain(explicit).collect(),
+    match around {
+        [] => vec!["root"],
+        [.., "root"] => IN_ROOT.to_vec(),
+        [.., "TreeNodesModel"] => explicit.collect(),
+        [.., "TreeNodesModel", _] => {
+            [Direction::Input, Direction::Output, Direction::InOut].map(Direction::element).into()
+        }
+        _ => Kind::BUILTIN.into_iter().map(Kind::name).chain(explicit).collect(),
+    }
+}
+
+/// The attributes of the root.
+pub(super) const OF_ROOT: [&str; 2] = ["BTCPP_format", "main_tree_to_execute"];
+
+/// The attributes that an element has because it is called so, apart from ports.
+#[must_use]
+pub fn attributes_of(element: &str) -> &'static [&'static str] {
+    match element {
+        "root" => &OF_ROOT,
+        "BehaviorTree" => &["ID"],
+        "SubTree" => &["ID", "_autoremap"],
+        "include" => &["path", "ros_pkg"],
+        "input_port" | "output_port" | "inout_port" => &["name", "type", "default"],
+        _ if explicit(element).is_some() => &["ID"],
+        _ => &[],
     }
 }
 

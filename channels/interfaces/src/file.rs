@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use channels::{FieldKind, Symbol};
-use diagnostics::document::{Document, Item, Key, Table};
+use diagnostics::document::{Document, Item, Key, Referent, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 use ros_messages::Message;
 use serde_json::{Map, Value, json};
@@ -166,12 +166,13 @@ impl InterfaceReader<'_> {
             let fields = table.get::<Item<'_>>(key).about(about).words(takes);
             let _ = fields.rules(|| json!({ "type": ["object", "array"] })).optional();
         }
-        let definition = match kind {
-            DefinitionKind::Message => "a `.msg` file, relative to this file",
-            DefinitionKind::Service => "a `.srv` file, relative to this file",
-            DefinitionKind::Action => "an `.action` file, relative to this file",
+        let (definition, referent) = match kind {
+            DefinitionKind::Message => ("a `.msg` file, relative to this file", Referent::File(&["msg"])),
+            DefinitionKind::Service => ("a `.srv` file, relative to this file", Referent::File(&["srv"])),
+            DefinitionKind::Action => ("an `.action` file, relative to this file", Referent::File(&["action"])),
         };
-        let ros = table.text("ros").about("The definition with the fields.").words(definition).spanned();
+        let ros =
+            table.text("ros").about("The definition with the fields.").words(definition).refers_to(referent).spanned();
         match ros.map(Some).or(None) {
             _ if !table.has("ros") => {
                 let fields = parts.map(|part| self.written(table, part));

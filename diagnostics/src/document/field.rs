@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::{Key, Table, Written};
+use super::{Key, Referent, Table, Written};
 use crate::{Problem, Span, Spanned};
 
 /// The value of a table under one key. Checks skip a value that is missing or already refused, so one mistake is
@@ -79,6 +79,11 @@ impl<'d, T> Field<'d, T> {
     /// The key has no meaning without this one of the top level. The reader has to refuse it.
     pub fn needs(self, other: &str) -> Self {
         self.declare(|key| key.needs = Some(other.to_owned()))
+    }
+
+    /// What the text stands for, or the key if the file chooses it.
+    pub fn refers_to(self, what: Referent) -> Self {
+        self.declare(|key| key.refers_to = Some(what))
     }
 
     /// Refuses a value for which `holds` does not. `must` completes the sentence "`key` must …".

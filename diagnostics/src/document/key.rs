@@ -6,6 +6,45 @@ use serde_json::{Value, json};
 
 use crate::Spanned;
 
+/// What a text in a file stands for, so that an editor can propose it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Referent {
+    /// A file with one of these endings, or a folder if there are none, relative to the file that names it.
+    File(&'static [&'static str]),
+    /// A machine's file in the folder of the skills.
+    Machine,
+    /// A scenario: a file, or one that comes with the program.
+    Scenario,
+    /// A key of scenarios, in the syntax of `--set`.
+    Setting,
+    /// A process of the system: a leaf, a component or the tree.
+    Process,
+    /// A component.
+    Component,
+    /// A leaf, by the name of its process.
+    Leaf,
+    /// A state of a leaf's machine: `LEAF.STATE`.
+    LeafState,
+    /// A mistake in a leaf's machine: `LEAF: MISTAKE`.
+    Mutant,
+    /// A service, topic or action of a component: `COMPONENT.NAME`.
+    Offer,
+    /// A property.
+    Property,
+    /// A place on the map.
+    Place,
+    /// A zone on the map.
+    Zone,
+    /// A door of the world.
+    Door,
+    /// A person in the world.
+    Person,
+    /// A laser of the robot.
+    Laser,
+    /// An event of the SCOPE language.
+    Event,
+}
+
 /// A key of a file that people write, as its reader declares it.
 #[derive(Clone, Debug)]
 pub struct Key {
@@ -20,13 +59,15 @@ pub struct Key {
     pub required: bool,
     /// The key of the top level without which it has no meaning.
     pub needs: Option<String>,
+    /// What its texts stand for; if the file chooses the key and its value is none, what the key itself stands for.
+    pub refers_to: Option<Referent>,
     /// Its value in TOML, if it is declared as [a file](super::Document::in_effect) has it.
     pub value: Option<String>,
 }
 
 impl Key {
     pub(super) fn new(path: String, takes: Value) -> Self {
-        Self { path, about: String::new(), takes, required: false, needs: None, value: None }
+        Self { path, about: String::new(), takes, required: false, needs: None, refers_to: None, value: None }
     }
 
     /// Adds keywords of JSON Schema.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use channels::{Symbol, Value};
-use diagnostics::document::{Document, Item, Key, Table};
+use diagnostics::document::{Document, Item, Key, Referent, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 use serde_json::json;
 
@@ -291,8 +291,8 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
                          namespace of each robot that `--robot` names.").required();
     let about = "The type of the messages. With it, `watch` need not wait until the topic exists, nor `--follow` for its first message.";
     let kind = text("type", about).optional();
-    let from = text("from", "The process that sends.").required();
-    let to = text("to", "The process that receives.").required();
+    let from = text("from", "The process that sends.").refers_to(Referent::Process).required();
+    let to = text("to", "The process that receives.").refers_to(Referent::Process).required();
     let fields = fields(table);
     let tests = tests(table);
     let time = table.text("time").about("Like `time`, for these messages.").words(TIME).spanned().optional();

@@ -1,6 +1,6 @@
 //! The campaign file: what a user writes, read and checked as far as possible without the scenario.
 
-use diagnostics::document::{Document, Field, Key, Table, Written};
+use diagnostics::document::{Document, Field, Key, Referent, Table, Written};
 use diagnostics::{FileProblems, Problem, Span, Spanned};
 use scenarios::names::unknown;
 use serde_json::{Value, json};
@@ -108,6 +108,7 @@ impl CampaignFile {
 
 fn read(root: Table<'_>) -> Option<CampaignFile> {
     let scenario = root.text("scenario").about("The scenario to run: a file beside this one, or a name.");
+    let scenario = scenario.refers_to(Referent::Scenario);
     let scenario = scenario.spanned().required();
     let about = root.text("about").about("The question that the campaign answers, in one line.");
     let about = about.default(String::new());
@@ -126,7 +127,7 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
          only the parameters differ.",
     );
     let seeds = seeds.or_first(&kinds);
-    let set = root.get("set").words("an array of strings `KEY=VALUE`");
+    let set = root.get("set").words("an array of strings `KEY=VALUE`").refers_to(Referent::Setting);
     let set = set.about("Settings of every run, in the syntax of `--set`.").or_empty();
     let measures = read_measures(root);
     let parameters = root
@@ -276,6 +277,7 @@ fn check_parameters(root: Table<'_>, sampling: &Spanned<Sampling>, parameters: &
 fn read_parameter(table: Table<'_>) -> Option<Parameter> {
     let text = |key, about| table.text(key).about(about);
     let key = text("key", "The key, in the syntax of `--set`.").words("a dotted key such as `battery.initial_pct`");
+    let key = key.refers_to(Referent::Setting);
     let key = key.check(|key| is_key(key), "be a dotted key such as `battery.initial_pct`").spanned().required();
     let name = text("name", "Its name in `[model]` and reports.").words("a name of letters, digits and `_`");
     let name = name.rules(|| json!({ "minLength": 1 }));
@@ -444,7 +446,8 @@ fn forms_of_goals() -> Value {
 
 /// As in [`read_test`], all keys are read before the first `?`, so that everything that is wrong is reported at once.
 fn read_estimate(table: Table<'_>) -> Option<Goal> {
-    let of = table.text("estimate").about(&format!("The event whose probability is estimated: {EVENT}.")).spanned();
+    let of = table.text("estimate").about(&format!("The event whose probability is estimated: {EVENT}."));
+    let of = of.refers_to(Referent::Property).spanned();
     let of = of.required();
     let half_width = table.number("half_width").rules(|| json!({ "minimum": 0.0005, "maximum": 0.25 })).spanned();
     let half_width = half_width.about("Half the width of an interval that is narrow enough.").required();
@@ -460,7 +463,7 @@ fn read_estimate(table: Table<'_>) -> Option<Goal> {
 
 fn read_test(table: Table<'_>) -> Option<Goal> {
     let about = format!("The event whose probability is compared with `bound`: {EVENT}.");
-    let of = table.text("test").about(&about).spanned().required();
+    let of = table.text("test").about(&about).refers_to(Referent::Property).spanned().required();
     let number = |key, about, most: f64| table.number(key).about(about).rules(|| between(0.0, most));
     let bound = number("bound", "The probability to compare it with.", 1.0).spanned().required();
     let about = "The distance from `bound` within which either answer is acceptable.";

@@ -1,7 +1,7 @@
 //! A model with which a campaign is compared: something happens as soon as a quantity exceeds a bound.
 
 use diagnostics::Spanned;
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 
 use super::{Formula, Parameter, ParameterDomain, ParameterValue};
 
@@ -24,7 +24,12 @@ pub struct Model {
 impl Model {
     /// Reads a model. If something is wrong with it, reports that and returns `None`.
     pub(super) fn read(table: Table<'_>) -> Option<Self> {
-        let of = table.text("of").about(&format!("What happens: {EVENT}.")).spanned().required();
+        let of = table
+            .text("of")
+            .about(&format!("What happens: {EVENT}."))
+            .refers_to(Referent::Property)
+            .spanned()
+            .required();
         let about = table.text("about").about("The model, in words.").default(String::new());
         let parse = |text: String, span: &diagnostics::Span| {
             Formula::parse(&text).map_err(|error| {

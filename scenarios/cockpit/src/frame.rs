@@ -72,7 +72,7 @@ fn input(domain: &ArgumentDomain) -> (&'static str, Value) {
     match domain {
         ArgumentDomain::Numbers(least, most) => ("number", json!([least, most])),
         ArgumentDomain::Whole(least, most) => ("whole", json!([least, most])),
-        ArgumentDomain::Text => ("text", Value::Null),
+        ArgumentDomain::Text | ArgumentDomain::Name(_) => ("text", Value::Null),
         ArgumentDomain::OneOf(names) => ("choice", json!(names)),
         ArgumentDomain::Flag => ("flag", Value::Null),
         ArgumentDomain::Point => ("point", Value::Null),

@@ -1,5 +1,6 @@
 //! What the form of a fault contains before anybody fills it in: names of this run, not those of another one.
 
+use diagnostics::document::Referent;
 use recording::{Header, Place, RunView, decimals};
 use scenarios::faults::{ArgumentDomain, FaultKind, Parameter, Subsystem};
 use scenarios::scenario::Scenario;
@@ -13,15 +14,15 @@ pub(crate) fn names(
     scenario: Option<&Scenario>,
 ) -> Vec<String> {
     let header = view.header();
-    match parameter.name {
-        _ if !matches!(parameter.domain, ArgumentDomain::Text) => Vec::new(),
+    let ArgumentDomain::Name(what) = parameter.domain else { return Vec::new() };
+    match what {
         _ if kind.subsystem == Subsystem::Devices => {
             scenario.and_then(|scenario| scenario.devices_for(kind)).unwrap_or_default()
         }
-        "component" => header.components.clone(),
-        "skill" | "leaf" => header.skills.clone(),
-        "laser" => header.lasers().iter().map(|laser| laser.name.clone()).collect(),
-        "from" | "to" => {
+        Referent::Component => header.components.clone(),
+        Referent::Leaf => header.skills.clone(),
+        Referent::Laser => header.lasers().iter().map(|laser| laser.name.clone()).collect(),
+        Referent::Process => {
             let mut names: Vec<String> = channels(header).flat_map(|ends| ends.map(str::to_owned)).collect();
             names.sort();
             names.dedup();
@@ -63,7 +64,7 @@ pub(crate) fn entries(kind: &FaultKind, view: &RunView, scenario: Option<&Scenar
     };
     let entry = |parameter: &Parameter| match parameter.domain {
         ArgumentDomain::Point | ArgumentDomain::Pose | ArgumentDomain::Points => None,
-        ArgumentDomain::Text if !is_of_this_run => own(parameter).map(Value::String),
+        ArgumentDomain::Text | ArgumentDomain::Name(_) if !is_of_this_run => own(parameter).map(Value::String),
         _ => example.get(parameter.name).cloned(),
     };
     kind.parameters.iter().filter_map(|parameter| Some((parameter.name.to_owned(), entry(parameter)?))).collect()

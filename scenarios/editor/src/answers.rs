@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use diagnostics::Disk;
+use diagnostics::document::Referent;
 
 use crate::file_kind::FileKind;
 use crate::knowledge::Knowledge;
 use crate::project::FileContext;
-use crate::proposal::{Explanation, Proposal};
-use crate::{scope_words, toml_keys, xml_words};
+use crate::proposal::{Explanation, Proposal, ProposalKind};
+use crate::{machine_words, paths, scope_words, toml_keys, tree_words};
 
 /// A file, and what belongs to it.
 #[derive(Debug)]
@@ -27,10 +28,13 @@ impl EditedFile<'_> {
     pub fn proposals(&self, text: &str, at: usize) -> Vec<Proposal> {
         let known = Knowledge::of(self.context);
         let mut found = match FileKind::of(self.disk, self.file) {
-            Some(FileKind::Tree) => xml_words::in_tree(text, at, &known),
-            Some(FileKind::Machine) => xml_words::in_machine(text, at, &known),
+            Some(FileKind::Tree) => tree_words::proposals(text, at, &known),
+            Some(FileKind::Machine) => machine_words::proposals(text, at, &known, &known.vocabulary(self.file)),
             Some(FileKind::Properties) => scope_words::proposals(text, at, &known),
-            Some(FileKind::Toml(kind)) => toml_keys::proposals(text, at, &kind.keys_at(text, at), &known.names()),
+            Some(FileKind::Toml(kind)) => {
+                let names = |what, text: &str, at| self.named(what, text, at, &known);
+                toml_keys::proposals(text, at, &kind.keys_at(text, at), &names)
+            }
             Some(FileKind::Model | FileKind::Map | FileKind::PlacesIni) | None => Vec::new(),
         };
         // What follows a key may be there already.
@@ -43,16 +47,92 @@ impl EditedFile<'_> {
         found
     }
 
+    /// What may be written at a byte of a text that stands for this.
+    fn named(&self, what: Referent, written: &str, at: usize, known: &Knowledge) -> Vec<Proposal> {
+        match what {
+            Referent::Event if !written[..at].contains('(') => Vec::new(),
+            Referent::Event => scope_words::proposals(written, at, known),
+            Referent::File(endings) => {
+                paths::files(self.disk, self.file.parent().unwrap_or(self.file), written, endings)
+            }
+            Referent::Machine => {
+                let folders = known.skill_folders().into_iter();
+                let mut found: Vec<_> =
+                    folders.flat_map(|folder| paths::machines(self.disk, folder, written)).collect();
+                found.dedup();
+                found
+            }
+            Referent::Scenario => paths::scenarios(self.disk, self.file, written),
+            // Of an assignment, `KEY=VALUE`, the key.
+            _ => {
+                let word = 0..written.find('=').unwrap_or(written.len());
+                let names = known.named(what).into_iter();
+                names.map(|(name, about)| Proposal::new(name, ProposalKind::Name, about, &word)).collect()
+            }
+        }
+    }
+
     /// What the text at a byte means.
     #[must_use]
     pub fn explanation(&self, text: &str, at: usize) -> Option<Explanation> {
         let known = Knowledge::of(self.context);
         match FileKind::of(self.disk, self.file)? {
-            FileKind::Tree => xml_words::explained_in_tree(text, at, &known),
-            FileKind::Machine => xml_words::explained_in_machine(text, at, &known),
+            FileKind::Tree => tree_words::explanation(text, at, &known),
+            FileKind::Machine => machine_words::explanation(text, at, &known, &known.vocabulary(self.file)),
             FileKind::Properties => scope_words::explanation(text, at, &known),
             FileKind::Toml(kind) => toml_keys::explanation(text, at, &kind.keys_at(text, at)),
             FileKind::Model | FileKind::Map | FileKind::PlacesIni => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::path::PathBuf;
+
+    use diagnostics::normal;
+
+    use super::*;
+    use crate::project::{Documents, Project};
+    use crate::toml_keys::key_at;
+    use crate::toml_place::contents;
+
+    /// The files with this ending in a folder of the repository.
+    fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| normal(&entry.unwrap().path()));
+        entries.filter(|path| path.extension().is_some_and(|known| known == ending)).collect()
+    }
+
+    #[test]
+    fn names_in_shipped_files_are_proposed_where_they_are() {
+        let folders = ["scenarios", "scenarios/faults", "scenarios/guide", "scenarios/campaigns"];
+        // The files of the published system are not in the repository.
+        let is_whole = |path: &PathBuf| !path.ends_with("published.toml");
+        let paths = folders.iter().flat_map(|folder| files(folder, "toml")).filter(is_whole);
+        let open = paths.map(|path| (path.clone(), std::fs::read_to_string(path).unwrap().into())).collect();
+        let documents = Documents { open, ..Documents::default() };
+        let (disk, checked) = (documents.disk(), Project::default().check(&documents));
+        let mut seen = BTreeMap::new();
+        for (file, text) in &documents.open {
+            let Some(FileKind::Toml(kind)) = FileKind::of_document(&disk, file) else { continue };
+            let subject = EditedFile { disk: &disk, file, context: &checked.contexts[file] };
+            for written in contents(text).1 {
+                let keys = kind.keys_at(text, written.range.start);
+                let Some(what) = key_at(&keys, &written.key).and_then(|key| key.refers_to) else { continue };
+                let name = written.value.split('=').next().unwrap();
+                let proposals = subject.proposals(text, written.range.start + name.len());
+                // An assignment may set an item of an array.
+                let array = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
+                let is_known = proposals.iter().any(|proposal| [name, array].contains(&proposal.name.as_str()));
+                assert!(
+                    is_known || what == Referent::Event || ["any", "."].contains(&name),
+                    "{file:?}: {what:?} {name}"
+                );
+                *seen.entry(format!("{what:?}")).or_insert(0) += 1;
+            }
+        }
+        assert!(seen.len() > 20, "{seen:?}");
     }
 }

@@ -1,15 +1,19 @@
 //! The names of the scenarios to which a file belongs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use bt::Tree;
 use channels::{FieldKind, Topology};
+use diagnostics::document::Referent;
+use monitors::syntax::{Item, parse_file};
 use runs::topology_for_properties;
-use scenarios::scenario::Scenario;
+use scenarios::faults::Parameter;
+use scenarios::scenario::{BehaviorEntry, Scenario, ScenarioFile, Skill};
+use skills::Vocabulary;
 
 use crate::project::FileContext;
-use crate::proposal::ProposalKind;
 use crate::system::System;
 
 /// What the scenarios of a file define.
@@ -113,23 +117,114 @@ impl Knowledge {
         premises.flat_map(|premises| premises.places.iter().map(|(name, _)| name))
     }
 
-    /// All names, each with what it is.
-    pub(crate) fn names(&self) -> Vec<(String, ProposalKind, String)> {
-        let processes = self.processes().into_iter();
-        let mut names: Vec<_> = processes.map(|(name, what)| (name, ProposalKind::Name, what)).collect();
-        names.extend(self.places().map(|name| (name.to_owned(), ProposalKind::Name, "a place".to_owned())));
-        for (file, text) in self.scenarios.iter().flat_map(|scenario| &scenario.properties) {
-            names.push((file.clone(), ProposalKind::File, "a property file".to_owned()));
-            let items = monitors::syntax::parse_file(text).file.items.into_iter();
-            names.extend(items.filter_map(|item| match item {
-                monitors::syntax::Item::Property(property) => {
-                    Some((property.name.text, ProposalKind::Name, "a property".to_owned()))
+    /// The messages of the machine in this file: of the processes that run it or, if there are none, of any leaf.
+    pub(crate) fn vocabulary(&self, file: &Path) -> Vocabulary {
+        let of = |is_wanted: &dyn Fn(&Scenario, &str, &Skill) -> bool| {
+            let mut all = Vocabulary::default();
+            for scenario in &self.scenarios {
+                let Some(topology) = scenario.possible_channels() else { continue };
+                let machines =
+                    scenario.machine_processes().filter(|(process, skill)| is_wanted(scenario, process, skill));
+                for process in machines.filter_map(|(process, _)| topology.find_process(process)) {
+                    let Vocabulary { received, sent } = Vocabulary::of(&topology, process);
+                    all.received.extend(received);
+                    all.sent.extend(sent);
                 }
-                monitors::syntax::Item::Constant(_) => None,
-            }));
+            }
+            all
+        };
+        // Its path may be relative to the folder of the scenario, or to that of a base.
+        let is_down = |part: &Component<'_>| !matches!(part, Component::ParentDir | Component::CurDir);
+        let own = of(&|_, _, skill| file.ends_with(skill.path.components().filter(is_down).collect::<PathBuf>()));
+        if own == Vocabulary::default() {
+            of(&|scenario, process, _| scenario.skills.contains_key(process))
+        } else {
+            own
         }
-        names.sort_by(|one, other| one.0.cmp(&other.0));
-        names.dedup_by(|one, other| one.0 == other.0);
-        names
     }
+
+    /// The folders of the leaves' machines.
+    pub(crate) fn skill_folders(&self) -> BTreeSet<&Path> {
+        let files = self.scenarios.iter().filter_map(|scenario| match &scenario.file.behavior {
+            BehaviorEntry::Files(files) => Some(files),
+            BehaviorEntry::Model(_) => None,
+        });
+        files.map(|files| files.skills.value.as_path()).collect()
+    }
+
+    /// What a text may stand for, each name with what it is.
+    pub(crate) fn named(&self, what: Referent) -> BTreeMap<String, String> {
+        let scenarios = || self.scenarios.iter();
+        let premises = || scenarios().filter_map(|scenario| scenario.premises.as_ref());
+        let all = |names: &mut dyn Iterator<Item = &str>, what: &str| {
+            names.map(|name| (name.to_owned(), what.to_owned())).collect::<BTreeMap<_, _>>()
+        };
+        match what {
+            Referent::Process => self.processes(),
+            Referent::Component => all(&mut scenarios().flat_map(|scenario| scenario.component_names()), "a component"),
+            Referent::Leaf => all(&mut self.trees().flat_map(Tree::leaves).map(|leaf| leaf.process()), "a leaf"),
+            Referent::LeafState => self.leaves(|name, skill| {
+                let ids = skill.machine.states().map(|state| skill.machine.state(state).id());
+                ids.map(|id| (format!("{name}.{id}"), "a state".to_owned())).collect()
+            }),
+            Referent::Mutant => self.leaves(|name, skill| {
+                let text = skill.machine.file().text();
+                let mistakes = skills::mutations(name, text).unwrap_or_default().into_iter();
+                mistakes.map(|mistake| (format!("{name}: {mistake}"), String::new())).collect()
+            }),
+            Referent::Offer => {
+                let offers = scenarios().flat_map(|scenario| scenario.offers());
+                offers.map(|(name, what)| (name, format!("a {what}"))).collect()
+            }
+            Referent::Property => self.properties(),
+            Referent::Place => all(&mut self.places(), "a place"),
+            Referent::Zone => {
+                let zones = premises().flat_map(|premises| premises.places.zones());
+                all(&mut zones.map(|zone| zone.name.as_str()), "a zone")
+            }
+            Referent::Door => all(&mut premises().flat_map(|premises| premises.entry.doors()), "a door"),
+            Referent::Person => all(&mut premises().flat_map(|premises| premises.entry.people()), "a person"),
+            Referent::Laser => {
+                let lasers = premises().flat_map(|premises| &premises.entry.sim.model.lasers);
+                all(&mut lasers.map(|laser| laser.name.as_str()), "a laser")
+            }
+            Referent::Setting => {
+                let keys = ScenarioFile::keys().iter().map(|key| (key.path.replace("[]", ".0"), key.accepts()));
+                keys.chain(scenarios().flat_map(|scenario| settings_of(scenario))).collect()
+            }
+            Referent::Scenario | Referent::File(_) | Referent::Machine | Referent::Event => BTreeMap::new(),
+        }
+    }
+
+    fn leaves(&self, of: impl Fn(&str, &Skill) -> Vec<(String, String)>) -> BTreeMap<String, String> {
+        self.scenarios.iter().flat_map(|scenario| &scenario.skills).flat_map(|(name, skill)| of(name, skill)).collect()
+    }
+
+    fn properties(&self) -> BTreeMap<String, String> {
+        let of_text = |text: &str| {
+            let items = parse_file(text).file.items.into_iter();
+            items.filter_map(|item| match item {
+                Item::Property(property) => Some((property.name.text, "a property".to_owned())),
+                Item::Constant(_) => None,
+            })
+        };
+        let texts = self.scenarios.iter().flat_map(|scenario| &scenario.properties).map(|(_, text)| text);
+        texts.flat_map(|text| of_text(text)).collect()
+    }
+}
+
+/// The keys that a scenario has because of what it contains: those of each fault, and the data of its machines.
+fn settings_of(scenario: &Scenario) -> impl Iterator<Item = (String, String)> {
+    let faults = scenario.file.faults.iter().enumerate().flat_map(|(place, fault)| {
+        let every = ScenarioFile::keys().iter();
+        let every = every.filter_map(|key| Some((key.path.strip_prefix("faults[].")?.to_owned(), key.accepts())));
+        let own = fault.kind().parameters.iter().map(Parameter::key).map(|key| (key.path.clone(), key.accepts()));
+        every.chain(own).map(move |(path, takes)| (format!("faults.{place}.{path}"), takes))
+    });
+    let data = scenario.machine_processes().flat_map(|(name, skill)| {
+        let table = if scenario.skills.contains_key(name) { "leaves" } else { "components" };
+        let ids = skill.machine.parameters();
+        ids.map(move |id| (format!("{table}.{name}.data.{id}"), "an initial value".to_owned()))
+    });
+    faults.chain(data)
 }

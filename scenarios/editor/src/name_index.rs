@@ -11,6 +11,7 @@ use monitors::syntax::{Item, parse_file};
 use roxmltree::{Attribute, Document, Node, ParsingOptions};
 
 use crate::file_kind::FileKind;
+use crate::machine_words::STATES;
 use crate::toml_place::{Text, contents};
 use crate::toml_subject::Toml;
 
@@ -288,7 +289,6 @@ impl Collector {
     /// The names of a machine's file: those that it defines or, once all are known, those that it uses.
     fn of_machine(&mut self, path: &Path, text: &str, defined: Option<&Defined<'_>>) {
         let Some(document) = parsed(text) else { return };
-        let states = ["state", "parallel", "final", "history"];
         for node in document.descendants().filter(Node::is_element) {
             for attribute in node.attributes() {
                 let (value, range) = (attribute.value(), attribute.range_value());
@@ -297,7 +297,7 @@ impl Collector {
                 let Some(defined) = defined else {
                     match (node.tag_name().name(), attribute.name()) {
                         ("scxml", "name") => self.add(path, NameKind::Process, value, range, true),
-                        (element, "id") if states.contains(&element) => {
+                        (element, "id") if STATES.contains(&element) => {
                             self.add(path, NameKind::State, value, range, true)
                         }
                         _ => {}

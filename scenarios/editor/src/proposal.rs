@@ -19,6 +19,35 @@ pub struct Proposal {
     pub replaces: Range<usize>,
 }
 
+impl Proposal {
+    /// A name that is inserted as it is.
+    pub(crate) fn new(
+        name: impl Into<String>,
+        kind: ProposalKind,
+        detail: impl Into<String>,
+        replaces: &Range<usize>,
+    ) -> Self {
+        let name = name.into();
+        let (insert, about) = (name.clone(), String::new());
+        Self { name, kind, detail: detail.into(), about, insert, replaces: replaces.clone() }
+    }
+
+    /// An element of XML, after its `<` or with it.
+    pub(crate) fn element(name: &str, what: &str, before: &str, replaces: &Range<usize>) -> Self {
+        Self::new(name, ProposalKind::Element, what, replaces).inserting(format!("{before}{name}"))
+    }
+
+    /// An attribute of XML.
+    pub(crate) fn attribute(name: &str, detail: impl Into<String>, replaces: &Range<usize>) -> Self {
+        Self::new(name, ProposalKind::Key, detail, replaces).inserting(format!("{name}=\"\""))
+    }
+
+    /// The same with another text to insert.
+    pub(crate) fn inserting(self, insert: impl Into<String>) -> Self {
+        Self { insert: insert.into(), ..self }
+    }
+}
+
 /// What a proposal is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProposalKind {

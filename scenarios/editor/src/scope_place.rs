@@ -13,7 +13,12 @@ pub(crate) enum ScopePlace {
     /// The receiver of an event from this sender.
     Receiver { sender: String },
     /// A word of the condition of an event.
-    Condition { sender: String, receiver: String },
+    Condition {
+        sender: String,
+        receiver: String,
+        /// Whether it is the name of a field, after `m.`.
+        is_field: bool,
+    },
     /// A symbol in the condition of an event, after its `<`.
     Symbol { sender: String, receiver: String },
 }
@@ -44,7 +49,11 @@ pub(crate) fn place(text: &str, at: usize) -> Option<(ScopePlace, Range<usize>)>
         Some([sender, _]) => ScopePlace::Receiver { sender: sender.trim().to_owned() },
         Some([sender, receiver, ..]) => {
             let (sender, receiver) = (sender.trim().to_owned(), receiver.trim().to_owned());
-            if is_symbol { ScopePlace::Symbol { sender, receiver } } else { ScopePlace::Condition { sender, receiver } }
+            let is_field = before.ends_with("m.");
+            match is_symbol {
+                true => ScopePlace::Symbol { sender, receiver },
+                false => ScopePlace::Condition { sender, receiver, is_field },
+            }
         }
         _ => ScopePlace::Word { is_first: open.last().is_some_and(|parts| parts.concat().trim().is_empty()) },
     };
@@ -84,16 +93,17 @@ mod tests {
     fn a_place_in_an_event_knows_what_is_before_it() {
         let [sender, receiver] = ["A", "B"].map(str::to_owned);
         let symbol = ScopePlace::Symbol { sender: sender.clone(), receiver: receiver.clone() };
-        let condition = ScopePlace::Condition { sender: sender.clone(), receiver };
+        let condition =
+            |is_field| ScopePlace::Condition { sender: sender.clone(), receiver: receiver.clone(), is_field };
         let cases = [
             ("property p := alw|", ScopePlace::Word { is_first: false }, "alw"),
             ("property p := always (|", ScopePlace::Word { is_first: true }, ""),
             ("property p := always (not (|", ScopePlace::Word { is_first: true }, ""),
             ("property p := always (A, |", ScopePlace::Receiver { sender: sender.clone() }, ""),
-            ("(A, B, m.le|vel > 3)", condition.clone(), "level"),
-            ("(A, B, (m[1] = <ok> and |", condition.clone(), ""),
+            ("(A, B, m.le|vel > 3)", condition(true), "level"),
+            ("(A, B, (m[1] = <ok> and |", condition(false), ""),
             ("(A, B, m[1] = <o|", symbol, "o"),
-            ("(A, B, m[1] < |", condition, ""),
+            ("(A, B, m[1] < |", condition(false), ""),
             ("(A, B, true) implies |", ScopePlace::Word { is_first: false }, ""),
         ];
         for (text, place, word) in cases {

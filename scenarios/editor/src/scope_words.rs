@@ -6,7 +6,7 @@ use std::ops::Range;
 use monitors::syntax::{Constant, Item, parse_file};
 use monitors::{OPERATORS, Operator, explain};
 
-use crate::knowledge::Knowledge;
+use crate::knowledge::{Knowledge, KnownField};
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::scope_place::{ScopePlace, place};
 
@@ -14,7 +14,7 @@ use crate::scope_place::{ScopePlace, place};
 pub(crate) fn proposals(text: &str, at: usize, known: &Knowledge) -> Vec<Proposal> {
     let Some((place, word)) = place(text, at) else { return Vec::new() };
     let of_names = |names: BTreeMap<String, String>| {
-        names.into_iter().map(|(name, what)| proposal(name, ProposalKind::Name, what, &word)).collect::<Vec<_>>()
+        names.into_iter().map(|(name, what)| Proposal::new(name, ProposalKind::Name, what, &word)).collect::<Vec<_>>()
     };
     match place {
         ScopePlace::Word { is_first } => {
@@ -23,11 +23,14 @@ pub(crate) fn proposals(text: &str, at: usize, known: &Knowledge) -> Vec<Proposa
             found
         }
         ScopePlace::Receiver { sender } => of_names(known.receivers(&sender)),
-        ScopePlace::Condition { sender, receiver } => {
-            let field = |field: crate::knowledge::KnownField| {
-                proposal(field.name, ProposalKind::Name, format!("m[{}]", field.number), &word)
+        ScopePlace::Condition { sender, receiver, is_field } => {
+            let field = |field: KnownField| {
+                Proposal::new(field.name, ProposalKind::Name, format!("m[{}]", field.number), &word)
             };
             let mut found: Vec<_> = known.fields(&sender, &receiver).into_iter().map(field).collect();
+            if is_field {
+                return found;
+            }
             found.extend(of_names(constants(text)));
             found.extend(words(&word));
             found
@@ -58,13 +61,8 @@ fn words(replaces: &Range<usize>) -> impl Iterator<Item = Proposal> {
     OPERATORS.iter().filter(is_word).map(|operator| {
         let word = operator.written.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
         let about = format!("{}\n\n```\n{}\n```", operator.about, operator.example);
-        Proposal { about, ..proposal(word.to_owned(), ProposalKind::Keyword, operator.signs.to_owned(), replaces) }
+        Proposal { about, ..Proposal::new(word, ProposalKind::Keyword, operator.signs, replaces) }
     })
-}
-
-fn proposal(name: String, kind: ProposalKind, detail: String, replaces: &Range<usize>) -> Proposal {
-    let insert = name.clone();
-    Proposal { name, kind, detail, about: String::new(), insert, replaces: replaces.clone() }
 }
 
 /// What the property, the operator or the process at a place means.

@@ -3,28 +3,30 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use diagnostics::document::Key;
+use diagnostics::document::{Key, Referent};
 use serde_json::Value;
 
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::toml_place::{TomlPlace, place};
 
-/// What may be written at a place of a file with these keys. `names` are those that the project defines, each with what
-/// it is; a value that is a string may be any of them.
-pub(crate) fn proposals(
-    text: &str,
-    at: usize,
-    keys: &[Key],
-    names: &[(String, ProposalKind, String)],
-) -> Vec<Proposal> {
+/// What a text may stand for: what may be written at a byte of it.
+pub(crate) type Lookup<'n> = dyn Fn(Referent, &str, usize) -> Vec<Proposal> + 'n;
+
+/// What may be written at a place of a file with these keys.
+pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>) -> Vec<Proposal> {
     let Some((place, word)) = place(text, at) else { return Vec::new() };
+    let chosen = |table: &[String], is_table: bool, present: &[String]| {
+        let keys = keys.iter().filter(|key| key.is_table() || !is_table);
+        let chosen = keys.filter(|key| is_at(key.split().0, table) && is_chosen(key.split().1) && !is_text(key));
+        let named = chosen.filter_map(|key| key.refers_to).flat_map(|what| names(what, "", 0));
+        let missing = named.filter(|proposal| !present.contains(&proposal.name));
+        let key = |proposal: Proposal| Proposal { insert: as_key(&proposal.name), replaces: word.clone(), ..proposal };
+        missing.map(key).collect::<Vec<_>>()
+    };
     match place {
         TomlPlace::Key { table, begins_line, present } => {
             let mut found = below(keys, &table, begins_line, &present, &word);
-            if keys.iter().any(|key| is_at(key.split().0, &table) && is_chosen(key.split().1)) {
-                let chosen = names.iter().filter(|(name, ..)| !present.contains(name));
-                found.extend(chosen.map(|name| of_name(name, as_key(&name.0), &word)));
-            }
+            found.extend(chosen(&table, false, &present));
             found
         }
         TomlPlace::Header { table } => {
@@ -33,16 +35,42 @@ pub(crate) fn proposals(
                 .filter(|key| !is_chosen(key.split().1))
                 .map(|key| of_key(key, name_of(key).to_owned(), &word))
                 .collect();
-            if keys.iter().any(|key| key.is_table() && is_at(key.split().0, &table) && is_chosen(key.split().1)) {
-                found.extend(names.iter().map(|name| of_name(name, as_key(&name.0), &word)));
-            }
+            found.extend(chosen(&table, true, &[]));
             found
         }
         TomlPlace::Value { key: path, is_quoted } => {
             let Some(key) = key_at(keys, &path) else { return Vec::new() };
-            values(key, is_quoted, names, &word)
+            let mut found = values(key, is_quoted, &word);
+            if let Some(what) = key.refers_to.filter(|_| is_text(key)) {
+                let (content, at) = if is_quoted { (&text[word.clone()], at - word.start) } else { ("", 0) };
+                found.extend(names(what, content, at).into_iter().map(|name| in_text(name, is_quoted, &word)));
+            }
+            found
         }
     }
+}
+
+/// A name in a text of a file: the word is the text, which may still need its quotes.
+fn in_text(name: Proposal, is_quoted: bool, word: &Range<usize>) -> Proposal {
+    // JSON writes strings as TOML does.
+    let insert = Value::from(name.insert.as_str()).to_string();
+    if !is_quoted {
+        return Proposal { insert, replaces: word.clone(), ..name };
+    }
+    let Range { start, end } = name.replaces;
+    Proposal { insert: content(&insert).to_owned(), replaces: word.start + start..word.start + end, ..name }
+}
+
+/// A string without its quotes.
+fn content(written: &str) -> &str {
+    written.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(written)
+}
+
+/// Whether a key takes texts, among others.
+fn is_text(key: &Key) -> bool {
+    let is_text = |takes: &Value| takes["enum"].is_null() && takes["type"] == "string";
+    let may_be = |takes: &Value| is_text(takes) || is_text(&takes["items"]) || is_text(&takes["items"]["items"]);
+    may_be(&key.takes) || key.takes["anyOf"].as_array().is_some_and(|several| several.iter().any(may_be))
 }
 
 /// What the key at a place means.
@@ -83,45 +111,28 @@ fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[String], 
 }
 
 fn of_key(key: &Key, insert: String, replaces: &Range<usize>) -> Proposal {
-    let kind = if key.is_table() { ProposalKind::Table } else { ProposalKind::Key };
-    let detail = if key.is_table() { String::new() } else { key.accepts() };
-    let about = key.meaning();
-    Proposal { name: name_of(key).to_owned(), kind, detail, about, insert, replaces: replaces.clone() }
-}
-
-fn of_name((name, kind, what): &(String, ProposalKind, String), insert: String, replaces: &Range<usize>) -> Proposal {
-    let (name, kind, detail) = (name.clone(), *kind, what.clone());
-    Proposal { name, kind, detail, about: String::new(), insert, replaces: replaces.clone() }
+    let (kind, detail) =
+        if key.is_table() { (ProposalKind::Table, String::new()) } else { (ProposalKind::Key, key.accepts()) };
+    Proposal { about: key.meaning(), insert, ..Proposal::new(name_of(key), kind, detail, replaces) }
 }
 
 /// The values that a key accepts, as far as they can be listed.
-fn values(key: &Key, is_quoted: bool, names: &[(String, ProposalKind, String)], word: &Range<usize>) -> Vec<Proposal> {
+fn values(key: &Key, is_quoted: bool, word: &Range<usize>) -> Vec<Proposal> {
     // The items of an array are of one type.
     let takes = if key.takes["type"] == "array" { &key.takes["items"] } else { &key.takes };
     let mut listed: BTreeSet<String> = BTreeSet::new();
     listed.extend(takes["enum"].as_array().into_iter().flatten().map(Value::to_string));
-    listed.extend(key.takes.get("default").filter(|value| !value.is_array()).map(Value::to_string));
+    let default = key.takes.get("default").filter(|value| !value.is_array() && *value != "");
+    listed.extend(default.map(Value::to_string));
     if takes["type"] == "boolean" {
         listed.extend(["true".to_owned(), "false".to_owned()]);
     }
-    let written = |value: &str| if is_quoted { value.trim_matches('"').to_owned() } else { value.to_owned() };
-    let mut found: Vec<Proposal> = listed
-        .iter()
-        .filter(|value| !is_quoted || value.starts_with('"'))
-        .map(|value| Proposal {
-            name: value.trim_matches('"').to_owned(),
-            kind: ProposalKind::Value,
-            detail: key.accepts(),
-            about: key.about.clone(),
-            insert: written(value),
-            replaces: word.clone(),
-        })
-        .collect();
-    let is_open = takes["enum"].is_null() && !matches!(takes["type"].as_str(), Some("number" | "integer" | "boolean"));
-    if is_open {
-        found.extend(names.iter().map(|name| of_name(name, written(&Value::from(name.0.clone()).to_string()), word)));
-    }
-    found
+    let value = |value: &String| Proposal {
+        about: key.about.clone(),
+        insert: if is_quoted { content(value).to_owned() } else { value.clone() },
+        ..Proposal::new(content(value), ProposalKind::Value, key.accepts(), word)
+    };
+    listed.iter().filter(|value| !is_quoted || value.starts_with('"')).map(value).collect()
 }
 
 /// The key with this path; one that the readers name comes before one that the file chooses.
@@ -187,7 +198,10 @@ mod tests {
     /// The names that are proposed at the `|` of a text.
     fn proposed(marked: &str, keys: &[Key]) -> Vec<String> {
         let at = marked.find('|').unwrap();
-        let names = [("Dock".to_owned(), ProposalKind::Name, "a place".to_owned())];
+        let names = |what: Referent, text: &str, _: usize| {
+            assert_eq!(what, Referent::Place);
+            vec![Proposal::new("Dock", ProposalKind::Name, "a place", &(0..text.len()))]
+        };
         proposals(&marked.replacen('|', "", 1), at, keys, &names).into_iter().map(|proposal| proposal.insert).collect()
     }
 
@@ -201,7 +215,8 @@ mod tests {
                     let _ = battery.number(key).about("Its charge.").within(0.0..=100.0).default(80.0);
                 }
             }
-            let _ = root.text("start").about("Where it begins.").optional();
+            let _ = root.text("start").about("Where it begins.").refers_to(Referent::Place).optional();
+            let _ = root.text("about").optional();
         })
     }
 
@@ -225,7 +240,7 @@ mod tests {
                 let header: Vec<&str> = header.map(|part| part.trim_end_matches("[]")).collect();
                 let text = if header.is_empty() { "|".to_owned() } else { format!("[{}]\n|", header.join(".")) };
                 let at = text.len() - 1;
-                let proposals = proposals(&text[..at], at, &keys, &[]);
+                let proposals = proposals(&text[..at], at, &keys, &|_, _, _| Vec::new());
                 assert!(proposals.iter().any(|proposal| proposal.name == name_of(key)), "{} of {kind:?}", key.path);
             }
         }
@@ -234,8 +249,8 @@ mod tests {
     #[test]
     fn what_is_there_is_not_proposed_again() {
         let keys = keys(&["charge_pct"]);
-        assert_eq!(proposed("|", &keys), ["mode = ", "start = ", "[battery]"]);
-        assert_eq!(proposed("mode = \"fast\"\n|", &keys), ["start = ", "[battery]"]);
+        assert_eq!(proposed("|", &keys), ["mode = ", "start = ", "about = ", "[battery]"]);
+        assert_eq!(proposed("mode = \"fast\"\n|", &keys), ["start = ", "about = ", "[battery]"]);
         assert_eq!(proposed("battery.|", &keys), ["charge_pct = "]);
         assert_eq!(proposed("[|]", &keys), ["battery"]);
         assert_eq!(proposed("battery = { charge_pct = 1, | }", &keys), [""; 0]);
@@ -249,6 +264,8 @@ mod tests {
         assert_eq!(proposed("battery.charge_pct = |", &keys), ["80"]);
         assert_eq!(proposed("start = |", &keys), ["\"Dock\""]);
         assert_eq!(proposed("start = \"D|", &keys), ["Dock"]);
-        assert_eq!(proposed("nothing = |", &keys), [""; 0]);
+        for nothing in ["nothing = |", "about = |", "about = \"|\""] {
+            assert_eq!(proposed(nothing, &keys), [""; 0]);
+        }
     }
 }

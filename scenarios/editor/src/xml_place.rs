@@ -2,68 +2,107 @@
 
 use std::ops::Range;
 
+/// An element's name and attributes, as far as they are written.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Tag {
+    pub(crate) name: String,
+    pub(crate) attributes: Vec<(String, String)>,
+}
+
+impl Tag {
+    /// The value of an attribute, as written.
+    pub(crate) fn get(&self, attribute: &str) -> Option<&str> {
+        self.attributes.iter().find(|(name, _)| name == attribute).map(|(_, value)| value.as_str())
+    }
+}
+
 /// What the text at a cursor is, or will be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum XmlPlace {
     /// The name of an element, after its `<`.
-    Element {
-        /// The names of the elements around it, the outermost first.
-        around: Vec<String>,
-    },
-    /// The name of an attribute.
-    Attribute {
-        /// The element.
-        element: String,
-        /// The names of the elements around it, the outermost first.
-        around: Vec<String>,
-        /// Attributes that it has already.
-        present: Vec<String>,
-    },
-    /// The value of an attribute.
-    Value {
-        /// The element.
-        element: String,
-        /// The attribute.
-        attribute: String,
-    },
+    Element,
+    /// The name of an attribute of this element, whose others it has already.
+    Attribute(Tag),
+    /// The value of an attribute of this element.
+    Value(Tag, String),
     /// Between elements.
-    Content {
-        /// The names of the elements around it, the outermost first.
-        around: Vec<String>,
-    },
+    Content,
 }
 
-/// The place at a cursor, and the range of the word there. Nothing in comments and outside of what XML has.
-pub(crate) fn place(text: &str, at: usize) -> Option<(XmlPlace, Range<usize>)> {
-    let mut around: Vec<String> = Vec::new();
-    let mut next = 0;
-    while let Some(open) = text[next..].find('<').map(|offset| next + offset).filter(|open| *open < at) {
+/// A place in an XML file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct XmlCursor {
+    pub(crate) place: XmlPlace,
+    /// The elements around it, the outermost first.
+    pub(crate) around: Vec<Tag>,
+    /// The name or the value there.
+    pub(crate) word: Range<usize>,
+}
+
+/// What begins with a `<`.
+enum Piece {
+    Tag(WrittenTag),
+    /// A comment or something else without tags. It has no end if the text ends first.
+    Other(Option<usize>),
+}
+
+impl Piece {
+    /// The first one at or after a byte, with its beginning.
+    fn after(text: &str, byte: usize) -> Option<(usize, Self)> {
+        let open = byte + text[byte..].find('<')?;
         let rest = &text[open..];
-        let skipped = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("<!", ">")]
-            .into_iter()
-            .find(|(begin, _)| rest.starts_with(begin));
-        if let Some((begin, end)) = skipped {
-            let length = rest[begin.len()..].find(end)?;
-            next = open + begin.len() + length + end.len();
+        let kinds = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("<!", ">")];
+        let piece = match kinds.into_iter().find(|(begin, _)| rest.starts_with(begin)) {
+            Some((begin, end)) => {
+                let length = rest[begin.len()..].find(end);
+                Self::Other(length.map(|length| open + begin.len() + length + end.len()))
+            }
+            None => Self::Tag(WrittenTag::read(text, open)),
+        };
+        Some((open, piece))
+    }
+
+    fn end(&self) -> Option<usize> {
+        match self {
+            Self::Tag(tag) => Some(tag.end),
+            Self::Other(end) => *end,
+        }
+    }
+}
+
+/// The place at a cursor. Nothing in comments and outside of what XML has.
+pub(crate) fn place(text: &str, at: usize) -> Option<XmlCursor> {
+    let mut around: Vec<Tag> = Vec::new();
+    let mut next = 0;
+    while let Some((_, piece)) = Piece::after(text, next).filter(|(open, _)| *open < at) {
+        next = piece.end()?;
+        let Piece::Tag(tag) = piece else {
             if at < next {
                 return None;
             }
             continue;
-        }
-        let tag = WrittenTag::read(text, open);
+        };
         if at <= tag.end && !(tag.is_closed && at == tag.end) {
-            return tag.place(text, at, around);
+            return tag.cursor(text, at, around);
         }
-        next = tag.end;
         if tag.is_end {
-            if let Some(place) = around.iter().rposition(|name| *name == text[tag.name.clone()]) {
+            if let Some(place) = around.iter().rposition(|open| open.name == text[tag.name.clone()]) {
                 around.truncate(place);
             }
         } else if !tag.is_empty {
-            around.push(text[tag.name].to_owned());
+            around.push(tag.content(text));
         }
     }
-    Some((XmlPlace::Content { around }, at..at))
+    Some(XmlCursor { place: XmlPlace::Content, around, word: at..at })
+}
+
+/// All elements of a text, as far as they are written.
+pub(crate) fn elements(text: &str) -> impl Iterator<Item = Tag> {
+    let pieces = std::iter::successors(Piece::after(text, 0), |(_, piece)| Piece::after(text, piece.end()?));
+    pieces.filter_map(|(_, piece)| match piece {
+        Piece::Tag(tag) if !tag.is_end => Some(tag.content(text)),
+        _ => None,
+    })
 }
 
 /// A tag, up to its `>`, or to the next `<` if it has none.
@@ -122,24 +161,33 @@ impl WrittenTag {
         tag
     }
 
-    fn place(&self, text: &str, at: usize, around: Vec<String>) -> Option<(XmlPlace, Range<usize>)> {
+    fn content(&self, text: &str) -> Tag {
+        let attribute = |(name, value): &(Range<usize>, Option<Range<usize>>)| {
+            (text[name.clone()].to_owned(), value.clone().map_or_else(String::new, |value| text[value].to_owned()))
+        };
+        Tag { name: text[self.name.clone()].to_owned(), attributes: self.attributes.iter().map(attribute).collect() }
+    }
+
+    fn cursor(&self, text: &str, at: usize, around: Vec<Tag>) -> Option<XmlCursor> {
         if at <= self.name.end {
             // An end tag closes the element in which it is.
             let word = self.name.start..self.name.end;
-            return (!self.is_end && at >= self.name.start).then_some((XmlPlace::Element { around }, word));
+            let place = XmlPlace::Element;
+            return (!self.is_end && at >= self.name.start).then_some(XmlCursor { place, around, word });
         }
-        let element = text[self.name.clone()].to_owned();
+        let mut tag = self.content(text);
         for (name, value) in &self.attributes {
             if let Some(value) = value.as_ref().filter(|value| value.start <= at && at <= value.end) {
-                let attribute = text[name.clone()].to_owned();
-                return Some((XmlPlace::Value { element, attribute }, value.clone()));
+                let place = XmlPlace::Value(tag, text[name.clone()].to_owned());
+                return Some(XmlCursor { place, around, word: value.clone() });
             }
         }
-        let word = self.attributes.iter().map(|(name, _)| name).find(|name| name.start <= at && at <= name.end);
-        let word = word.cloned().unwrap_or(at..at);
-        let others = self.attributes.iter().filter(|(name, _)| *name != word);
-        let present = others.map(|(name, _)| text[name.clone()].to_owned()).collect();
-        (!self.is_end).then_some((XmlPlace::Attribute { element, around, present }, word))
+        let here = self.attributes.iter().position(|(name, _)| name.start <= at && at <= name.end);
+        let word = here.map_or(at..at, |here| self.attributes[here].0.clone());
+        if let Some(here) = here {
+            tag.attributes.remove(here);
+        }
+        (!self.is_end).then_some(XmlCursor { place: XmlPlace::Attribute(tag), around, word })
     }
 }
 
@@ -153,11 +201,12 @@ fn word_end(bytes: &[u8], at: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// The place at the `|` of a text, without it, and the word there.
-    fn at(marked: &str) -> Option<(XmlPlace, String)> {
+    /// The place at the `|` of a text, the elements around it, and the word there.
+    fn at(marked: &str) -> Option<(XmlPlace, Vec<String>, String)> {
         let at = marked.find('|').unwrap();
         let text = marked.replacen('|', "", 1);
-        place(&text, at).map(|(place, word)| (place, text[word].to_owned()))
+        let XmlCursor { place, around, word } = place(&text, at)?;
+        Some((place, around.into_iter().map(|tag| tag.name).collect(), text[word].to_owned()))
     }
 
     fn owned(names: &[&str]) -> Vec<String> {
@@ -166,12 +215,11 @@ mod tests {
 
     #[test]
     fn elements_know_those_around_them() {
-        let element =
-            |around: &[&str], word: &str| Some((XmlPlace::Element { around: owned(around) }, word.to_owned()));
+        let element = |around: &[&str], word: &str| Some((XmlPlace::Element, owned(around), word.to_owned()));
         assert_eq!(at("<|"), element(&[], ""));
         assert_eq!(at("<a><b x='1'/><c>\n<!-- <d> --></c><e|\n</a>"), element(&["a"], "e"));
         assert_eq!(at("<a><b\n<c><|"), element(&["a", "b", "c"], ""));
-        let content = |around: &[&str]| Some((XmlPlace::Content { around: owned(around) }, String::new()));
+        let content = |around: &[&str]| Some((XmlPlace::Content, owned(around), String::new()));
         assert_eq!(at("<a><b></b>|"), content(&["a"]));
         assert_eq!(at("<a><b></a>|"), content(&[]));
         assert_eq!(at("<!-- |"), None);
@@ -180,15 +228,24 @@ mod tests {
 
     #[test]
     fn attributes_know_their_element_and_its_other_attributes() {
-        let (element, around) = ("b".to_owned(), owned(&["a"]));
-        let present = owned(&["x"]);
-        let place = XmlPlace::Attribute { element: element.clone(), around, present };
-        assert_eq!(at("<a><b x='1' |/>"), Some((place.clone(), String::new())));
-        assert_eq!(at("<a><b x='1' na|\n<c/>"), Some((place, "na".to_owned())));
-        let value = XmlPlace::Value { element, attribute: "x".to_owned() };
-        assert_eq!(at("<b x='1|2'/>"), Some((value.clone(), "12".to_owned())));
-        assert_eq!(at("<b x=\"|\n<c/>"), Some((value.clone(), String::new())));
-        assert_eq!(at("<b x = \"|\"/>"), Some((value, String::new())));
+        let tag = |attributes: &[(&str, &str)]| Tag {
+            name: "b".to_owned(),
+            attributes: attributes.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect(),
+        };
+        let with = |word: &str| Some((XmlPlace::Attribute(tag(&[("x", "1")])), owned(&["a"]), word.to_owned()));
+        assert_eq!(at("<a><b x='1' |/>"), with(""));
+        assert_eq!(at("<a><b x='1' na|\n<c/>"), with("na"));
+        let value = |of: &str| Some((XmlPlace::Value(tag(&[("x", of)]), "x".to_owned()), owned(&[]), of.to_owned()));
+        assert_eq!(at("<b x='1|2'/>"), value("12"));
+        assert_eq!(at("<b x=\"|\n<c/>"), value(""));
+        assert_eq!(at("<b x = \"|\"/>"), value(""));
+    }
+
+    #[test]
+    fn elements_are_those_outside_comments() {
+        let names: Vec<String> = elements("<a><!-- <b/> --><c x='1'></c></a><d").map(|tag| tag.name).collect();
+        assert_eq!(names, ["a", "c", "d"]);
+        assert_eq!(elements("<a x='1' y/>").next().unwrap().get("x"), Some("1"));
     }
 
     #[test]
@@ -196,7 +253,7 @@ mod tests {
         let text = "<?x?><a ü='ä'><![CDATA[]]>< b=\"<//>=</ä><!-- 𝄞 --><c d/e='\n<x></a";
         for at in (0..=text.len()).filter(|at| text.is_char_boundary(*at)) {
             for end in (at..=text.len()).filter(|end| text.is_char_boundary(*end)) {
-                if let Some((_, word)) = place(&text[..end], at) {
+                if let Some(XmlCursor { word, .. }) = place(&text[..end], at) {
                     assert!(text[..end].get(word).is_some());
                 }
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use diagnostics::document::{Field, Key, Table, Written};
+use diagnostics::document::{Field, Key, Referent, Table, Written};
 use diagnostics::{Span, Spanned};
 use maps::{Point, Pose};
 use serde_json::{Value, json};
@@ -32,6 +32,8 @@ pub enum ArgumentDomain {
     Whole(u64, u64),
     /// Any text.
     Text,
+    /// The name of one of these.
+    Name(Referent),
     /// One of these names.
     OneOf(&'static [&'static str]),
     /// True or false.
@@ -295,6 +297,7 @@ fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> Field<'d, Spanned<
             table.get::<u64>(key).within(least..=most).map(ArgumentValue::Whole).spanned()
         }
         ArgumentDomain::Text => table.text(key).map(ArgumentValue::Text).spanned(),
+        ArgumentDomain::Name(what) => table.text(key).refers_to(what).map(ArgumentValue::Text).spanned(),
         ArgumentDomain::OneOf(names) => {
             let choices: Vec<(&str, String)> = names.iter().map(|name| (*name, (*name).to_owned())).collect();
             table.one_of(key, &choices).map(ArgumentValue::Text).spanned()

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 use diagnostics::{Problem, Spanned};
 
 /// The keys of triggers, of which a fault has exactly one.
@@ -110,19 +110,21 @@ fn step_at(time: Duration, dt: Duration) -> Duration {
 
 /// Reads the only trigger of a fault, without its repetitions.
 fn read_trigger(table: Table<'_>) -> Option<Trigger> {
-    let text = |key, about| table.text(key).about(about).spanned().optional();
+    let text = |key, about, what| table.text(key).about(about).refers_to(what).spanned().optional();
     let at = table.seconds("at_s").about("Trigger: the fault takes effect at this time, in seconds.").optional();
     let tick = table.get::<u64>("at_tick").about("Trigger: when this tick has been generated.").optional();
     let near = text(
         "near",
         "Trigger: when the center of the robot comes near this place: its position, or the edge of its area.",
+        Referent::Place,
     );
     let message = text(
         "when",
         "Trigger: when such a message has been received: an event of the SCOPE language, or several joined by `or`.",
+        Referent::Event,
     );
     let state = table.text("in_state").about("Trigger: when a skill enters a state.").words("`SKILL.STATE`");
-    let state = state.spanned().optional();
+    let state = state.refers_to(Referent::LeafState).spanned().optional();
     let within_m = table.number("within_m").about("With `near`: how near, in meters.").within(0.0..=1e6).default(1.0);
     let given = TRIGGERS.into_iter().filter(|key| table.has(key));
     let given: Vec<&str> = given.collect();

@@ -7,7 +7,7 @@ mod success;
 use std::time::Duration;
 
 use bt::{Direction, Kind, Node, Tree};
-use diagnostics::document::{Item, Table};
+use diagnostics::document::{Item, Referent, Table};
 use diagnostics::{Span, Spanned};
 use serde_json::{Value, json};
 use skills::Datum;
@@ -139,7 +139,7 @@ impl Asking {
 }
 
 fn endpoint(entry: Table<'_>, key: &str, about: &str) -> Option<Spanned<String>> {
-    entry.text(key).about(about).words("`COMPONENT.NAME`").spanned().optional()
+    entry.text(key).about(about).words("`COMPONENT.NAME`").refers_to(Referent::Offer).spanned().optional()
 }
 
 /// What the leaf asks, begins or waits for.

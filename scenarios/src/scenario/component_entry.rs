@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use devices::{DeviceKind, DeviceSettings};
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 use diagnostics::{Span, Spanned};
 use programs::Limits;
 use serde_json::{Value, json};
@@ -91,7 +91,8 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
     for (name, span) in table.names("NAME") {
         let about =
             "A component that answers others: an SCXML machine, a program, nodes of ROS 2, or a device of the world.";
-        let Some(entry) = table.table(name).about(about).rules(one_form).optional() else { continue };
+        let entry = table.table(name).about(about).rules(one_form).refers_to(Referent::Component);
+        let Some(entry) = entry.optional() else { continue };
         let runs = read_runs(&entry, name, span);
         let data = read_data(
             entry,
@@ -103,6 +104,7 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
             "The file with its interface: its services, topics and actions. Needed if others ask it \
              or read its topics.",
         );
+        let interface = interface.refers_to(Referent::File(&["toml"]));
         let name = Spanned { value: name.to_owned(), span: span.clone() };
         let entry = |runs| ComponentEntry { name, runs, data, interface: interface.optional(), stands_for: None };
         entries.extend(runs.map(entry));
@@ -154,7 +156,7 @@ pub(super) fn forms() -> impl Iterator<Item = Form> {
 }
 
 fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
-    let machine = path(*entry, "machine", "The file of its machine.").optional();
+    let machine = path(*entry, "machine", "The file of its machine.").refers_to(Referent::File(&["scxml"])).optional();
     let command = entry.get("program").words(STRINGS).spanned().about(
         "A program instead of a machine: a path relative to the folder of the file that sets it or a name on the \
          `PATH`, followed by its arguments.",
@@ -170,7 +172,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
         memory_bytes: memory_mb.default(default.memory_bytes >> 20) << 20,
     };
     let asks = entry.get("asks").about("The components that a program asks, or whose topics it reads.");
-    let asks = asks.words(STRINGS).or(Vec::new());
+    let asks = asks.words(STRINGS).refers_to(Referent::Component).or(Vec::new());
     let namespace = entry.text("ros").about(
         "The namespace of nodes of ROS 2 that are this component, such as `/robot` or `/`. Its services, topics and \
          actions have the names of the interface there, and the types of their `ros` definitions.",
@@ -219,12 +221,14 @@ fn read_device(entry: &Table<'_>) -> Option<(Spanned<DeviceSettings>, Vec<Spanne
     let kinds = DeviceKind::ALL.map(|kind| (kind.name(), kind));
     let kind = entry.one_of("builtin", &kinds).spanned();
     let kind = kind.about("A device of the world instead of a machine. Its interface is fixed.").optional();
-    let door = entry.text("door").about("For a door: its name in the world.").spanned().optional();
+    let door =
+        entry.text("door").about("For a door: its name in the world.").refers_to(Referent::Door).spanned().optional();
     let number = |key, about, range, default| entry.number(key).about(about).within(range).default(default);
     let about = "For a people sensor: its range from the robot's center, in meters.";
     let within_m = number("within_m", about, 0.1..=100.0, 5.0);
     let only = entry.get::<Vec<Spanned<String>>>("only").words(STRINGS);
-    let only = only.about("For a people sensor: the people that it detects; everyone if empty.").or_empty();
+    let only = only.about("For a people sensor: the people that it detects; everyone if empty.");
+    let only = only.refers_to(Referent::Person).or_empty();
     let about = "For a speaker: how fast it speaks, in letters per second.";
     let letters_per_s = number("letters_per_s", about, 0.1..=1000.0, 15.0);
     let pressed = entry.get("pressed_s").words("an array of times in seconds");

@@ -16,7 +16,7 @@ use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_syst
 
 use super::leaves::entry_of;
 use super::offer::Offer;
-use super::{Component, LeafEntry, Runs, Scenario, Skill};
+use super::{Behavior, Component, LeafEntry, Runs, Scenario, Skill};
 use crate::error::Complaints;
 use crate::processes::{BUILTIN, ROS, TICK_GENERATOR};
 
@@ -52,14 +52,52 @@ impl Scenario {
         offered: &[Offered],
         topology: &mut Topology,
     ) -> Result<(TreeIds, Option<Processes>), WiringError> {
-        let machines = self.machine_processes().map(|(name, skill)| Client::new(name, self.machines_of(name, skill)));
+        self.declare_for(tree, offered, &[], topology)
+    }
+
+    /// The processes, with every channel and message that their machines could use; nothing for a model.
+    #[must_use]
+    pub fn possible_channels(&self) -> Option<Topology> {
+        let Behavior::Tree(tree) = &self.behavior else { return None };
+        let all: Vec<String> = self.component_names().map(str::to_owned).collect();
+        let mut topology = Topology::default();
+        self.declare_for(tree, &[], &all, &mut topology).ok()?;
+        Some(topology)
+    }
+
+    /// What components offer to leaves: the name, `COMPONENT.NAME`, and whether it is a service, an action or a topic.
+    #[must_use]
+    pub fn offers(&self) -> Vec<(String, &'static str)> {
+        let Behavior::Tree(tree) = &self.behavior else { return Vec::new() };
+        let places = self.premises.as_ref().map(|premises| &premises.places);
+        let offers = offers(&self.parts(tree), &[], places).into_iter();
+        let named = |(component, offers): (&str, Vec<Offer>)| {
+            let name = |offer: Offer| (format!("{component}.{}", offer.name), offer.of.noun());
+            offers.into_iter().map(name).collect::<Vec<_>>()
+        };
+        offers.flat_map(named).collect()
+    }
+
+    fn parts<'s>(&'s self, tree: &'s Tree) -> Parts<'s> {
+        Parts { tree, leaves: &self.file.leaves, skills: &self.skills, components: &self.components }
+    }
+
+    /// Declares the processes and channels if the machines also use all that these components offer.
+    fn declare_for(
+        &self,
+        tree: &Tree,
+        offered: &[Offered],
+        used: &[String],
+        topology: &mut Topology,
+    ) -> Result<(TreeIds, Option<Processes>), WiringError> {
+        let machine = |(name, skill)| Client { components: used, ..Client::new(name, self.machines_of(name, skill)) };
+        let machines = self.machine_processes().map(machine);
         let clients: Vec<Client<'_>> = machines.chain(self.components.iter().filter_map(Client::of_program)).collect();
-        let parts = Parts { tree, leaves: &self.file.leaves, skills: &self.skills, components: &self.components };
         let offered: Vec<String> = offered.iter().map(|(name, _)| name.clone()).collect();
         let outside = Client { name: ROS, machines: Vec::new(), components: &offered };
         let outside = (!offered.is_empty()).then_some(outside);
         let places = self.premises.as_ref().map(|premises| &premises.places);
-        declare(&parts, (&clients, outside), places, topology)
+        declare(&self.parts(tree), (&clients, outside), places, topology)
     }
 }
 
@@ -84,7 +122,7 @@ struct Client<'a> {
     name: &'a str,
     /// All machines that it may run, which determine what it asks and reads.
     machines: Vec<&'a Arc<Chart>>,
-    /// The components that a program may ask for anything, and whose topics it all reads.
+    /// The components that it may ask for anything, and whose topics it all reads: those that a program names.
     components: &'a [String],
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use components::StopRule;
 use diagnostics::Spanned;
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 
 use super::robot::STEP;
 use super::world::MAP;
@@ -121,7 +121,8 @@ impl Execution {
             "What a stop request to the built-in Navigation ends: the trip to its own place (`own-trip`), or any trip, \
              as in the paper's published system (`any-trip`).",
         );
-        let starved = table.text("starve").about("This process moves only when no other can.").spanned();
+        let starved = table.text("starve").about("This process moves only when no other can.");
+        let starved = starved.refers_to(Referent::Process).spanned();
         let orders = table.tables("order").about("A message is received only after another one.");
         let leaf_timeout = seconds(
             "leaf_timeout_s",
@@ -132,7 +133,7 @@ impl Execution {
         Self {
             tick: tick.default(defaults.tick),
             tree: tree.or_first(&trees),
-            schedule: schedule.optional(),
+            schedule: schedule.refers_to(Referent::File(&["json"])).optional(),
             policy: policy.or_first(&policies),
             stops: stops.or_first(&rules),
             starved: starved.optional(),
@@ -156,7 +157,7 @@ impl Execution {
 
 impl Order {
     fn read(table: Table<'_>) -> Option<Self> {
-        let event = |key, about| table.text(key).about(about).spanned().required();
+        let event = |key, about| table.text(key).about(about).refers_to(Referent::Event).spanned().required();
         let first =
             event("first", "The message that comes first: an event of the SCOPE language, or several joined by `or`.");
         let then = event("then", "The message that waits for it.");

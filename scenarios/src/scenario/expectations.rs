@@ -1,7 +1,7 @@
 //! The expected outcome of a run: the `[expect]` of a scenario file.
 
 use diagnostics::Spanned;
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 use monitors::Outcome;
 use recording::Expected;
 
@@ -54,12 +54,13 @@ impl Expectations {
         let about = "The expected outcome of the run. The exit status says whether the run met it. A property that it does not name \
                      must not be violated.";
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
-        let names = |key, about| table.get(key).about(about).words("an array of names");
+        let names = |key, about, what| table.get(key).about(about).words("an array of names").refers_to(what);
         let mut expect = Self {
             reached: names(
                 "reached",
                 "Places where the robot must have come to rest. One where it stands from the start counts once it has \
                  left and come back to rest there.",
+                Referent::Place,
             )
             .needs(MAP)
             .or_empty(),
@@ -67,6 +68,7 @@ impl Expectations {
                 "not_reached",
                 "Places where the robot must never have been, not even on its way: in no step was its true position \
                  within the area, or within the tolerance of the point (with any heading).",
+                Referent::Place,
             )
             .needs(MAP)
             .or_empty(),
@@ -74,6 +76,7 @@ impl Expectations {
                 "failed_programs",
                 "Components that must fail: whose program fails, or whose machine makes an error. If another component \
                  fails, the run is not as expected.",
+                Referent::Component,
             )
             .or_empty(),
             max_collisions: table
@@ -99,7 +102,8 @@ impl Expectations {
         };
         let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
         for (property, span) in table.names("PROPERTY") {
-            let outcome = table.one_of(property, &outcomes).about("The expected verdict of a property.").optional();
+            let outcome = table.one_of(property, &outcomes).about("The expected verdict of a property.");
+            let outcome = outcome.refers_to(Referent::Property).optional();
             let name = Spanned { value: property.to_owned(), span: span.clone() };
             expect.outcomes.extend(outcome.map(|outcome| (name, outcome)));
         }

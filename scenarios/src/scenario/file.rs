@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
-use diagnostics::document::{Document, Key, Table};
+use diagnostics::document::{Document, Key, Referent, Table};
 use diagnostics::{FileProblems, Source, Span, Spanned};
 use recording::{SettingGroup, Snapshots};
 
@@ -216,7 +216,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
          takes another form (`program` instead of `machine`). Inherited paths are relative to the file that \
          writes them, or to this one if there is nothing.",
     );
-    let _ = base.optional();
+    let _ = base.refers_to(Referent::Scenario).optional();
     let about = root.text("about").about("What the scenario shows, on one line.").default(String::new());
     let seed = root.get::<u64>("seed");
     let seed = seed.about("The root seed unless `--seed` gives one. All random numbers of a run are derived from it.");
@@ -225,15 +225,16 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         "The folder in which the scenario's other files are looked up first, instead of its own. It does not apply to \
          the files of a base in another folder.",
     );
-    let folder = folder.map(PathBuf::from).spanned().optional();
+    let folder = folder.refers_to(Referent::File(&[])).map(PathBuf::from).spanned().optional();
     let about_map = "The map: a YAML file in the format of ROS's `map_server`. Without a map, there is no robot: tree, \
                      skills and components run on their own.";
-    let map = path(root, MAP, about_map).optional();
+    let map = path(root, MAP, about_map).refers_to(Referent::File(&["yaml", "yml"])).optional();
     let places = path(root, "places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).");
-    let places = places.needs(MAP).optional();
+    let places = places.refers_to(Referent::File(&["toml", "ini"])).needs(MAP).optional();
     let behavior = read_behavior(root);
     let properties = root.get::<Vec<Spanned<String>>>("properties").words("an array of strings");
     let properties = properties.about("The property files. Each of their properties is monitored.");
+    let properties = properties.refers_to(Referent::File(&["scope"]));
     let (properties, said) =
         properties.spanned().optional().map_or_else(Default::default, |said| (said.value, Some(said.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
@@ -298,7 +299,8 @@ fn read_behavior(root: Table<'_>) -> Option<BehaviorEntry> {
             "The folder of the SCXML machines that carry out the tree's leaves: those that `leaves` does not describe. By \
              default, `skills` beside the file that names the tree.",
         );
-        let (tree, skills) = (tree.required(), skills.optional());
+        let tree = tree.refers_to(Referent::File(&["xml"])).required();
+        let skills = skills.refers_to(Referent::File(&[])).optional();
         let tree = tree?;
         let beside = || Spanned { value: named("skills", &tree.span), span: tree.span.clone() };
         Some(BehaviorFiles { skills: skills.unwrap_or_else(beside), tree })

@@ -1,7 +1,7 @@
 //! The settings for a tree's leaves in a scenario: its table `leaves`.
 
 use bt::Node;
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 use diagnostics::{Span, Spanned};
 use skills::Datum;
 
@@ -44,12 +44,12 @@ pub(super) fn read_leaves(root: Table<'_>) -> Vec<LeafEntry> {
     let Some(table) = root.table("leaves").about(about).optional() else { return Vec::new() };
     let entry = |(name, span): (&str, &Span)| {
         let about = "A leaf of the tree, by the name of its process; or all leaves with this ID that have no entry by their names.";
-        let entry = table.table(name).about(about).rules(one_form).optional()?;
+        let entry = table.table(name).about(about).rules(one_form).refers_to(Referent::Leaf).optional()?;
         let leaf = Spanned { value: name.to_owned(), span: span.clone() };
         let machine = entry
             .text("machine")
             .about("The file of the leaf's machine, in the folder `skills`. If not given, `NAME.scxml` or `ID.scxml`.");
-        let machine = machine.spanned().optional();
+        let machine = machine.refers_to(Referent::Machine).spanned().optional();
         let asking = Asking::read(entry);
         report_two_forms(entry);
         let data = read_data(entry, "The initial value of `<data id=\"ID\">`.");

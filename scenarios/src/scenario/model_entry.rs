@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use diagnostics::Spanned;
-use diagnostics::document::Table;
+use diagnostics::document::{Referent, Table};
 
 use crate::files::path;
 
@@ -28,7 +28,7 @@ impl ModelEntry {
             "A RoAML model: its main file. It replaces `tree`, `skills`, `leaves` and `components`, and has no map. \
              It also gives `execution.tick_s` and `execution.max_time_s`, unless they are set.",
         );
-        let path = path.optional()?;
+        let path = path.refers_to(Referent::File(&["xml"])).optional()?;
         for (key, span) in root.keys().filter(|(key, _)| OF_THE_MODEL.contains(key)) {
             let problem = span.problem(format!("`{key}` is not allowed beside a `model`"));
             let help = "a RoAML model has its own tree and machines, and no map: remove one of the two keys";

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use diagnostics::document::{FromItem, Item, Key, Table};
+use diagnostics::document::{FromItem, Item, Key, Referent, Table};
 use diagnostics::{Problem, Span, Spanned};
 use maps::{OccupancyGrid, Places, PlacesFile, Pose, pose};
 use nav::{Atlas, LocalizationParameters, Reach};
@@ -13,7 +13,7 @@ use robot::RobotModel;
 use serde_json::{Value, json};
 use sim::{Building, SimConfig};
 
-use super::world::{MAP, WorldBody};
+use super::world::{self, MAP, WorldBody};
 use crate::coordinates::POSE;
 use crate::faults::{Fault, Trigger};
 
@@ -70,14 +70,27 @@ impl FromItem<'_> for Start {
     }
 }
 
+impl PremisesEntry {
+    /// The names of the doors.
+    pub fn doors(&self) -> impl Iterator<Item = &str> {
+        world::doors(&self.world)
+    }
+
+    /// The names of the people.
+    pub fn people(&self) -> impl Iterator<Item = &str> {
+        world::people(&self.world)
+    }
+}
+
 impl Sites {
     /// Reads the places that a scenario on a map needs.
     pub(super) fn read(root: Table<'_>) -> Option<Self> {
         let sites = root.table("sites").about("The places that the scenario needs. Required if there is a map.");
         let sites = sites.needs(MAP);
         let table = if root.has(MAP) { sites.required() } else { sites.optional() }?;
-        let site = |key, about| table.text(key).about(about).spanned().optional();
-        let start = table.get("start").about("Where the robot starts. Required if there is a map.").spanned();
+        let site = |key, about| table.text(key).about(about).refers_to(Referent::Place).spanned().optional();
+        let start = table.get("start").about("Where the robot starts. Required if there is a map.");
+        let start = start.refers_to(Referent::Place).spanned();
         let start = if root.has(MAP) { start.required() } else { start.optional() };
         let station = site(
             "station",

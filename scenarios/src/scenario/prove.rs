@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use devices::DeviceKind;
-use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::document::{FromItem, Item, Referent, Table};
 use diagnostics::{Problem, Span, Spanned};
 use serde_json::{Value, json};
 
@@ -168,6 +168,11 @@ impl AllowedFault {
         }
     }
 
+    /// What its key names.
+    fn refers_to(self) -> Referent {
+        if self == Self::Mutant { Referent::Mutant } else { Referent::Component }
+    }
+
     /// The meaning of its key.
     fn about(self) -> &'static str {
         match self {
@@ -237,7 +242,7 @@ impl ProveEntry {
             "The properties to prove. If not given, all of them. `progress` (no deadlock and no livelock) is always \
              among them.",
         );
-        let Names(properties) = properties.or(Names(Vec::new()));
+        let Names(properties) = properties.refers_to(Referent::Property).or(Names(Vec::new()));
         let count = |key, about, range| table.get::<u64>(key).about(about).within(range);
         let about = "How much memory the proof of a property may take, in MiB.";
         let memory_mb = count("memory_mb", about, 1..=1 << 20).default(MEMORY_MB);
@@ -395,6 +400,7 @@ fn read_trips(prove: Table<'_>) -> TripAssumption {
     let fail = table.boolean("fail").about("Whether trips may fail.");
     let passes = table.get("passes").rules(|| json!({ "default": [] }));
     let passes = passes.about("The places that the robot may pass during a trip, besides its start and its goal.");
+    let passes = passes.refers_to(Referent::Place);
     TripAssumption {
         ticks: ticks.within(1..=10_000).optional(),
         fail: fail.default(true),
@@ -439,7 +445,7 @@ fn read_messages(prove: Table<'_>) -> MessageAssumption {
     let hold = hold.default(Duration::from_secs(1));
     let on = table.get("on").words("[[from, to], …]");
     let on = on.about("The channels on which this may happen, by sender and receiver. If not given, all of them.");
-    let on = on.or_empty();
+    let on = on.refers_to(Referent::Process).or_empty();
     let report = |key: &str, needs: &str| {
         for (_, span) in table.keys().filter(|(known, _)| *known == key) {
             let problem = span.problem(format!("`{key}` has no effect if no message may be {needs}"));
@@ -464,7 +470,7 @@ fn read_faults(prove: Table<'_>) -> FaultAssumption {
     let count = u8::try_from(count).unwrap_or(u8::MAX);
     let named = |kind: AllowedFault| {
         let names = table.get(kind.name()).about(kind.about()).rules(|| json!({ "default": [] }));
-        let Names(names) = names.or(Names(Vec::new()));
+        let Names(names) = names.refers_to(kind.refers_to()).or(Names(Vec::new()));
         names.into_iter().map(move |name| (kind, name))
     };
     let allowed: Vec<_> = AllowedFault::ALL.into_iter().flat_map(named).collect();
@@ -482,7 +488,7 @@ fn read_stand_ins(prove: Table<'_>) -> Vec<StandIn> {
     let read = |(name, span): (&str, &Span)| {
         let about = "What takes the place of a component. Doors, people sensors and trays answer anything by default.";
         let stand_in = table.table(name).about(about).rules(one_conduct);
-        let stand_in = stand_in.optional()?;
+        let stand_in = stand_in.refers_to(Referent::Component).optional()?;
         let machine = path(
             stand_in,
             "machine",
@@ -492,7 +498,8 @@ fn read_stand_ins(prove: Table<'_>) -> Vec<StandIn> {
             "Every request is answered at once with anything that the interface allows; once per tick, anything or \
              nothing is published. Numbers and texts are those that machines and properties distinguish.",
         );
-        let (machine, anything) = (machine.optional(), anything.spanned().optional());
+        let machine = machine.refers_to(Referent::File(&["scxml"])).optional();
+        let anything = anything.spanned().optional();
         let conduct = match (machine, anything) {
             (Some(machine), None) => Conduct::Machine(machine),
             (None, Some(Spanned { span, .. })) => Conduct::Anything(span),
@@ -525,7 +532,8 @@ fn read_expect(prove: Table<'_>) -> Vec<(Spanned<String>, ProofOutcome)> {
              is reached). \
              `all_reached` counts only if it is named.",
         );
-        Some((Spanned { value: name.to_owned(), span: span.clone() }, outcome.optional()?))
+        let outcome = outcome.refers_to(Referent::Property).optional()?;
+        Some((Spanned { value: name.to_owned(), span: span.clone() }, outcome))
     };
     table.names("PROPERTY").filter_map(read).collect()
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use channels::{Topology, WiringError};
-use diagnostics::document::{FromItem, Item, Key, Table};
+use diagnostics::document::{FromItem, Item, Key, Referent, Table};
 use diagnostics::{Problem, Span, Spanned};
 use monitors::{PhiTwo, Property};
 use serde_json::{Value, json};
@@ -171,7 +171,7 @@ impl ReadyMade {
             table.one_of("figure", &figures).about("The monitor of the paper's Figure 5 (a) or (b).").required()
         });
         let zone = table.form(has_zone).and_then(|table| {
-            let zone = table.text("zone").spanned().needs(MAP);
+            let zone = table.text("zone").refers_to(Referent::Zone).spanned().needs(MAP);
             zone.about(
                 "A zone of the places file: the robot's center is never in an area to keep out of, and the robot is not \
                  faster than the speed of an area while its center is there.",
@@ -188,7 +188,9 @@ impl ReadyMade {
 impl WatchingMachine {
     fn read(table: Table<'_>) -> Option<Self> {
         let machine = path(table, "machine", "The SCXML file. Required without `figure`.");
-        let machine = machine.required_or("`machine` names an SCXML file, `figure` a monitor of the paper");
+        let machine = machine
+            .refers_to(Referent::File(&["scxml"]))
+            .required_or("`machine` names an SCXML file, `figure` a monitor of the paper");
         let violated_in = table.get::<Names>("violated_in").about(
             "The states that indicate a violation, which is final even if the machine leaves them at once. Required \
              with `machine`.",
@@ -207,9 +209,10 @@ impl WatchingMachine {
 
 impl EventRule {
     fn read(table: Table<'_>) -> Option<Self> {
-        let text = |key, about| table.text(key).about(about).spanned().required();
-        let event = text("event", "The event's name.");
+        let text = |key, about| table.text(key).about(about);
+        let event = text("event", "The event's name.").spanned().required();
         let when = text("when", "The messages: an event of the SCOPE language, or several joined by `or`.");
+        let when = when.refers_to(Referent::Event).spanned().required();
         let data = table.table("data").about("The values of `_event.data`.").optional();
         let about = "The value of `_event.data.NAME`. `m[1]`, `m[2]`, … are fields of the message.";
         let member = |data: Table<'_>, name: &str| data.get::<Content>(name).about(about).optional();

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::document::{FromItem, Item, Referent, Table};
 use diagnostics::{Problem, Spanned};
 use serde_json::{Value, json};
 
@@ -38,7 +38,7 @@ impl Stop {
         let about = "When the run ends before `execution.max_time_s`: at the first of these.";
         let Some(table) = root.table("stop").about(about).optional() else { return Self::default() };
         let at = table.get("at").about("When the robot has come to rest at this place, or at one of several.");
-        let Names(at) = at.needs(MAP).or(Names(Vec::new()));
+        let Names(at) = at.refers_to(Referent::Place).needs(MAP).or(Names(Vec::new()));
         let on_violation = table.get("on_violation").about(
             "When a property is violated: any (`true`), or one of those named. Without monitors, the run continues.",
         );
@@ -60,8 +60,14 @@ impl Stop {
         }
         Self {
             at,
-            on_violation: on_violation.rules(|| json!({ "default": false })).or(SomeProperties::None),
-            when_settled: when_settled.rules(|| json!({ "default": false })).or(SomeProperties::None),
+            on_violation: on_violation
+                .refers_to(Referent::Property)
+                .rules(|| json!({ "default": false }))
+                .or(SomeProperties::None),
+            when_settled: when_settled
+                .refers_to(Referent::Property)
+                .rules(|| json!({ "default": false }))
+                .or(SomeProperties::None),
             after: after.map_or(Duration::ZERO, |after| after.value),
         }
     }

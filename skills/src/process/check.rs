@@ -269,7 +269,8 @@ impl<'a> Check<'a> {
 }
 
 /// The fields of messages that begin with `head`, except the first.
-fn fields<'a>(out: &'a Domain, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
+/// The fields of messages that begin with this symbol, after it.
+pub(super) fn fields<'a>(out: &'a Domain, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
     shapes_of(out, head).flat_map(|shape| shape.fields().get(1..).unwrap_or_default())
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Incoming {
     /// The channel to the same process, if there is one.
     pub(super) back: Option<usize>,
     pub(super) is_client: bool,
-    domain: Domain,
+    pub(super) domain: Domain,
     /// The names of the events that messages become, and their roles, by their first symbol; each once, however many
     /// shapes there are.
     pub(super) events: Vec<(Symbol, Arc<str>, Role)>,

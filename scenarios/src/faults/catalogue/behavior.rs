@@ -1,6 +1,7 @@
 //! Faults of skills and tree.
 
 use diagnostics::Spanned;
+use diagnostics::document::Referent;
 use skills::{Mutation, TransitionPlace};
 
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
@@ -8,8 +9,8 @@ use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
-const SKILL: Parameter = Parameter::required("skill", "the skill", ArgumentDomain::Text);
-const LEAF: Parameter = Parameter::required("leaf", "the leaf's skill", ArgumentDomain::Text);
+const SKILL: Parameter = Parameter::required("skill", "the skill", ArgumentDomain::Name(Referent::Leaf));
+const LEAF: Parameter = Parameter::required("leaf", "the leaf's skill", ArgumentDomain::Name(Referent::Leaf));
 const STATE: Parameter = Parameter::required("state", "the state that the transition leaves", ArgumentDomain::Text);
 const EVENT: Parameter = Parameter {
     name: "event",
@@ -56,7 +57,10 @@ pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
     name: "skill_replaced",
     subsystem: Subsystem::Behavior,
     about: "a skill runs another machine",
-    parameters: &[SKILL, Parameter::required("machine", "its SCXML file", ArgumentDomain::Text)],
+    parameters: &[
+        SKILL,
+        Parameter::required("machine", "its SCXML file", ArgumentDomain::Name(Referent::File(&["scxml"]))),
+    ],
     momentary: false,
     example: "at_s = 0\nskill = \"AtDestination\"\nmachine = \"skills/AtRechargingStation.scxml\"",
     effect: |with| {
@@ -141,7 +145,11 @@ pub(super) const MUTATED: FaultKind = FaultKind {
     name: "skill_mutant",
     subsystem: Subsystem::Behavior,
     about: "a skill's machine has one of the mistakes that `steward skill mutants` lists",
-    parameters: &[Parameter::required("mutant", "the skill and the mistake, as listed", ArgumentDomain::Text)],
+    parameters: &[Parameter::required(
+        "mutant",
+        "the skill and the mistake, as listed",
+        ArgumentDomain::Name(Referent::Mutant),
+    )],
     momentary: false,
     example: "at_s = 0\nmutant = \"BatteryLevel: no transition leaves `get`\"",
     effect: |with| {

@@ -3,9 +3,10 @@
 use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
 use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
+use diagnostics::document::Referent;
 
-const FROM: Parameter = Parameter::required("from", "the sender", ArgumentDomain::Text);
-const TO: Parameter = Parameter::required("to", "the receiver", ArgumentDomain::Text);
+const FROM: Parameter = Parameter::required("from", "the sender", ArgumentDomain::Name(Referent::Process));
+const TO: Parameter = Parameter::required("to", "the receiver", ArgumentDomain::Name(Referent::Process));
 const CONDITION: Parameter = Parameter {
     name: "condition",
     about: "the affected messages: a condition in the SCOPE language",

@@ -3,6 +3,7 @@
 use crate::faults::effect::{DeviceTrouble, Effect};
 use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDomain, Arguments, Parameter};
+use diagnostics::document::Referent;
 
 fn device(with: &Arguments, trouble: DeviceTrouble) -> Effect {
     Effect::Device { component: with.name("component"), trouble }
@@ -12,7 +13,7 @@ pub(super) const DOOR_STUCK: FaultKind = FaultKind {
     name: "door_stuck",
     subsystem: Subsystem::Devices,
     about: "a door of the world does not move",
-    parameters: &[Parameter::required("door", "the door's name in the world", ArgumentDomain::Text)],
+    parameters: &[Parameter::required("door", "the door's name in the world", ArgumentDomain::Name(Referent::Door))],
     momentary: false,
     example: "at_s = 10\ndoor = \"gallery\"\nlasts_s = 60",
     effect: |with| {
@@ -26,7 +27,7 @@ pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
     name: "device_deaf",
     subsystem: Subsystem::Devices,
     about: "a button, a microphone or a people sensor detects nothing",
-    parameters: &[Parameter::required("component", "which device", ArgumentDomain::Text)],
+    parameters: &[Parameter::required("component", "which device", ArgumentDomain::Name(Referent::Component))],
     momentary: false,
     example: "at_s = 10\ncomponent = \"CallButton\"\nlasts_s = 60",
     effect: |with| device(with, DeviceTrouble::Deaf),
@@ -37,7 +38,7 @@ pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
     name: "speaker_mute",
     subsystem: Subsystem::Devices,
     about: "a speaker cannot be heard, but reports success",
-    parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Text)],
+    parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Name(Referent::Component))],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Speaker\"\nlasts_s = 60",
     effect: |with| device(with, DeviceTrouble::Mute),
@@ -48,7 +49,7 @@ pub(super) const BOX_DROPPED: FaultKind = FaultKind {
     name: "box_dropped",
     subsystem: Subsystem::Devices,
     about: "the box on a tray falls off behind the robot, and the tray finds out when it is to put it down",
-    parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Text)],
+    parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Name(Referent::Component))],
     momentary: true,
     example: "at_s = 10\ncomponent = \"Tray\"",
     effect: |with| device(with, DeviceTrouble::Drop),

@@ -1,5 +1,6 @@
 //! Faults of the laser scanners.
 
+use diagnostics::document::Referent;
 use sim::{LaserFault, LaserTrouble};
 
 use crate::faults::kind::{FaultKind, Subsystem};
@@ -9,7 +10,7 @@ use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Effect, Paramete
 const LASER: Parameter = Parameter {
     name: "laser",
     about: "which laser of the robot, by its name, or `all`",
-    domain: ArgumentDomain::Text,
+    domain: ArgumentDomain::Name(Referent::Laser),
     default: ArgumentDefault::Text("all"),
 };
 

@@ -1,6 +1,7 @@
 //! Faults of localization, navigation and the other components.
 
 use diagnostics::Spanned;
+use diagnostics::document::Referent;
 
 use crate::faults::effect::{Damage, Effect, Which};
 use crate::faults::kind::{FaultKind, Subsystem};
@@ -8,7 +9,8 @@ use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
 /// The affected component.
-const COMPONENT: Parameter = Parameter::required("component", "which component", ArgumentDomain::Text);
+const COMPONENT: Parameter =
+    Parameter::required("component", "which component", ArgumentDomain::Name(Referent::Component));
 
 fn component(with: &Arguments) -> Spanned<String> {
     with.name("component")
@@ -66,7 +68,11 @@ pub(in crate::faults) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
     subsystem: Subsystem::Software,
     about: "the software's map differs from the world; possible only from the start of the run",
-    parameters: &[Parameter::required("map", "the map's YAML file", ArgumentDomain::Text)],
+    parameters: &[Parameter::required(
+        "map",
+        "the map's YAML file",
+        ArgumentDomain::Name(Referent::File(&["yaml", "yml"])),
+    )],
     momentary: false,
     example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",
     effect: |with| {
@@ -83,7 +89,7 @@ pub(super) const ZONE_IGNORED: FaultKind = FaultKind {
     parameters: &[Parameter {
         name: "zone",
         about: "which zone; all of them if not given",
-        domain: ArgumentDomain::Text,
+        domain: ArgumentDomain::Name(Referent::Zone),
         default: ArgumentDefault::Absent,
     }],
     momentary: false,

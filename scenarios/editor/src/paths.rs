@@ -1,0 +1,69 @@
+//! Files that a text may name.
+
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+use diagnostics::{Disk, normal};
+use scenarios::files::{scenario_names, shipped_paths};
+
+use crate::file_kind::FileKind;
+use crate::proposal::{Proposal, ProposalKind};
+use crate::toml_subject::Toml;
+
+/// The files with one of these endings, and the folders, that a text may name in a file of this folder: those beside
+/// the part of the path that is written. Without endings, only folders.
+pub(crate) fn files(disk: &Disk, folder: &Path, written: &str, endings: &[&str]) -> Vec<Proposal> {
+    let begun = &written[..written.rfind('/').map_or(0, |slash| slash + 1)];
+    let whole: Range<usize> = 0..written.len();
+    let has_ending = |name: &str| endings.iter().any(|ending| name.ends_with(&format!(".{ending}")));
+    let entries = fs::read_dir(folder.join(begun)).into_iter().flatten().flatten();
+    let saved = entries.filter_map(|entry| {
+        let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
+        match entry.path().is_dir() {
+            true => Some(format!("{begun}{name}{}", if endings.is_empty() { "" } else { "/" })),
+            false => has_ending(&name).then(|| format!("{begun}{name}")),
+        }
+    });
+    let here = normal(&folder.join(begun));
+    let open = disk.open_paths().filter(|path| path.parent() == Some(&here));
+    let open = open.filter_map(|path| path.file_name()?.to_str()).filter(|name| has_ending(name));
+    let open = open.map(|name| format!("{begun}{name}"));
+    let shipped = shipped_paths().filter_map(|path| match endings {
+        [] => path.rsplit_once('/').map(|(folder, _)| folder.to_owned()),
+        _ => has_ending(path).then(|| path.to_owned()),
+    });
+    let mut names: Vec<String> = saved.chain(open).chain(shipped).collect();
+    names.sort();
+    names.dedup();
+    names.into_iter().map(|name| Proposal::new(name, ProposalKind::File, "", &whole)).collect()
+}
+
+/// The machines that a text may name in this folder of skills, which those that come with the program complete.
+pub(crate) fn machines(disk: &Disk, folder: &Path, written: &str) -> Vec<Proposal> {
+    let of_skills = |name: String| name.strip_prefix("skills/").map_or(name.clone(), str::to_owned);
+    let found = files(disk, folder, written, &["scxml"]).into_iter();
+    found
+        .map(|Proposal { name, replaces, .. }| Proposal::new(of_skills(name), ProposalKind::File, "", &replaces))
+        .collect()
+}
+
+/// The scenarios that a text may name in a file: those in its folder, and those that come with the program.
+pub(crate) fn scenarios(disk: &Disk, file: &Path, written: &str) -> Vec<Proposal> {
+    let folder = file.parent().unwrap_or(file);
+    let is_shipped = |path: &str| {
+        let name = path.strip_prefix("scenarios/").and_then(|path| path.strip_suffix(".toml"));
+        scenario_names().any(|known| Some(known) == name)
+    };
+    let is_scenario = |written: &str| {
+        let path = folder.join(written);
+        is_shipped(written)
+            || path != file
+                && (path.is_dir() || FileKind::of_document(disk, &path) == Some(FileKind::Toml(Toml::Scenario)))
+    };
+    let mut found = files(disk, folder, written, &["toml"]);
+    found.retain(|proposal| is_scenario(&proposal.name));
+    let whole = 0..written.len();
+    found.extend(scenario_names().map(|name| Proposal::new(name, ProposalKind::Name, "a shipped scenario", &whole)));
+    found
+}
