@@ -246,7 +246,7 @@ pub use export::Format;
 pub use formula::{
     Arithmetic, Bound, EventAtom, Formula, FormulaError, Function, MessageCondition, MessageField, Term, Unit,
 };
-pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
+pub use load::{Property, PropertyFile, check, formulas, load, scope_monitor};
 pub use location::location_meaning;
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
 pub use monitor::{

@@ -11,7 +11,7 @@ use crate::explain::explain;
 use crate::formula::Formula;
 use crate::monitor::ScopeMonitor;
 use crate::problem::{ScopeError, Warnings};
-use crate::resolve::{Definition, resolve};
+use crate::resolve::{Definition, defined_twice, resolve};
 use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file, summary_above};
 
 /// A property of the messages on the channels, with its monitor.
@@ -118,6 +118,22 @@ pub fn load(
         return Err(ScopeError::new(source, problems));
     }
     Ok(PropertyFile { properties, warnings: Warnings::new(source, problems) })
+}
+
+/// Checks a property file without its system.
+///
+/// # Errors
+/// Everything that is wrong with it in any system.
+pub fn check(name: &str, text: &str) -> Result<(), ScopeError> {
+    let parsed = parse_file(text);
+    let mut problems = parsed.problems;
+    problems.extend(defined_twice(&parsed.file));
+    problems.sort_by_key(Problem::offset);
+    if problems.iter().any(Problem::is_error) {
+        Err(ScopeError::new(Source::new(name, text), problems))
+    } else {
+        Ok(())
+    }
 }
 
 /// Warnings about a property: it is trivial or contradictory, or it needs too many states.

@@ -89,16 +89,8 @@ impl<'a> Resolver<'a> {
 
     /// Collects the file's constants, and reports names that are defined twice.
     fn declare(&mut self, file: &'a File) {
-        let mut known: BTreeMap<&str, ByteRange> = BTreeMap::new();
+        self.problems.extend(defined_twice(file));
         for item in &file.items {
-            let name = match item {
-                Item::Constant(constant) => &constant.name,
-                Item::Property(property) => &property.name,
-            };
-            if let Some(first) = known.insert(&name.text, name.span) {
-                let problem = Problem::new(format!("`{}` is defined twice", name.text)).at(name.span, "defined again");
-                self.problems.push(problem.at(first, "first defined here"));
-            }
             if let Item::Constant(constant) = item {
                 self.constants.insert(&constant.name.text, &constant.value);
             }
@@ -299,6 +291,21 @@ impl<'a> Resolver<'a> {
         }
         found
     }
+}
+
+/// The names that a file defines twice.
+pub(crate) fn defined_twice(file: &File) -> Vec<Problem> {
+    let mut known: BTreeMap<&str, ByteRange> = BTreeMap::new();
+    let names = file.items.iter().map(|item| match item {
+        Item::Constant(constant) => &constant.name,
+        Item::Property(property) => &property.name,
+    });
+    let again = names.filter_map(|name| Some((name, known.insert(&name.text, name.span)?)));
+    let problem = |(name, first): (&Name, ByteRange)| {
+        let problem = Problem::new(format!("`{}` is defined twice", name.text)).at(name.span, "defined again");
+        problem.at(first, "first defined here")
+    };
+    again.map(problem).collect()
 }
 
 /// One of these events, of which there is at least one.

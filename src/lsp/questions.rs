@@ -60,7 +60,7 @@ impl Questions<'_> {
 
     fn spot(&self, asked: &TextDocumentPositionParams) -> Option<Spot> {
         let (path, text) = self.document(&asked.text_document.uri)?;
-        let at = TextLines::of(&text).byte(wire::of_position(asked.position), self.unit);
+        let at = self.documents.lines(&path, &text).byte(wire::of_position(asked.position), self.unit);
         Some(Spot { path, text, at })
     }
 
@@ -68,15 +68,15 @@ impl Questions<'_> {
         self.contexts.get(path).cloned().unwrap_or_default()
     }
 
-    fn range(&self, text: &str, bytes: &Range<usize>) -> lsp::Range {
-        wire::range(&TextLines::of(text), bytes, self.unit)
+    fn range(&self, path: &Path, text: &str, bytes: &Range<usize>) -> lsp::Range {
+        wire::range(&self.documents.lines(path, text), bytes, self.unit)
     }
 
     pub(super) fn completion(&self, params: &CompletionParams) -> Option<Vec<CompletionItem>> {
         let spot = self.spot(&params.text_document_position)?;
         let (disk, context) = (self.documents.disk(), self.context(&spot.path));
         let subject = EditedFile { disk: &disk, file: &spot.path, context: &context };
-        let lines = TextLines::of(&spot.text);
+        let lines = self.documents.lines(&spot.path, &spot.text);
         let item = |proposal: Proposal| {
             let range = wire::range(&lines, &proposal.replaces, self.unit);
             CompletionItem {
@@ -107,7 +107,7 @@ impl Questions<'_> {
         let (disk, context) = (self.documents.disk(), self.context(&spot.path));
         let subject = EditedFile { disk: &disk, file: &spot.path, context: &context };
         let explained = subject.explanation(&spot.text, spot.at)?;
-        let range = Some(self.range(&spot.text, &explained.range));
+        let range = Some(self.range(&spot.path, &spot.text, &explained.range));
         Some(Hover { contents: HoverContents::Markup(markdown(explained.text)), range })
     }
 
@@ -116,7 +116,7 @@ impl Questions<'_> {
         let Some((path, text)) = self.document(&params.text_document.uri) else { return Ok(None) };
         let Some(language) = Language::of_name(&path) else { return Ok(None) };
         let new_text = language.layout(&path, &text).map_err(|error| error.reasons())?;
-        let range = self.range(&text, &(0..text.len()));
+        let range = self.range(&path, &text, &(0..text.len()));
         Ok((new_text != *text).then(|| vec![TextEdit { range, new_text }]))
     }
 
@@ -139,7 +139,7 @@ impl Questions<'_> {
 
     fn locations<'m>(&self, mentions: impl Iterator<Item = &'m Mention>, index: &NameIndex) -> Vec<Location> {
         let lines: BTreeMap<&Path, TextLines<'_>> =
-            index.texts.iter().map(|(path, text)| (path.as_path(), TextLines::of(text))).collect();
+            index.texts.iter().map(|(path, text)| (path.as_path(), self.documents.lines(path, text))).collect();
         let location = |mention: &Mention| {
             let range = wire::range(lines.get(mention.path.as_path())?, &(mention.start..mention.end), self.unit);
             Some(Location { uri: (self.address)(&mention.path)?, range })
@@ -167,7 +167,7 @@ impl Questions<'_> {
     pub(super) fn symbols(&self, params: &DocumentSymbolParams) -> Option<Vec<DocumentSymbol>> {
         let (path, text) = self.document(&params.text_document.uri)?;
         let index = NameIndex::of(&self.documents.disk(), [path.as_path()]);
-        let lines = TextLines::of(&text);
+        let lines = self.documents.lines(&path, &text);
         let symbol = |mention: &Mention| {
             let range = wire::range(&lines, &(mention.start..mention.end), self.unit);
             let (what, kind) = match mention.kind {
@@ -197,7 +197,7 @@ impl Questions<'_> {
     pub(super) fn prepare_rename(&self, params: &TextDocumentPositionParams) -> Option<lsp::Range> {
         let spot = self.spot(params)?;
         let (_, mention) = self.index(&spot).filter(|(_, mention)| mention.kind != NameKind::File)?;
-        Some(self.range(&spot.text, &(mention.start..mention.end)))
+        Some(self.range(&spot.path, &spot.text, &(mention.start..mention.end)))
     }
 
     /// The edits as the editor takes them. Only one that takes changes in order also renames files.
@@ -245,7 +245,7 @@ impl Questions<'_> {
         text: &str,
         edits: impl Iterator<Item = (Range<usize>, String)>,
     ) -> Option<TextDocumentEdit> {
-        let lines = TextLines::of(text);
+        let lines = self.documents.lines(path, text);
         let edit = |(bytes, new_text): (Range<usize>, String)| {
             OneOf::Left(TextEdit { range: wire::range(&lines, &bytes, self.unit), new_text })
         };
@@ -255,7 +255,7 @@ impl Questions<'_> {
 
     pub(super) fn actions(&self, params: &CodeActionParams) -> Option<Vec<CodeAction>> {
         let (path, text) = self.document(&params.text_document.uri)?;
-        let lines = TextLines::of(&text);
+        let lines = self.documents.lines(&path, &text);
         let [start, end] =
             [params.range.start, params.range.end].map(|at| lines.byte(wire::of_position(at), self.unit));
         let shown = self.findings.get(&path).filter(|found| found.text == text)?;

@@ -205,24 +205,25 @@ impl Server {
         let document = params.text_document;
         let Some(path) = address::path(&document.uri) else { return };
         let path = normal(&path);
-        self.documents.open.insert(path.clone(), document.text.into());
+        self.documents.put(path.clone(), &document.text);
         self.opened.insert(path, Opened { address: document.uri, version: document.version });
     }
 
     fn change(&mut self, params: DidChangeTextDocumentParams) {
         let Some(path) = address::path(&params.text_document.uri).map(|path| normal(&path)) else { return };
         let unit = self.unit;
-        let (Some(text), Some(opened)) = (self.documents.open.get_mut(&path), self.opened.get_mut(&path)) else {
+        let (Some(text), Some(opened)) = (self.documents.whole(&path), self.opened.get_mut(&path)) else {
             return self.log(format!("{} was changed, but is not open", path.display()));
         };
-        let changed = params.content_changes.iter().fold(text.to_string(), |text, change| edited(text, change, unit));
-        *text = changed.into();
+        let changed = params.content_changes.iter().fold(text, |text, change| edited(text, change, unit));
+        self.documents.put(path, &changed);
         opened.version = params.text_document.version;
     }
 
     fn close(&mut self, params: &DidCloseTextDocumentParams) {
         let Some(path) = address::path(&params.text_document.uri).map(|path| normal(&path)) else { return };
         self.documents.open.remove(&path);
+        self.documents.marked.remove(&path);
         self.opened.remove(&path);
     }
 
@@ -258,7 +259,11 @@ impl Server {
         let open = self.opened.keys().map(|path| (path, None));
         for (path, in_text) in gone.chain(open).chain(found.iter().map(|(path, found)| (path, Some(found)))) {
             let Some(address) = self.address(path) else { continue };
-            let diagnostics = in_text.map(|found| wire::diagnostics(found, &address, self.unit)).unwrap_or_default();
+            let diagnostics = in_text.map(|found| {
+                let lines = self.documents.lines(path, &found.text);
+                wire::diagnostics(found, &lines, &address, self.unit)
+            });
+            let diagnostics = diagnostics.unwrap_or_default();
             let version = self.opened.get(path).map(|opened| opened.version);
             shown.insert(path.clone(), Published { version, diagnostics });
         }

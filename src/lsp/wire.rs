@@ -22,9 +22,8 @@ pub(super) fn range(lines: &TextLines<'_>, bytes: &Range<usize>, unit: Unit) -> 
 }
 
 /// The findings in a file at this address.
-pub(super) fn diagnostics(found: &InText, address: &Uri, unit: Unit) -> Vec<lsp::Diagnostic> {
-    let lines = TextLines::of(&found.text);
-    found.findings.iter().map(|finding| diagnostic(finding, &lines, address, unit)).collect()
+pub(super) fn diagnostics(found: &InText, lines: &TextLines<'_>, address: &Uri, unit: Unit) -> Vec<lsp::Diagnostic> {
+    found.findings.iter().map(|finding| diagnostic(finding, lines, address, unit)).collect()
 }
 
 pub(super) fn diagnostic(finding: &Finding, lines: &TextLines<'_>, address: &Uri, unit: Unit) -> lsp::Diagnostic {

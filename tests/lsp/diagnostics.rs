@@ -87,6 +87,7 @@ fn properties_belong_to_a_scenario_even_while_it_cannot_be_read() {
     // What no scenario makes right is wrong meanwhile.
     for (file, right, wrong) in [
         ("said.scope", ":= ", ":= and "),
+        ("said.scope", "property", "const said := 1\nproperty"),
         ("skills/AnnounceArrival.scxml", "<scxml ", "<scxml initial=\"nowhere\" "),
         ("parts/speaker.toml", "\"text\"", "\"texxt\""),
     ] {
@@ -118,6 +119,56 @@ fn a_part_of_a_scenario_is_checked_even_if_none_of_its_keys_is_known() {
     editor.open("parts/speaker.toml", "[qqqqqqqq.say]\nrequest = { text = \"text\" }\n");
     let problems = editor.problems("parts/speaker.toml");
     assert!(problems[0].starts_with("1: unknown key `qqqqqqqq`"), "{problems:?}");
+}
+
+#[test]
+fn a_byte_order_mark_is_counted_and_kept() {
+    let mut editor = Editor::new();
+    editor.open("a.scope", "\u{feff}property p := alwys (*, *, true)\n");
+    let start = |editor: &mut Editor| editor.diagnostics("a.scope")[0]["range"]["start"].clone();
+    assert_eq!(start(&mut editor), json!({ "line": 0, "character": 10 }));
+    editor.replace("a.scope", "property", "const c := 1\nproperty");
+    assert_eq!(start(&mut editor), json!({ "line": 1, "character": 9 }));
+    editor.replace("a.scope", "\u{feff}const c := 1\n", "");
+    assert_eq!(start(&mut editor), json!({ "line": 0, "character": 9 }));
+    editor.replace("a.scope", "alwys", "always not");
+    assert_eq!(editor.with_problems(), [""; 0]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_may_be_opened_through_a_link() {
+    let mut editor = Editor::new();
+    application(&editor);
+    let link = editor.path("link");
+    std::os::unix::fs::symlink(editor.folder.path(), &link).unwrap();
+    let added = json!([{ "uri": format!("file://{}", link.display()), "name": "link" }]);
+    let removed = json!([{ "uri": editor.address(""), "name": "test" }]);
+    let event = json!({ "event": { "added": added, "removed": removed } });
+    editor.notify("workspace/didChangeWorkspaceFolders", event);
+    let text = fs::read_to_string(editor.path("skills/AnnounceArrival.scxml")).unwrap();
+    editor.open("skills/AnnounceArrival.scxml", &text.replace("\"say\"", "\"sai\""));
+    assert_eq!(editor.with_problems(), ["skills/AnnounceArrival.scxml"]);
+    editor.replace("skills/AnnounceArrival.scxml", "\"sai\"", "\"say\"");
+    assert_eq!(editor.with_problems(), [""; 0]);
+}
+
+#[test]
+fn a_campaign_is_told_everything_at_its_place() {
+    let mut editor = Editor::new();
+    let text = "scenario = \"errnd\"\nsampling = \"random\"\nruns = 0\nset = [\"seed=2\", \"battery.initial_pct=800\"]\n\
+                parameters = [{ key = \"battery.drain_pct_per_s\", from = 0.1, to = 0.2 }]\n";
+    editor.open("c.toml", text);
+    let lines = |editor: &mut Editor| {
+        let problems = editor.problems("c.toml");
+        problems.iter().map(|problem| problem.split(':').next().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(lines(&mut editor), ["1", "3"]);
+    editor.replace("c.toml", "errnd", "errand");
+    editor.replace("c.toml", "runs = 0", "runs = 2");
+    assert_eq!(lines(&mut editor), ["4"]);
+    editor.replace("c.toml", "800", "80");
+    assert_eq!(editor.with_problems(), [""; 0]);
 }
 
 #[test]

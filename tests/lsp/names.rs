@@ -171,7 +171,15 @@ fn a_misspelled_name_has_a_quick_fix_that_a_check_confirms() {
         ("hospital.toml", "initial_pct = 80", "intial_pct = 80", "initial_pct"),
         ("said.scope", "(Speaker", "(Speeker", "Speaker"),
         ("tree.xml", "<SequenceWithMemory>", "<SequenceWithMemori>", ""),
+        ("tree.xml", "execute=\"Tour\"", "execute=\"Tuor\"", "Tour"),
+        ("hospital.toml", "tree = \"tree.xml\"", "tree = \"tre.xml\"", "tree.xml"),
+        ("hospital.toml", "base = \"nominal\"", "base = \"nominl\"", "nominal"),
+        ("skills/AnnounceArrival.scxml", "expr=\"text\"", "expr=\"texd\"", "text"),
+        ("skills/AnnounceArrival.scxml", "event=\"say\"", "event=\"sai\"", "say"),
+        ("skills/AnnounceArrival.scxml", "target=\"saying\"", "target=\"saing\"", "saying"),
     ];
+    let machine = std::fs::read_to_string(editor.path("skills/AnnounceArrival.scxml")).unwrap();
+    editor.open("skills/AnnounceArrival.scxml", &machine);
     for (file, right, wrong, meant) in mistakes {
         editor.replace(file, right, wrong);
         let problems = editor.diagnostics(file);

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use diagnostics::document::Document;
 use diagnostics::{Disk, Problem, Spanned, did_you_mean};
 use runs::Run;
 use scenarios::Complaints;
@@ -116,12 +117,19 @@ impl Plan {
     }
 
     fn parse_on(disk: &Disk, name: &str, text: &str) -> Result<Self, Error> {
-        let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
+        let mut complaints = Complaints::default();
+        let file = complaints.note(CampaignFile::parse(name, text));
+        // The scenario is looked up even if something else is wrong.
+        let document = Document::parse_toml(name, text).ok();
+        let named = document.as_ref().and_then(|document| document.peek_text("scenario"));
+        let found = named.and_then(|named| complaints.note(scenario(disk, name, &named)));
+        complaints.check()?;
+        let (Some(file), Some(mut found)) = (file, found) else { unreachable!("what is missing has been reported") };
         // All runs must use the same files, even if the campaign resumes later.
-        let mut found = scenario(disk, name, &file)?;
         found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
-        let base = Arc::new(Scenario::load(&found, &set)?);
+        let base = Scenario::load(&found, &set).map_err(|error| refused_setting(&found, &file.set, error))?;
+        let base = Arc::new(base);
         let run = Run::prepare(Arc::clone(&base), file.seed, true)?;
         let properties = run.properties().map(str::to_owned).collect();
         let (name, text, dimensions) = (name.to_owned(), text.to_owned(), dimensions(&file));
@@ -341,17 +349,33 @@ fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
 }
 
 /// The scenario that a campaign names: a file relative to the campaign's, or one that comes with the program.
-fn scenario(disk: &Disk, name: &str, file: &CampaignFile) -> Result<Found, Error> {
+fn scenario(disk: &Disk, name: &str, written: &Spanned<&str>) -> Result<Found, Problem> {
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    let beside = folder.join(&file.scenario.value);
-    let beside = if disk.is_file(&beside) { beside.display().to_string() } else { file.scenario.value.clone() };
+    let beside = folder.join(written.value);
+    let beside = if disk.is_file(&beside) { beside.display().to_string() } else { written.value.to_owned() };
     let found = find::find_on(disk, &beside);
     let with_files = |found: Found| Found { files: found.files.with_assignments_in(folder), ..found };
     found.map(with_files).map_err(|error| {
-        let problem = file.scenario.span.problem(error.to_string()).with_label("this scenario");
+        let problem = written.span.problem(error.to_string()).with_label("this scenario");
         let place = "a scenario is looked up relative to the campaign's file, and then by its name (`steward list`)";
-        let meant = did_you_mean(&file.scenario.value, shipped_scenarios());
-        Error::bad_input(problem.with_help(meant.unwrap_or_else(|| place.to_owned())))
+        let meant = did_you_mean(written.value, shipped_scenarios());
+        problem.with_help(meant.unwrap_or_else(|| place.to_owned()))
+    })
+}
+
+/// The error of a scenario with these settings, located at the first that it does not accept; without any, its own.
+fn refused_setting(found: &Found, set: &[Spanned<String>], error: scenarios::Error) -> scenarios::Error {
+    let with = |count| {
+        let set: Vec<String> = set[..count].iter().map(|set| set.value.clone()).collect();
+        Scenario::load(found, &set)
+    };
+    if with(0).is_err() {
+        return error;
+    }
+    let first = (1..=set.len()).find_map(|count| Some((&set[count - 1], with(count).err()?)));
+    first.map_or(error, |(set, error)| {
+        let problem = set.span.problem(format!("the scenario does not accept `{}`: {}", set.value, error.reasons()));
+        scenarios::Error::bad_input(problem.with_label("this setting"))
     })
 }
 

@@ -19,7 +19,6 @@ use skills::{Chart, Strictness};
 
 use crate::counted::counted;
 use crate::file_kind::FileKind;
-use crate::language::Language;
 use crate::named_files;
 use crate::parts::parts;
 use crate::system::System;
@@ -105,7 +104,7 @@ pub(crate) fn examine_text(disk: &Disk, path: &Path) -> Result<Checked, Error> {
         Some(FileKind::Machine) => drop(named_files::machine(disk, path, Strictness::Strict)?),
         Some(FileKind::Properties) => {
             let text = disk.read_text(path).unwrap_or_default();
-            Language::Properties.layout(path, &text)?;
+            monitors::check(&path.display().to_string(), &text).map_err(Error::bad_input)?;
         }
         // There may be any place.
         Some(FileKind::Toml(Toml::Interface)) => drop(named_files::interface(disk, path, &[Symbol::new("place")])?),

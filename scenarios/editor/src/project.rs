@@ -12,13 +12,16 @@ use crate::check::{examine_like, examine_text};
 use crate::file_kind::FileKind;
 use crate::findings::{self, Findings};
 use crate::system::System;
+use crate::text::{MARK, TextLines};
 use crate::toml_subject::Toml;
 
 /// The texts that are open in an editor.
 #[derive(Clone, Debug, Default)]
 pub struct Documents {
-    /// By [normal] path.
+    /// By [normal] path, without byte order marks.
     pub open: BTreeMap<PathBuf, Arc<str>>,
+    /// The paths of those that begin with a byte order mark.
+    pub marked: BTreeSet<PathBuf>,
     /// The folders in which the editor works: scenarios of an open file are looked up in its folder and in those around
     /// it, up to one of these.
     pub folders: Vec<PathBuf>,
@@ -31,11 +34,40 @@ impl Documents {
         Disk::with_open(self.open.iter().map(|(path, text)| (path.clone(), Arc::clone(text))))
     }
 
+    /// Opens a file, or replaces its text.
+    pub fn put(&mut self, path: PathBuf, text: &str) {
+        let unmarked = text.strip_prefix(MARK);
+        match unmarked {
+            Some(_) => self.marked.insert(path.clone()),
+            None => self.marked.remove(&path),
+        };
+        self.open.insert(path, unmarked.unwrap_or(text).into());
+    }
+
+    /// The text of an open file, as the editor has it.
+    #[must_use]
+    pub fn whole(&self, path: &Path) -> Option<String> {
+        let mark = if self.marked.contains(path) { MARK } else { "" };
+        Some(format!("{mark}{}", self.open.get(path)?))
+    }
+
+    /// The lines of a file's text, as the editor counts them.
+    #[must_use]
+    pub fn lines<'t>(&self, path: &Path, text: &'t str) -> TextLines<'t> {
+        let lines = TextLines::of(text);
+        if self.marked.contains(path) { lines.after_mark() } else { lines }
+    }
+
     /// The folders in which the scenarios of an open file may be.
-    fn around<'p>(&'p self, file: &'p Path) -> impl Iterator<Item = &'p Path> {
-        let outermost = self.folders.iter().filter(|folder| file.starts_with(folder)).map(|folder| folder.as_path());
-        let outermost = outermost.min_by_key(|folder| folder.as_os_str().len()).or(file.parent());
-        file.ancestors().skip(1).take_while(move |folder| outermost.is_some_and(|outer| folder.starts_with(outer)))
+    fn around<'p>(&self, file: &'p Path) -> impl Iterator<Item = &'p Path> {
+        let below = |file: &Path, folder: &Path| file.strip_prefix(folder).ok().map(|below| below.components().count());
+        let as_named = self.folders.iter().filter_map(|folder| below(file, folder)).max();
+        // The editor may name the folder or the file through a link.
+        let real = || {
+            let file = fs::canonicalize(file.parent()?).ok()?.join(file.file_name()?);
+            self.folders.iter().filter_map(|folder| below(&file, &fs::canonicalize(folder).ok()?)).max()
+        };
+        file.ancestors().skip(1).take(as_named.or_else(real).unwrap_or(1))
     }
 }
 

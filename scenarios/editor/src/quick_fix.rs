@@ -27,6 +27,11 @@ pub struct QuickFix {
     pub is_certain: bool,
 }
 
+/// How many words of a finding are looked up: whoever opens a menu waits for it.
+const MAX_WORDS: usize = 12;
+/// How many replacements are checked.
+const MAX_CANDIDATES: usize = 4;
+
 /// The keys that a finding misses, each with the simplest value that its reader accepts; or the nearest of the names
 /// that may be where it is, if nothing else is found then. Only what a check confirms: the finding is gone.
 #[must_use]
@@ -35,12 +40,12 @@ pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, find
     let disk = documents.disk();
     let added = missing_keys(text, &disk, file, finding);
     let adds = added.is_some();
-    let mut fix = added.or_else(|| nearest_name(text, &EditedFile { disk: &disk, file, context }, finding))?;
-    let mut fixed = documents.clone();
-    let mut changed = text.to_string();
-    changed.replace_range(fix.range.clone(), &fix.text);
-    fixed.open.insert(file.to_owned(), Arc::from(changed));
-    let [before, after] = [documents, &fixed].map(|documents| Project::default().check(documents).findings);
+    let subject = EditedFile { disk: &disk, file, context };
+    let candidates = added.map_or_else(|| nearest_names(text, &subject, finding), |fix| vec![fix]);
+    if candidates.is_empty() {
+        return None;
+    }
+    let before = Project::default().check(documents).findings;
     let count = |findings: &Findings| -> usize {
         findings.values().map(|found| found.findings.iter().filter(|finding| finding.is_error).count()).sum()
     };
@@ -48,18 +53,33 @@ pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, find
         let found = findings.get(file).into_iter().flat_map(|found| &found.findings);
         found.filter(|other| other.message == finding.message).count()
     };
-    let is_gone = same(&after) < same(&before);
-    fix.is_certain = count(&after) < count(&before);
-    (is_gone && (adds || fix.is_certain)).then_some(fix)
+    candidates.into_iter().find_map(|fix| {
+        let mut fixed = documents.clone();
+        let mut changed = text.to_string();
+        changed.replace_range(fix.range.clone(), &fix.text);
+        fixed.open.insert(file.to_owned(), Arc::from(changed));
+        let after = Project::default().check(&fixed).findings;
+        let is_certain = count(&after) < count(&before);
+        let is_gone = same(&after) < same(&before);
+        (is_gone && (adds || is_certain)).then_some(QuickFix { is_certain, ..fix })
+    })
 }
 
-fn nearest_name(text: &str, subject: &EditedFile<'_>, finding: &Finding) -> Option<QuickFix> {
-    let range = word_in(text, &finding.range)?;
-    let proposals = subject.proposals(text, range.end);
-    let written = &text[range.clone()];
-    let names = proposals.iter().map(|proposal| proposal.name.as_str()).filter(|name| *name != written);
-    let meant = nearest(written, names)?.to_owned();
-    Some(QuickFix { title: format!("Replace `{written}` with `{meant}`"), range, text: meant, is_certain: false })
+/// Each name in a finding's range with the nearest of those that may be in its place.
+fn nearest_names(text: &str, subject: &EditedFile<'_>, finding: &Finding) -> Vec<QuickFix> {
+    let fix = |end: usize| {
+        let proposals = subject.proposals(text, end);
+        let range = proposals.first()?.replaces.clone();
+        let written = &text[range.clone()];
+        let others = proposals.iter().filter(|proposal| proposal.replaces == range && proposal.name != written);
+        let meant = nearest(written, others.clone().map(|proposal| proposal.name.as_str()))?;
+        let text = others.clone().find(|proposal| proposal.name == meant)?.insert.clone();
+        Some(QuickFix { title: format!("Replace `{written}` with `{meant}`"), range, text, is_certain: false })
+    };
+    let mut fixes: Vec<QuickFix> = word_ends(text, &finding.range).take(MAX_WORDS).filter_map(fix).collect();
+    fixes.dedup_by(|one, other| one.range == other.range);
+    fixes.truncate(MAX_CANDIDATES);
+    fixes
 }
 
 /// The keys without which the reader of a TOML file refuses a table.
@@ -123,14 +143,12 @@ impl Space {
     }
 }
 
-/// The word to which a finding points: its text without quotes and brackets.
-fn word_in(text: &str, range: &Range<usize>) -> Option<Range<usize>> {
-    let inside = text.get(range.clone())?;
+/// The ends of the words in a finding's range.
+fn word_ends<'t>(text: &'t str, range: &Range<usize>) -> impl Iterator<Item = usize> + use<'t> {
     let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-');
-    let start = inside.find(is_word)?;
-    let rest = &inside[start..];
-    let length = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
-    // With more than one word, it is not certain which is meant.
-    let is_only = !rest[length..].contains(is_word);
-    is_only.then_some(range.start + start..range.start + start + length)
+    // What has several lines is a table or an element, not a name.
+    let inside = text.get(range.clone()).filter(|inside| !inside.contains('\n')).unwrap_or_default();
+    let first = range.start;
+    let ends = inside.char_indices().filter(move |(_, c)| is_word(*c)).map(|(at, c)| at + c.len_utf8());
+    ends.filter(move |end| !inside[*end..].starts_with(is_word)).map(move |end| first + end)
 }

@@ -36,7 +36,12 @@ pub struct TextLines<'t> {
     text: &'t str,
     /// The first byte of each line.
     starts: Vec<usize>,
+    /// What the editor counts at the beginning of the first line, though it is no part of the text.
+    before: &'static str,
 }
+
+/// The byte order mark, with which an editor's text may begin.
+pub(crate) const MARK: &str = "\u{feff}";
 
 impl<'t> TextLines<'t> {
     /// The lines of a text.
@@ -45,7 +50,18 @@ impl<'t> TextLines<'t> {
         let bytes = text.as_bytes();
         let ends = |at: &usize| bytes[*at] == b'\n' || bytes[*at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
         let starts = std::iter::once(0).chain((0..bytes.len()).filter(ends).map(|end| end + 1)).collect();
-        Self { text, starts }
+        Self { text, starts, before: "" }
+    }
+
+    /// The lines of the same text behind a byte order mark.
+    #[must_use]
+    pub fn after_mark(self) -> Self {
+        Self { before: MARK, ..self }
+    }
+
+    /// What the editor counts before the text in this line.
+    fn before(&self, line: usize, unit: Unit) -> usize {
+        if line == 0 { unit.length(self.before) } else { 0 }
     }
 
     /// The position of a byte. One that is outside the text or inside a character moves to the left.
@@ -53,7 +69,7 @@ impl<'t> TextLines<'t> {
     pub fn position(&self, byte: usize, unit: Unit) -> Position {
         let byte = self.text.floor_char_boundary(byte);
         let line = self.starts.partition_point(|start| *start <= byte) - 1;
-        let character = unit.length(&self.text[self.starts[line]..byte]);
+        let character = self.before(line, unit) + unit.length(&self.text[self.starts[line]..byte]);
         Position { line: short(line), character: short(character) }
     }
 
@@ -68,9 +84,10 @@ impl<'t> TextLines<'t> {
     pub fn byte(&self, position: Position, unit: Unit) -> usize {
         let line = position.line as usize;
         let Some(start) = self.starts.get(line) else { return self.text.len() };
+        let before = self.before(line, unit);
         let end = self.starts.get(line + 1).copied().unwrap_or(self.text.len());
         let line = self.text[*start..end].trim_end_matches(['\n', '\r']);
-        let mut left = position.character as usize;
+        let mut left = (position.character as usize).saturating_sub(before);
         let inside = line.char_indices().find(|(_, character)| {
             let length = unit.length(character.encode_utf8(&mut [0; 4]));
             let fits = length <= left;
@@ -103,6 +120,16 @@ mod tests {
             }
         }
         assert_eq!(lines.position(11, Unit::Utf8), Position { line: 2, character: 0 });
+    }
+
+    #[test]
+    fn a_byte_order_mark_counts_in_the_first_line_only() {
+        let lines = TextLines::of("ab\nc").after_mark();
+        for (byte, line, character) in [(0, 0, 1), (2, 0, 3), (4, 1, 1)] {
+            assert_eq!(lines.position(byte, Unit::Utf16), Position { line, character });
+            assert_eq!(lines.byte(Position { line, character }, Unit::Utf16), byte);
+        }
+        assert_eq!(lines.byte(Position::default(), Unit::Utf16), 0);
     }
 
     #[test]
