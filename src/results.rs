@@ -6,6 +6,7 @@ use campaigns::Error;
 use clap::Args;
 use editor::{PartsOfText, parts_by_text};
 use miette::{Diagnostic, Severity};
+use recording::Origin;
 use reports::file_place::{FilePlace, FileText};
 use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
 use reports::{ResultsFile, ResultsFormat};
@@ -125,19 +126,24 @@ pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<FileFinding> {
     found
 }
 
-/// Finds the files that these files name, or those that they are themselves, by their names in diagnostics: beside the
-/// file that names them, or in the current folder; `None` for those that come with the program.
-pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> {
+/// Finds these files themselves, and those that they name, by their names in diagnostics: beside the file that names
+/// them, or in the current folder; `None` for those that come with the program.
+pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> + use<S> {
     let given: Vec<String> = files.iter().map(|file| file.as_ref().to_owned()).collect();
     move |name| {
-        let on_disk = given.iter().filter(|file| find::shipped(file).is_none());
-        let beside = on_disk.filter_map(|file| {
-            let path = if file == name { PathBuf::from(name) } else { Path::new(file).parent()?.join(name) };
-            path.is_file().then(|| path.display().to_string())
-        });
+        let on_disk = || given.iter().filter(|file| find::shipped(file).is_none()).map(Path::new);
+        let itself = on_disk().filter(|file| *file == Path::new(name)).map(Path::to_owned);
+        let beside = on_disk().filter_map(|file| Some(file.parent()?.join(name)));
+        let found = itself.chain(beside).find(|path| path.is_file()).map(|path| path.display().to_string());
         let here = || shipped_paths().all(|shipped| shipped != name) && Path::new(name).exists();
-        beside.into_iter().next().or_else(|| here().then(|| name.to_owned()))
+        found.or_else(|| here().then(|| name.to_owned()))
     }
+}
+
+/// Where the parts of the scenario of an earlier run are written now, as far as its files are still there.
+pub(crate) fn places_now(Origin { argument, overrides, .. }: &Origin) -> WrittenPlaces {
+    let scenario = find::find(argument).and_then(|found| Scenario::load(&found, overrides));
+    scenario.map(|scenario| places(&scenario).with_paths(on_disk(&[argument]))).unwrap_or_default()
 }
 
 /// Where the parts of a scenario are written.

@@ -32,7 +32,7 @@ use campaigns::Error;
 use channels::Gap;
 use editor::counted;
 use monitors::{Channels, EventLog, LogError, Property};
-use recording::{BagTree, Doubts, Header, LoggedRecording, Recording, RecordingError};
+use recording::{BagTree, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
 use reports::report::ViolationsReport;
 use scenarios::scenario::find;
 use serde_json::json;
@@ -65,7 +65,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         let inspected = if args.list {
             bag::list(log).map(Inspected::Contents)
         } else {
-            verify_log(args, log, folder.as_deref()).map(Inspected::Verdicts)
+            verify_log(args, log, folder.as_deref()).map(|verified| Inspected::Verdicts(Box::new(verified)))
         };
         let inspected = match inspected {
             Ok(inspected) => inspected,
@@ -73,12 +73,12 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
                 complain(&error);
                 refused = true;
                 reports.push(Line::refused(log, &error));
-                lines.push(Line::of(log, folder, Err(&error)));
+                lines.push(Line::of(args, log, folder, Err(&error)));
                 continue;
             }
         };
         if let Inspected::Verdicts(verified) = &inspected {
-            lines.push(Line::of(log, folder, Ok(verified)));
+            lines.push(Line::of(args, log, folder, Ok(verified)));
         }
         bad |= inspected.is_bad();
         if args.json {
@@ -105,7 +105,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     if let Some(out) = args.out.as_ref().filter(|_| several) {
         logs::write_index(&lines, out)?;
     }
-    args.results.write("verify", || lines.iter().map(Line::suite).collect())?;
+    args.results.write("verify", || lines.iter().map(|line| line.suite(args)).collect())?;
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
 
@@ -120,7 +120,7 @@ fn folders(args: &VerifyArgs) -> Vec<Option<PathBuf>> {
 
 /// What was asked about a log.
 enum Inspected {
-    Verdicts(Verified),
+    Verdicts(Box<Verified>),
     Contents(Contents),
 }
 
@@ -180,7 +180,7 @@ fn verify_event_log(
     let described = Description::of(&first);
     described.check_version()?;
     let of_recording = header(path, tree);
-    let Subject { system, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
+    let Subject { system, origin, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
     let tree_log = of_recording.as_ref().filter(|header| !header.knows_ticks());
     if tree_log.is_some() {
         tree_log::refuse_unknown(&properties)?;
@@ -232,7 +232,8 @@ fn verify_event_log(
     let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).chain(left_open);
     let notes = notes.collect();
-    Ok(Verified { properties, end, unsure, unheard, stories, start_ns: None, knows_ticks: tree_log.is_none(), notes })
+    let knows_ticks = tree_log.is_none();
+    Ok(Verified { properties, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks, notes })
 }
 
 /// The gaps of a log, in words: the first few, and how many more there are.
@@ -276,6 +277,8 @@ fn events_of<R: BufRead>(
 /// What a log is judged by.
 struct Subject {
     system: System,
+    /// The scenario whose system it is, if it is one.
+    origin: Origin,
     properties: Vec<Property>,
     /// The properties of a recording that no formula describes.
     unjudged: Vec<String>,
@@ -285,16 +288,19 @@ impl Subject {
     /// A recording brings its own system and properties; arguments that name others come first.
     fn of(args: &VerifyArgs, described: &Description, header: Option<&Header>) -> Result<Self, Error> {
         let header = header.filter(|_| args.scenario.is_none());
-        let mut system = match header {
-            Some(header) => System::new(Arc::clone(&header.topology), header.tick),
-            None => System::of_runs(described.scenario(args.scenario.as_deref())?)?,
+        let (mut system, origin) = match header {
+            Some(header) => (System::new(Arc::clone(&header.topology), header.tick), header.origin.clone()),
+            None => {
+                let argument = described.scenario(args.scenario.as_deref())?;
+                (System::of_runs(argument)?, Origin { argument: argument.to_owned(), ..Origin::default() })
+            }
         };
         system.tick = described.tick.unwrap_or(system.tick);
         let (properties, unjudged) = match header {
             Some(header) if args.properties.is_empty() => recorded(header)?,
             _ => (load(&args.properties, &system)?, Vec::new()),
         };
-        Ok(Self { system, properties, unjudged })
+        Ok(Self { system, origin, properties, unjudged })
     }
 }
 

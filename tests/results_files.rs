@@ -42,6 +42,55 @@ fn results_of_a_run_that_is_not_as_expected_are_in_all_formats() {
     assert!(summary.contains(&format!("| violated | **failed**: {message} |")), "{summary}");
 }
 
+/// The place of the first result about a property, and those of the steps that led to it: file and line.
+fn places(sarif: &Value, property: &str) -> (String, Vec<String>) {
+    let place = |location: &Value| {
+        let physical = &location["physicalLocation"];
+        let uri = physical["artifactLocation"]["uri"].as_str().expect("an address");
+        format!("{uri}:{}", physical["region"]["startLine"])
+    };
+    let is_about = |result: &&Value| result["ruleId"] == format!("property/{property}");
+    let found = sarif["results"].as_array().expect("results").iter().find(is_about).expect("one about the property");
+    let steps = found["codeFlows"][0]["threadFlows"][0]["locations"].as_array();
+    let steps = steps.into_iter().flatten().map(|step| place(&step["location"])).collect();
+    (place(&found["locations"][0]), steps)
+}
+
+/// Runs the binary in a folder, where it is to end with this status.
+fn call(folder: &Path, status: i32, arguments: &[&str]) {
+    let done = Command::new(binary()).args(arguments).current_dir(folder).output().expect("it starts");
+    assert_eq!(done.status.code(), Some(status), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
+}
+
+#[test]
+fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
+    let folder = tempdir().expect("a folder");
+    call(folder.path(), 0, &["init", "robot"]);
+    let (scenario, phi1) = ("robot/battery_fault.toml", "robot/properties/phi1.scope");
+    for log in ["run.mcap", "run.jsonl"] {
+        call(folder.path(), 0, &["run", scenario, "--no-snapshots", "--quiet", "--record", log]);
+    }
+    // A recording brings its properties and names its scenario; of an event log, the arguments do.
+    let of_event_log = ["verify", "run.jsonl", "--scenario", scenario, "--property", phi1];
+    for arguments in [&["verify", "run.mcap"][..], &of_event_log] {
+        let (status, sarif, _) = results(folder.path(), arguments);
+        let (place, steps) = places(&sarif, "phi1");
+        let property = format!("{phi1}:3");
+        assert_eq!((status, &place), (Some(1), &property), "{arguments:?}");
+        assert_eq!(steps, ["robot/trees/recharge.xml:13".to_owned(), property], "{arguments:?}");
+    }
+    // A property that comes with steward is not the file of the same name beside the scenario.
+    let (_, sarif, _) = results(folder.path(), &["verify", "run.mcap", "--property", "phi1"]);
+    assert_eq!(sarif["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uriBaseId"], "STEWARD");
+    // No scenario says where the processes of a bag are written.
+    call(folder.path(), 0, &["init", "real", "--template", "recording"]);
+    let mapping = ["--property", "real/nav2.scope", "--map-channels", "real/mapping.toml"];
+    let (_, sarif, _) = results(folder.path(), &[&["verify", "real/nav2.mcap"][..], &mapping].concat());
+    let (place, mut steps) = places(&sarif, "slow_when_low");
+    assert!(place.starts_with("real/nav2.scope:") && steps.pop() == Some(place), "{sarif}");
+    assert_eq!(steps, ["real/nav2.mcap:1"; 2]);
+}
+
 #[test]
 fn results_show_where_a_file_is_wrong() {
     let folder = tempdir().expect("a folder");

@@ -9,7 +9,7 @@ use reports::html::quoted;
 
 use super::announcer::{Announcer, Reactions};
 use crate::bag_tree::BagTreeArgs;
-use crate::results::ResultsArgs;
+use crate::results::{ResultsArgs, on_disk};
 use crate::ros_names::{namespace, remapping};
 
 /// Whose messages they are.
@@ -90,6 +90,13 @@ impl VerifyArgs {
     /// What reports verdicts as they are reached, if that is wanted.
     pub(crate) fn announcer(&self) -> Option<Announcer> {
         self.follow.then(|| Announcer::new(self.json, Reactions::default()))
+    }
+
+    /// Finds the files by which the logs are judged by their names in diagnostics.
+    pub(super) fn on_disk(&self) -> impl Fn(&str) -> Option<String> {
+        let scenario = self.scenario.iter().map(Path::new);
+        let files = self.properties.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
+        on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>())
     }
 
     /// The command line that checks one of the logs.

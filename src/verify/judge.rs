@@ -35,6 +35,8 @@ pub(crate) struct Verified {
     pub(crate) unheard: Vec<Option<String>>,
     /// For each property the story of its violation, as its page tells it; empty without a page.
     pub(crate) stories: Vec<Vec<String>>,
+    /// The scenario to which its processes belong; none if its argument is empty.
+    pub(crate) origin: Origin,
     /// When a bag begins, in nanoseconds since 1970.
     pub(crate) start_ns: Option<i64>,
     /// Whether it is known when the tree was ticked.
@@ -69,7 +71,8 @@ impl Verified {
         let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
         let unheard = vec![None; properties.len()];
         let Judgment { unsure, stories, .. } = judgment;
-        Self { properties, end, unsure, unheard, stories, start_ns: None, knows_ticks: false, notes }
+        let origin = Origin::default();
+        Self { properties, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks: false, notes }
     }
 
     /// What a monitor still waits for, in words.

@@ -13,8 +13,9 @@ use reports::html::{self, Day, LogRow};
 use reports::results::{Case, CaseResult, FileFinding, Suite, TrailStep, WrittenPlaces, trail};
 use serde_json::{Value, json};
 
+use super::args::VerifyArgs;
 use super::judge::Verified;
-use crate::results::{findings_of, on_disk};
+use crate::results::{findings_of, places_now};
 
 /// The name of the page that leads to the reports.
 const INDEX: &str = "index.html";
@@ -61,9 +62,14 @@ struct Judgment {
 }
 
 impl Line {
-    pub(super) fn of(log: &Path, folder: Option<PathBuf>, verified: Result<&Verified, &Error>) -> Self {
+    pub(super) fn of(
+        args: &VerifyArgs,
+        log: &Path,
+        folder: Option<PathBuf>,
+        verified: Result<&Verified, &Error>,
+    ) -> Self {
         let refusal = |error: &Error| Refusal { reason: error.reasons(), findings: findings_of(error) };
-        let result = verified.map(Checked::of).map_err(refusal);
+        let result = verified.map(|verified| Checked::of(verified, written(args, verified))).map_err(refusal);
         Self { log: log.to_owned(), folder, result }
     }
 
@@ -84,11 +90,11 @@ impl Line {
     }
 
     /// The verdicts as test cases.
-    pub(super) fn suite(&self) -> Suite {
+    pub(super) fn suite(&self, args: &VerifyArgs) -> Suite {
         let name = self.log.display().to_string();
         // Standard input is no file.
         let file = (self.log != Path::new("-")).then(|| FilePlace::whole(&name));
-        let suite = match &self.result {
+        match &self.result {
             Ok(checked) => {
                 let facts = vec![("messages", checked.messages.to_string()), ("seconds", seconds(checked.end))];
                 Suite {
@@ -102,18 +108,15 @@ impl Line {
                 }
             }
             Err(Refusal { reason, findings }) => {
-                Suite { file, findings: findings.clone(), ..Suite::of_error(&name, reason.clone()) }
+                let refused = Suite { findings: findings.clone(), ..Suite::of_error(&name, reason.clone()) };
+                Suite { file, ..refused.with_paths(args.on_disk()) }
             }
-        };
-        suite.with_paths(on_disk::<&str>(&[]))
+        }
     }
 }
 
 impl Checked {
-    fn of(verified: &Verified) -> Self {
-        let named = |property: &Property| Some((property.name.clone(), FilePlace::of(property.place.as_ref()?)?));
-        let properties = verified.properties.iter().filter_map(named).collect();
-        let places = WrittenPlaces { properties, ..WrittenPlaces::default() };
+    fn of(verified: &Verified, places: WrittenPlaces) -> Self {
         let verdicts = verified.properties.iter().enumerate().map(|(index, property)| {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
@@ -183,6 +186,20 @@ impl Judgment {
             ..Case::default()
         }
     }
+}
+
+/// Where properties and processes of a log are written, if results are wanted: properties without a file are those of
+/// its scenario.
+fn written(args: &VerifyArgs, verified: &Verified) -> WrittenPlaces {
+    if !args.results.are_wanted() {
+        return WrittenPlaces::default();
+    }
+    let named = |property: &Property| Some((property.name.clone(), FilePlace::of(property.place.as_ref()?)?));
+    let properties = verified.properties.iter().filter_map(named).collect();
+    let given = WrittenPlaces { properties, ..WrittenPlaces::default() }.with_paths(args.on_disk());
+    let mut places = places_now(&verified.origin);
+    places.properties.extend(given.properties);
+    places
 }
 
 /// In the order of their beginnings, if all are known, or else of the days in their names.
@@ -275,7 +292,7 @@ pub(super) fn write_index(lines: &[Line], folder: &Path) -> Result<(), Error> {
     Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows, &days(lines)))?)
 }
 
-fn row(Line { log, folder: page, result }: &Line, folder: &Path) -> LogRow {
+fn row(Line { log, folder: page, result, .. }: &Line, folder: &Path) -> LogRow {
     let page = page.as_ref().and_then(|page| page.strip_prefix(folder).ok());
     let row = LogRow { log: log.display().to_string(), ..LogRow::default() };
     match result {

@@ -12,7 +12,7 @@ use campaigns::Error;
 use diagnostics::from_disk;
 use editor::System;
 use monitors::{Property, Violation};
-use recording::Doubts;
+use recording::{Doubts, Origin};
 use trials::replay::sight::Sight;
 use trials::replay::way::Way;
 
@@ -115,7 +115,8 @@ impl Mapped<'_> {
         let unheard = vec![None; properties.len()];
         let Judgment { end, unsure, stories, .. } = judgment;
         let start_ns = events.start_ns();
-        Ok(Verified { properties, end, unsure, unheard, stories, start_ns, knows_ticks: true, notes })
+        let origin = Origin { argument: self.scenario.unwrap_or_default().to_owned(), ..Origin::default() };
+        Ok(Verified { properties, end, unsure, unheard, stories, origin, start_ns, knows_ticks: true, notes })
     }
 }
 

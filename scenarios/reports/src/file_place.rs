@@ -46,6 +46,14 @@ impl FilePlace {
         Self { file: file.into(), is_shipped: false, region: None }
     }
 
+    /// Names the file by its path instead of its name in diagnostics; without one, it comes with the program.
+    pub(crate) fn find(&mut self, path: impl Fn(&str) -> Option<String>) {
+        match path(&self.file) {
+            Some(path) => self.file = path,
+            None => self.is_shipped = true,
+        }
+    }
+
     /// The place of a span; none if its text is an assignment on the command line.
     #[must_use]
     pub fn of(span: &Span) -> Option<Self> {

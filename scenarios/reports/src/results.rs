@@ -135,6 +135,16 @@ pub struct WrittenPlaces {
     pub processes: BTreeMap<String, FilePlace>,
 }
 
+impl WrittenPlaces {
+    /// The same with paths, as in [`Suite::with_paths`].
+    #[must_use]
+    pub fn with_paths(mut self, path: impl Fn(&str) -> Option<String>) -> Self {
+        let places = self.file.iter_mut().chain(self.properties.values_mut()).chain(self.processes.values_mut());
+        places.for_each(|place| place.find(&path));
+        self
+    }
+}
+
 impl CaseResult {
     /// It in a word.
     #[must_use]
@@ -221,12 +231,7 @@ impl Suite {
             .iter_mut()
             .flat_map(|case| case.trail.iter_mut().filter_map(|step| step.place.as_mut()).chain(&mut case.place));
         let findings = self.findings.iter_mut().filter_map(|finding| finding.place.as_mut());
-        for place in trails.chain(findings).chain(&mut self.file) {
-            match path(&place.file) {
-                Some(path) => place.file = path,
-                None => place.is_shipped = true,
-            }
-        }
+        trails.chain(findings).chain(&mut self.file).for_each(|place| place.find(&path));
         self
     }
 

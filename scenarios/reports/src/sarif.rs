@@ -1,8 +1,9 @@
 //! Results as SARIF 2.1.0 (OASIS), the format of static analysis, for code scanning.
 //!
 //! It has what went wrong and has a place in a file: findings in files, and cases that failed. A case whose subject is
-//! written nowhere is at the first line of the file that its suite is about. What passed is left out: GitHub ignores
-//! `kind`, and would raise an alert. What is about no file is a notification of the invocation.
+//! written nowhere is at the first line of the file that its suite is about, and so is a step that led to it. What
+//! passed is left out: GitHub ignores `kind`, and would raise an alert. What is about no file is a notification of the
+//! invocation.
 //!
 //! Texts follow 3.11: braces are doubled, and what would be a link is escaped. Columns and offsets count Unicode code
 //! points. Paths below the current folder are relative to `%SRCROOT%`. Fingerprints do not depend on lines.
@@ -119,7 +120,8 @@ struct SarifResult {
     rule: Rule,
     message: String,
     place: FilePlace,
-    steps: Vec<TrailStep>,
+    /// What led to it, and where that is written.
+    steps: Vec<(String, FilePlace)>,
     /// What identifies it beside its rule and file.
     identity: String,
 }
@@ -178,7 +180,8 @@ impl SarifLog {
             0 => String::new(),
             first => format!("\n\nThe first {first} of {} steps are left out", trail.len()),
         };
-        let steps = trail[trail.len() - kept..].to_vec();
+        let place_of = |step: &TrailStep| step.place.as_ref().or(suite.file.as_ref()).unwrap_or(&place).clone();
+        let steps = trail[trail.len() - kept..].iter().map(|step| (step.words.clone(), place_of(step))).collect();
         self.found.push(SarifResult { level, rule, message: message + &left_out, place, steps, identity });
     }
 
@@ -216,7 +219,7 @@ impl SarifLog {
             let number = seen.entry(identity).and_modify(|number| *number += 1).or_insert(1);
             result["partialFingerprints"] = json!({ "steward/v1": format!("{}:{number}", &hash[..32]) });
             if !found.steps.is_empty() {
-                let steps: Vec<Value> = found.steps.iter().map(|step| flow_step(step, &found.place)).collect();
+                let steps: Vec<Value> = found.steps.iter().map(|step| flow_step(step)).collect();
                 result["codeFlows"] = json!([{ "threadFlows": [{ "locations": steps }] }]);
             }
             result
@@ -252,9 +255,9 @@ impl SarifLog {
     }
 }
 
-fn flow_step(step: &TrailStep, of_case: &FilePlace) -> Value {
-    let mut location = location(step.place.as_ref().unwrap_or(of_case));
-    location["message"] = text(&step.words);
+fn flow_step((words, place): &(String, FilePlace)) -> Value {
+    let mut location = location(place);
+    location["message"] = text(words);
     json!({ "location": location })
 }
 
