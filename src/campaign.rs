@@ -125,7 +125,9 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         Some(CampaignCommand::Merge { shards, out, results }) => {
             let names: Vec<String> = shards.iter().map(|shard| shard.display().to_string()).collect();
             let summary = results.or_refused(COMMAND, &names, campaigns::merge(shards, out))?;
-            results.write(COMMAND, || vec![suite(&summary, out, None)])?;
+            // Shards may be merged where the campaign's file is not.
+            let plan = || Plan::load(Path::new(&summary.campaign)).ok();
+            results.write(COMMAND, || vec![suite(&summary, out, plan().as_ref().map(Plan::base))])?;
             print_wrapped(in_words(&summary, out))?;
             Ok(status(&summary))
         }
@@ -228,8 +230,8 @@ fn status(summary: &Summary) -> ExitCode {
 
 /// The results as test cases: that runs finished as expected, and for each property whether it was violated in any. A
 /// campaign expects nothing of a property, so one that was violated is skipped.
-fn suite(summary: &Summary, folder: &Path, base: Option<&Scenario>) -> Suite {
-    let places = base.map(places).unwrap_or_default();
+fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suite {
+    let places = base.map(|scenario| places(scenario)).unwrap_or_default();
     let argument = base.map_or("", |scenario| &scenario.origin.argument);
     let Summary { runs, outcomes, .. } = summary;
     let mut words =

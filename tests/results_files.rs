@@ -92,6 +92,24 @@ fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
 }
 
 #[test]
+fn the_rates_of_merged_shards_are_at_their_properties() {
+    let folder = tempdir().expect("a folder");
+    call(folder.path(), 0, &["init", "robot"]);
+    let campaign = "scenario = \"robot/battery_fault.toml\"\nruns = 2\n";
+    std::fs::write(folder.path().join("camp.toml"), campaign).expect("room for a file");
+    for shard in ["0/2", "1/2"] {
+        call(folder.path(), 0, &["campaign", "camp.toml", "--quiet", "--shard", shard]);
+    }
+    let (status, sarif, summary) = results(folder.path(), &["campaign", "merge", "out/camp", "--out", "merged"]);
+    let rate = &sarif["results"][0];
+    assert_eq!((status, &rate["ruleId"]), (Some(0), &json!("violation-rate")), "{sarif}");
+    let place = &rate["locations"][0]["physicalLocation"];
+    let expected = json!({ "uri": "robot/properties/phi1.scope", "uriBaseId": "%SRCROOT%" });
+    assert_eq!((&place["artifactLocation"], &place["region"]["startLine"]), (&expected, &json!(3)));
+    assert!(summary.contains("robot/properties/phi1.scope:3:10"), "{summary}");
+}
+
+#[test]
 fn results_show_where_a_file_is_wrong() {
     let folder = tempdir().expect("a folder");
     let text = "// grün\nproperty p := always (BatteryReader, BatteryLevl, m[2] > 1)\n";

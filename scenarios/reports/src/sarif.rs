@@ -219,7 +219,7 @@ impl SarifLog {
             let number = seen.entry(identity).and_modify(|number| *number += 1).or_insert(1);
             result["partialFingerprints"] = json!({ "steward/v1": format!("{}:{number}", &hash[..32]) });
             if !found.steps.is_empty() {
-                let steps: Vec<Value> = found.steps.iter().map(|step| flow_step(step)).collect();
+                let steps: Vec<Value> = found.steps.iter().map(flow_step).collect();
                 result["codeFlows"] = json!([{ "threadFlows": [{ "locations": steps }] }]);
             }
             result
