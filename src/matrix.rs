@@ -6,12 +6,11 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use campaigns::Error;
-use campaigns::matrix::{AboutFault, FaultFree, Matrix, Row, table};
+use campaigns::matrix::{AboutFault, Alarm, FaultFree, Matrix, Row, table};
 use clap::Args;
 use cockpit::{Board, Tally};
 use editor::counted;
 use monitors::Outcome;
-use reports::file_place::FilePlace;
 use reports::report::Report;
 use reports::results::{Case, CaseResult, Suite};
 use scenarios::Complaints;
@@ -40,40 +39,66 @@ fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Ve
 }
 
 /// A suite per scenario: whether its run was as expected, and which verdicts say what about its fault. The last one
-/// is about the runs without a fault. `files` are theirs.
-fn suites(matrix: &Matrix, out: &Path, files: Vec<FilePlace>) -> Vec<Suite> {
-    let failed = |message: String| CaseResult::Failed { message, details: String::new() };
+/// is about the runs without a fault.
+fn suites(matrix: &Matrix, out: &Path, scenarios: &[Arc<Scenario>], fault_free: &Scenario) -> Vec<Suite> {
     let page = Some(out.join("index.html"));
-    let row = |(row, file): (&Row, &FilePlace)| {
-        let result = match (row.as_expected, &row.fault) {
-            (false, _) => failed(row.differences.join("; ")),
-            (true, Some(_)) => CaseResult::Passed,
-            (true, None) => CaseResult::Skipped("no fault took effect".to_owned()),
-        };
-        let found = row.fault.clone().unwrap_or_else(|| "no fault took effect".to_owned());
-        let run = Case { group: "matrix", name: "as expected".to_owned(), result, found, ..Case::default() };
-        let verdict = |(property, words, about): (&str, String, AboutFault)| Case {
-            group: "matrix",
-            name: property.to_owned(),
-            result: match about {
-                AboutFault::Something => CaseResult::Passed,
-                AboutFault::Nothing => CaseResult::Skipped("it says nothing about the fault".to_owned()),
-                AboutFault::FalseAlarm => failed(format!("{property} is {words}")),
-            },
-            found: words,
-            ..Case::default()
-        };
-        Suite {
-            name: row.scenario.clone(),
-            facts: vec![("seed", row.seed.to_string())],
-            cases: std::iter::once(run).chain(matrix.verdicts(row).map(verdict)).collect(),
-            file: Some(file.clone()),
-            page: page.clone(),
-            ..Suite::default()
-        }
-        .with_paths(on_disk(&[&file.file]))
+    let about = |scenario: &Scenario, suite: Suite| {
+        let suite = Suite { file: places(scenario).file, page: page.clone(), ..suite };
+        suite.with_paths(on_disk(&[&scenario.origin.argument]))
     };
-    let FaultFree { scenario, runs, alarms, .. } = &matrix.fault_free;
+    let rows = matrix.rows.iter().zip(scenarios).map(|(row, scenario)| about(scenario, of_row(matrix, row, scenario)));
+    rows.chain([about(fault_free, of_fault_free(matrix, fault_free))]).collect()
+}
+
+/// The run of a scenario with faults.
+fn of_row(matrix: &Matrix, row: &Row, scenario: &Scenario) -> Suite {
+    let (expected, places) = (scenario.expected(), places(scenario));
+    let verdict = |(property, words, about): (&str, String, AboutFault)| {
+        let monitor = row.monitors.iter().find(|monitor| monitor.name == property)?;
+        let case = Case::of_property(monitor, &expected, &places);
+        let result = match about {
+            AboutFault::FalseAlarm => CaseResult::failed(format!("{property} is {words}"), monitor),
+            _ if case.result.is_bad() => case.result,
+            AboutFault::Something => CaseResult::Passed,
+            AboutFault::Nothing => CaseResult::Skipped("it says nothing about the fault".to_owned()),
+        };
+        Some(Case { result, found: words, ..case })
+    };
+    let result = match (row.as_expected, &row.fault) {
+        (false, _) => CaseResult::Failed { message: row.differences.join("; "), details: String::new() },
+        (true, Some(_)) => CaseResult::Passed,
+        (true, None) => CaseResult::Skipped("no fault took effect".to_owned()),
+    };
+    let run = Case {
+        group: "runs",
+        name: "as expected".to_owned(),
+        result,
+        found: row.fault.clone().unwrap_or_else(|| "no fault took effect".to_owned()),
+        is_repeated: !row.differs_otherwise,
+        ..Case::default()
+    };
+    Suite {
+        name: row.scenario.clone(),
+        facts: vec![("seed", row.seed.to_string())],
+        cases: std::iter::once(run).chain(matrix.verdicts(row).filter_map(verdict)).collect(),
+        ..Suite::default()
+    }
+}
+
+/// The runs without a fault: whether there was a false alarm, and the first run in which each property gave one.
+fn of_fault_free(matrix: &Matrix, scenario: &Scenario) -> Suite {
+    let FaultFree { scenario: name, runs, alarms, .. } = &matrix.fault_free;
+    let (expected, places) = (scenario.expected(), places(scenario));
+    let false_alarm = |property: &String| {
+        let of = |alarm: &Alarm| {
+            let monitor = alarm.monitors.iter().find(|monitor| monitor.name == *property)?;
+            let case = Case::of_property(monitor, &expected, &places);
+            let message = format!("{property} is {} without a fault, with seed {}", monitor.verdict, alarm.seed);
+            let is_alarm = monitor.verdict == Outcome::Violated || case.result.is_bad();
+            is_alarm.then(|| Case { result: CaseResult::failed(message, monitor), ..case })
+        };
+        alarms.iter().find_map(of)
+    };
     let details: Vec<String> =
         alarms.iter().map(|alarm| format!("seed {}: {}", alarm.seed, alarm.what.join("; "))).collect();
     let result = match alarms.len() {
@@ -83,17 +108,19 @@ fn suites(matrix: &Matrix, out: &Path, files: Vec<FilePlace>) -> Vec<Suite> {
             CaseResult::Failed { message, details: details.join("\n") }
         }
     };
-    let name = format!("no false alarm in {} without a fault", counted(runs, "run"));
-    let sound = Suite {
-        name: scenario.clone(),
-        notes: matrix.unnoticed().map(|row| format!("no property detects the fault of {}", row.scenario)).collect(),
-        cases: vec![Case { group: "matrix", name, result, ..Case::default() }],
-        file: files.last().cloned(),
-        page: page.clone(),
-        ..Suite::default()
+    let all = Case {
+        group: "runs",
+        name: format!("no false alarm in {} without a fault", counted(runs, "run")),
+        result,
+        is_repeated: !alarms.iter().any(|alarm| alarm.differs_otherwise),
+        ..Case::default()
     };
-    let sound = sound.with_paths(|file| on_disk(&[file])(file));
-    matrix.rows.iter().zip(&files).map(row).chain([sound]).collect()
+    Suite {
+        name: name.clone(),
+        notes: matrix.unnoticed().map(|row| format!("no property detects the fault of {}", row.scenario)).collect(),
+        cases: std::iter::once(all).chain(matrix.properties.iter().filter_map(false_alarm)).collect(),
+        ..Suite::default()
+    }
 }
 
 /// Which scenarios to run.
@@ -139,13 +166,11 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     // Loaded before the problems of the others are reported, so that all of them are.
     let fault_free = load(&args.fault_free);
     args.results.or_refused("matrix", &names, complaints.check())?;
-    let files: Vec<FilePlace> =
-        scenarios.iter().chain(&fault_free).filter_map(|scenario| places(scenario).file).collect();
     let fault_free = fault_free.expect("a file that could not be loaded was reported");
     let bar = CountProgress::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
     let counts = Mutex::default();
-    let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all, report| {
+    let matrix = Matrix::run(scenarios.clone(), &fault_free, args.runs, |done, all, report| {
         bar.show(done, all);
         let unexpected = report.filter(|report| !report.differences.is_empty());
         let named =
@@ -159,7 +184,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     drop(bar);
     board.into_iter().for_each(Board::finish);
     args.results.or_refused("matrix", &names, matrix.write(&args.out))?;
-    args.results.write("matrix", || suites(&matrix, &args.out, files))?;
+    args.results.write("matrix", || suites(&matrix, &args.out, &scenarios, &fault_free))?;
     if args.json {
         print_json(&matrix)?;
     } else {

@@ -110,6 +110,26 @@ fn the_rates_of_merged_shards_are_at_their_properties() {
 }
 
 #[test]
+fn failures_of_a_matrix_are_at_their_properties_with_what_led_to_them() {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("room for a file");
+    write("strict.scope", "property strict := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 45)\n");
+    write("sound.toml", "base = \"nominal\"\nproperties = [\"strict.scope\"]\n[expect]\n");
+    write("faulty.toml", "base = \"sound.toml\"\n[[faults]]\nkind = \"battery_level\"\nat_s = 5000\nlevel_pct = 10\n");
+    let matrix = ["matrix", "faulty.toml", "--fault-free", "sound.toml", "--runs", "1", "--quiet"];
+    let (status, sarif, summary) = results(folder.path(), &matrix);
+    // Before the fault, and without one: each once, and no result repeats them.
+    let results = sarif["results"].as_array().expect("results");
+    assert!(results.iter().all(|result| result["ruleId"] == "property/strict"), "{sarif}");
+    assert_eq!((status, results.len()), (Some(1), 2), "{sarif}");
+    let (place, mut steps) = places(&sarif, "strict");
+    assert_eq!((place.as_str(), steps.pop().as_deref()), ("strict.scope:1", Some("strict.scope:1")));
+    assert_eq!(steps, ["trees/recharge.xml:13"]);
+    assert!(summary.contains("strict is violated without a fault, with seed 1"), "{summary}");
+    assert!(summary.contains("seen: BatteryReader"), "{summary}");
+}
+
+#[test]
 fn results_show_where_a_file_is_wrong() {
     let folder = tempdir().expect("a folder");
     let text = "// grün\nproperty p := always (BatteryReader, BatteryLevl, m[2] > 1)\n";
@@ -153,7 +173,8 @@ fn what_says_nothing_is_not_shown_as_passed() {
     assert!(status == Some(0) && runs.contains("0 as expected, 2 not") && runs.contains("| skipped: "), "{runs}");
     assert!(line(&summary, "| camp.toml | goal |").contains("| skipped: not reached"), "{summary}");
     // A fault that never comes.
-    let never = "base = \"battery_fault\"\n[[faults]]\nkind = \"battery_level\"\nat_s = 5000\nlevel_pct = 10\n";
+    let never = "base = \"battery_fault\"\n[expect]\nphi1 = \"satisfied\"\n[[faults]]\nkind = \"battery_level\"\n\
+                 at_s = 5000\nlevel_pct = 10\n";
     write("never.toml", never);
     let matrix = ["matrix", "never.toml", "--fault-free", "nominal", "--runs", "1", "--quiet"];
     let (_, sarif, summary) = results(folder.path(), &matrix);

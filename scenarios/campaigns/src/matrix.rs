@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use monitors::Outcome;
-use reports::report::Report;
+use reports::report::{MonitorReport, Report};
 use scenarios::scenario::Scenario;
 use serde::Serialize;
 
@@ -52,6 +52,12 @@ pub struct Row {
     pub as_expected: bool,
     /// The differences, in words.
     pub differences: Vec<String>,
+    /// What the monitors say, with what led to each violation.
+    #[serde(skip)]
+    pub monitors: Vec<MonitorReport>,
+    /// Whether something besides verdicts was not as expected.
+    #[serde(skip)]
+    pub differs_otherwise: bool,
     /// Contacts of the robot with anything else; null without a robot.
     pub collisions: Option<u64>,
     /// Whether the robot came to rest at its destination: a place at which the scenario stops, or any place if it stops
@@ -130,6 +136,12 @@ pub struct Alarm {
     pub seed: u64,
     /// What was violated, or not as expected, in words.
     pub what: Vec<String>,
+    /// What the monitors say, with what led to each violation.
+    #[serde(skip)]
+    pub monitors: Vec<MonitorReport>,
+    /// Whether something besides verdicts was not as expected.
+    #[serde(skip)]
+    pub differs_otherwise: bool,
 }
 
 impl Matrix {
@@ -249,6 +261,11 @@ fn violated(report: &Report) -> impl Iterator<Item = &str> {
     violated.map(|monitor| monitor.name.as_str())
 }
 
+/// Whether something besides verdicts was not as expected in a run.
+fn differs_otherwise(report: &Report) -> bool {
+    report.expectations.iter().any(|expected| expected.difference.is_some() && !expected.is_of_verdict)
+}
+
 /// The names of all properties, in order of first appearance.
 fn properties(reports: &[Report]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
@@ -285,6 +302,8 @@ impl Row {
             notices: properties.iter().map(notice).collect(),
             as_expected: report.differences.is_empty(),
             differences: report.differences.clone(),
+            monitors: report.monitors.clone(),
+            differs_otherwise: differs_otherwise(report),
             collisions: report.robot.as_ref().map(|robot| robot.collisions),
             arrived: report.arrivals().iter().any(|(_, name)| is_destination(name)),
         }
@@ -311,6 +330,11 @@ impl Alarm {
     fn of(report: &Report) -> Option<Self> {
         let mut what: Vec<String> = violated(report).map(|name| format!("{name} is violated")).collect();
         what.extend(report.differences.iter().cloned());
-        (!what.is_empty()).then_some(Self { seed: report.seed, what })
+        (!what.is_empty()).then(|| Self {
+            seed: report.seed,
+            what,
+            monitors: report.monitors.clone(),
+            differs_otherwise: differs_otherwise(report),
+        })
     }
 }

@@ -163,12 +163,57 @@ impl CaseResult {
         matches!(self, Self::Error(_) | Self::Failed { .. })
     }
 
+    /// What is wrong with a verdict, with all that its monitor says.
+    #[must_use]
+    pub fn failed(message: String, monitor: &MonitorReport) -> Self {
+        Self::Failed { message, details: details(monitor) }
+    }
+
     /// Why it is so, in a line; none if it passed.
     #[must_use]
     pub fn reason(&self) -> Option<&str> {
         match self {
             Self::Passed => None,
             Self::Skipped(reason) | Self::Error(reason) | Self::Failed { message: reason, .. } => Some(reason),
+        }
+    }
+}
+
+impl Case {
+    /// The verdict of a property in a run: see [`Suite::of_run`].
+    #[must_use]
+    pub fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPlaces) -> Self {
+        let failed = |message: String| CaseResult::failed(message, monitor);
+        let result = match (expected.of(&monitor.name), monitor.verdict) {
+            (Some(expected), found) if expected == found => CaseResult::Passed,
+            (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
+            (None, Outcome::Violated) if expected.others_may_be_violated => {
+                CaseResult::Skipped("it is violated, and nothing is expected of it".to_owned())
+            }
+            (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
+            (None, Outcome::Inconclusive) => {
+                CaseResult::Skipped("something was still pending when the run ended".to_owned())
+            }
+            (None, Outcome::Satisfied) => match monitor.unsure.iter().chain(&monitor.vacuous).next() {
+                Some(open) => CaseResult::Skipped(open.clone()),
+                None => CaseResult::Passed,
+            },
+        };
+        let trail = |witness: &WitnessReport| {
+            let why = witness.why.as_ref()?;
+            Some(trail(&monitor.name, why, witness.knows_ticks, places))
+        };
+        Self {
+            group: "properties",
+            name: monitor.name.clone(),
+            result,
+            found: monitor.verdict.name().to_owned(),
+            about: monitor.property.clone(),
+            place: places.properties.get(&monitor.name).cloned(),
+            trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),
+            story: monitor.story.clone(),
+            picture: None,
+            is_repeated: false,
         }
     }
 }
@@ -190,7 +235,7 @@ impl Suite {
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
         let properties = report.monitors.iter().map(|monitor| Case {
             picture: picture_of(&monitor.name, report).map(|file| folder.join(file)),
-            ..of_property(monitor, expected, places)
+            ..Case::of_property(monitor, expected, places)
         });
         // The monitors were off.
         let is_judged = |name: &String| report.monitors.iter().any(|monitor| monitor.name == *name);
@@ -288,41 +333,6 @@ fn open_questions(report: &Report) -> Vec<String> {
 fn picture_of<'r>(property: &str, report: &'r Report) -> Option<&'r str> {
     let is_of = |violated: &Option<String>| violated.as_deref() == Some(property);
     report.snapshots.iter().find(|picture| is_of(&picture.violated)).map(|picture| picture.file.as_str())
-}
-
-fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPlaces) -> Case {
-    let failed = |message: String| CaseResult::Failed { message, details: details(monitor) };
-    let result = match (expected.of(&monitor.name), monitor.verdict) {
-        (Some(expected), found) if expected == found => CaseResult::Passed,
-        (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
-        (None, Outcome::Violated) if expected.others_may_be_violated => {
-            CaseResult::Skipped("it is violated, and nothing is expected of it".to_owned())
-        }
-        (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
-        (None, Outcome::Inconclusive) => {
-            CaseResult::Skipped("something was still pending when the run ended".to_owned())
-        }
-        (None, Outcome::Satisfied) => match monitor.unsure.iter().chain(&monitor.vacuous).next() {
-            Some(open) => CaseResult::Skipped(open.clone()),
-            None => CaseResult::Passed,
-        },
-    };
-    let trail = |witness: &WitnessReport| {
-        let why = witness.why.as_ref()?;
-        Some(trail(&monitor.name, why, witness.knows_ticks, places))
-    };
-    Case {
-        group: "properties",
-        name: monitor.name.clone(),
-        result,
-        found: monitor.verdict.name().to_owned(),
-        about: monitor.property.clone(),
-        place: places.properties.get(&monitor.name).cloned(),
-        trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),
-        story: monitor.story.clone(),
-        picture: None,
-        is_repeated: false,
-    }
 }
 
 fn of_expectation(expectation: &ExpectationReport) -> Case {

@@ -166,6 +166,8 @@ mod tests {
             notices: (0..properties.len()).map(|index| Some(notice(index))).collect(),
             as_expected: true,
             differences: Vec::new(),
+            monitors: Vec::new(),
+            differs_otherwise: false,
             collisions: None,
             arrived: true,
         };
