@@ -39,6 +39,11 @@ impl ResultsArgs {
         self.files().next().is_some()
     }
 
+    /// Whether one of them tells the stories of violations.
+    pub(crate) fn have_stories(&self) -> bool {
+        self.files().any(|file| file.has_stories())
+    }
+
     fn files(&self) -> impl Iterator<Item = ResultsFile> {
         let junit = self.junit.iter().map(|path| ResultsFile::new(path.clone(), ResultsFormat::Junit));
         self.results.iter().cloned().chain(junit)

@@ -203,12 +203,14 @@ fn verify_event_log(
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
     };
-    let has_tree = of_recording.is_some() && folder.is_some() && args.scenario.is_none();
+    let stories = args.results.have_stories();
+    let has_tree = of_recording.is_some() && (folder.is_some() || stories) && args.scenario.is_none();
     let answers = if has_tree { Answers::of(path) } else { None };
     let judged = Judged {
         command: args.command(path),
         name: judge::name(path),
         folder,
+        stories,
         about,
         mapping: String::new(),
         system: &system,

@@ -137,6 +137,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         robots,
         scenario: args.scenario.as_deref(),
         folder: args.out.as_deref(),
+        stories: false,
         command: args.command(),
         way: None,
         announcer: Some(Announcer::new(args.json, reactions)),

@@ -73,7 +73,8 @@ fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
     // A recording brings its properties and names its scenario; of an event log, the arguments do.
     let of_event_log = ["verify", "run.jsonl", "--scenario", scenario, "--property", phi1];
     for arguments in [&["verify", "run.mcap"][..], &of_event_log] {
-        let (status, sarif, _) = results(folder.path(), arguments);
+        let (status, sarif, summary) = results(folder.path(), arguments);
+        assert!(summary.contains("1. Required: The level read is never below 20 %."), "{summary}");
         let (place, steps) = places(&sarif, "phi1");
         let property = format!("{phi1}:3");
         assert_eq!((status, &place), (Some(1), &property), "{arguments:?}");
@@ -85,7 +86,8 @@ fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
     // No scenario says where the processes of a bag are written.
     call(folder.path(), 0, &["init", "real", "--template", "recording"]);
     let mapping = ["--property", "real/nav2.scope", "--map-channels", "real/mapping.toml"];
-    let (_, sarif, _) = results(folder.path(), &[&["verify", "real/nav2.mcap"][..], &mapping].concat());
+    let (_, sarif, summary) = results(folder.path(), &[&["verify", "real/nav2.mcap"][..], &mapping].concat());
+    assert!(summary.contains("1. Required: When the battery is low, it drives slowly."), "{summary}");
     let (place, mut steps) = places(&sarif, "slow_when_low");
     assert!(place.starts_with("real/nav2.scope:") && steps.pop() == Some(place), "{sarif}");
     assert_eq!(steps, ["real/nav2.mcap:1"; 2]);

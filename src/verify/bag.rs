@@ -28,6 +28,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         return Err(Error::refused(message, help));
     };
     let robots = args.robots.spaces()?;
+    let is_shown = folder.is_some() || args.results.have_stories();
     let (mapping, text) = load_mapping(mapping, &args.robots)?;
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
@@ -38,7 +39,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         (
             bag.survey().clone(),
             Box::new(messages),
-            folder.filter(|_| robots.len() < 2).and_then(|_| way(&bag, mapping.robot())),
+            if is_shown && robots.len() < 2 { way(&bag, mapping.robot()) } else { None },
         )
     };
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
@@ -51,6 +52,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         robots,
         scenario: args.scenario.as_deref(),
         folder,
+        stories: args.results.have_stories(),
         command: args.command(path),
         way,
         announcer: args.announcer(),

@@ -33,7 +33,7 @@ pub(crate) struct Verified {
     /// For each property that a recording satisfies although the true level fell below what it requires: that no
     /// message told so.
     pub(crate) unheard: Vec<Option<String>>,
-    /// For each property the story of its violation, as its page tells it; empty without a page.
+    /// For each property the story of its violation, as its page tells it; empty if nothing tells it.
     pub(crate) stories: Vec<Vec<String>>,
     /// The scenario to which its processes belong; none if its argument is empty.
     pub(crate) origin: Origin,
@@ -129,7 +129,7 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
 pub(super) struct Judgment {
     pub(super) end: LogEnd,
     pub(super) unsure: Vec<Option<String>>,
-    /// The stories of violations, if a page tells them.
+    /// The stories of violations, if they are told.
     pub(super) stories: Vec<Vec<String>>,
     later: Vec<Option<String>>,
 }
@@ -185,6 +185,8 @@ pub(super) struct Judged<'l> {
     pub(super) name: String,
     /// The folder of its report, if there is one.
     pub(super) folder: Option<&'l Path>,
+    /// Whether the stories of violations are wanted even without one.
+    pub(super) stories: bool,
     /// What it is, in words.
     pub(super) about: String,
     /// The text of its mapping.
@@ -208,7 +210,7 @@ impl Judged<'_> {
     ) -> Result<Judgment, Error> {
         let announcer = self.announcer.take();
         match (self.folder, self.board) {
-            (None, None) => judge_in_words(events, properties, doubts, self.around, announcer),
+            (None, None) if !self.stories => judge_in_words(events, properties, doubts, self.around, announcer),
             _ => self.show(events, properties, doubts, announcer),
         }
     }
@@ -226,7 +228,8 @@ impl Judged<'_> {
         let first = around.sight.iter().flat_map(|sight| await_sight(sight, &mut events, &mut idle));
         let first: Vec<_> = first.collect();
         let events = first.into_iter().chain(events);
-        let outputs = Outputs { folder: self.folder.map(Path::to_owned), ..Outputs::default() };
+        let folder = self.folder.map(Path::to_owned);
+        let outputs = Outputs { folder, stories: self.stories, ..Outputs::default() };
         refuse_campaign(&outputs)?;
         let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
         let origin = Origin { text, recorded, ..Origin::default() };

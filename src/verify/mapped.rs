@@ -41,6 +41,8 @@ pub(crate) struct Mapped<'m> {
     pub(crate) scenario: Option<&'m str>,
     /// The folder of the report, if there is one.
     pub(crate) folder: Option<&'m Path>,
+    /// Whether the stories of violations are wanted even without one.
+    pub(crate) stories: bool,
     /// The command that judges them again.
     pub(crate) command: String,
     /// Where the robot was, if there is a map.
@@ -100,6 +102,7 @@ impl Mapped<'_> {
             command: self.command,
             name: self.name,
             folder,
+            stories: self.stories,
             about: self.about,
             mapping: self.text,
             system: &system,

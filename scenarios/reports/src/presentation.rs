@@ -20,6 +20,8 @@ use crate::{Error, html, reporting};
 pub struct Outputs {
     /// The folder for the report and the pictures; nothing is written without one.
     pub folder: Option<PathBuf>,
+    /// Whether the report tells the stories of violations even if it has no folder with a page.
+    pub stories: bool,
     /// Whether pictures are taken.
     pub snapshots: bool,
     /// Whether the sequence charts of violations are also separate pictures.
@@ -46,7 +48,7 @@ pub struct Presentation {
     began: Instant,
     staging: Option<Staging>,
     pictures: RunPictures,
-    /// None if no page is made.
+    /// None if nothing is told of the run.
     timeline: Option<Timeline>,
     charts: bool,
 }
@@ -62,7 +64,7 @@ impl Presentation {
         let staging = outputs.folder.as_deref().map(Staging::begin).transpose()?;
         let snapshots = outputs.snapshots && staging.is_some();
         let pictures = RunPictures::begin(view, snapshots, outputs.gif.as_deref())?;
-        let timeline = staging.is_some().then(|| Timeline::new(view));
+        let timeline = (staging.is_some() || outputs.stories).then(|| Timeline::new(view));
         Ok(Self { began, staging, pictures, timeline, charts: outputs.charts })
     }
 
@@ -78,13 +80,13 @@ impl Presentation {
         let snapshots = self.pictures.finish()?;
         let end = view.end().expect("a report is about a run that has ended");
         let mut report = reporting::report(view, end, snapshots, self.began.elapsed());
+        for (property, story) in self.timeline.iter().flat_map(|timeline| html::stories(view, timeline)) {
+            report.monitors[property].story = story;
+        }
         if let (Some(mut staging), Some(timeline)) = (self.staging, &self.timeline) {
             staging.replace(stale_pictures(&staging));
             staging.write(REPORT, serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n")?;
             html::write(&staging, view, timeline, &report)?;
-            for (property, story) in html::stories(view, timeline) {
-                report.monitors[property].story = story;
-            }
             if self.charts {
                 html::write_charts(&staging, view, timeline)?;
             }

@@ -49,6 +49,12 @@ impl ResultsFile {
         &self.path
     }
 
+    /// Whether it tells the stories of violations, which take longer to find than verdicts.
+    #[must_use]
+    pub fn has_stories(&self) -> bool {
+        self.format == ResultsFormat::Markdown
+    }
+
     /// Writes it, and creates missing folders. Returns what is left out because of limits, in words.
     ///
     /// # Errors
