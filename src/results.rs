@@ -24,13 +24,24 @@ pub(crate) struct ResultsArgs {
     #[arg(long, value_name = "FILE", value_parser = results_file)]
     results: Vec<ResultsFile>,
     /// The older spelling of `--results` for JUnit XML
-    #[arg(long, value_name = "FILE", hide = true)]
-    junit: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", hide = true, value_parser = junit_file)]
+    junit: Option<ResultsFile>,
 }
 
-fn results_file(text: &str) -> Result<ResultsFile, String> {
+fn results_file(text: &str) -> Result<ResultsFile, &'static str> {
     ResultsFile::of_name(text)
-        .ok_or_else(|| "the name says the format: it ends in .xml (JUnit), .sarif (SARIF) or .md (Markdown)".to_owned())
+        .ok_or("the name says the format: it ends in .xml (JUnit), .sarif (SARIF) or .md (Markdown)")
+        .and_then(free)
+}
+
+fn junit_file(text: &str) -> Result<ResultsFile, &'static str> {
+    free(ResultsFile::new(PathBuf::from(text), ResultsFormat::Junit))
+}
+
+/// Refuses a file that somebody else wrote. As a part of the command line, it is refused before anything runs.
+fn free(file: ResultsFile) -> Result<ResultsFile, &'static str> {
+    let taken = "it exists and contains no results of steward; name another file, or remove it first";
+    if file.is_free() { Ok(file) } else { Err(taken) }
 }
 
 impl ResultsArgs {
@@ -41,12 +52,11 @@ impl ResultsArgs {
 
     /// Whether one of them tells the stories of violations.
     pub(crate) fn have_stories(&self) -> bool {
-        self.files().any(|file| file.has_stories())
+        self.files().any(ResultsFile::has_stories)
     }
 
-    fn files(&self) -> impl Iterator<Item = ResultsFile> {
-        let junit = self.junit.iter().map(|path| ResultsFile::new(path.clone(), ResultsFormat::Junit));
-        self.results.iter().cloned().chain(junit)
+    fn files(&self) -> impl Iterator<Item = &ResultsFile> {
+        self.results.iter().chain(&self.junit)
     }
 
     /// Writes the results of a command, if they are wanted.

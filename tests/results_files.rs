@@ -206,3 +206,34 @@ fn the_name_of_a_file_says_the_format_of_its_results() {
         assert!(said.contains("ends in .xml (JUnit), .sarif (SARIF) or .md (Markdown)"), "{said}");
     }
 }
+
+#[test]
+fn results_replace_earlier_results_and_nothing_else() {
+    let folder = tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path in UTF-8").to_owned();
+    let robot = path("robot");
+    call(folder.path(), 0, &["init", &robot]);
+    std::fs::write(path("notes.md"), "# steward at our site\n\nWhat we know of it.\n").expect("room for a file");
+    std::fs::write(path("other.sarif"), "{ \"version\": \"2.1.0\", \"runs\": [] }").expect("room for a file");
+    let (tree, scenario) = (format!("{robot}/trees/recharge.xml"), format!("{robot}/battery_fault.toml"));
+    for (option, file) in [
+        ("--results", &tree),
+        ("--junit", &tree),
+        ("--results", &path("notes.md")),
+        ("--results", &path("other.sarif")),
+    ] {
+        let before = std::fs::read(file).expect("it is there");
+        let said = refusal(&["run", &scenario, "--out", &path("out"), option, file]);
+        assert!(said.contains("exists and contains no results of steward"), "{said}");
+        assert_eq!(std::fs::read(file).expect("it is there"), before, "{option} {file}");
+        assert!(!Path::new(&path("out")).exists(), "it is refused before the run");
+    }
+    std::fs::create_dir(path("to")).expect("room for a folder");
+    std::fs::write(path("to/ci.sarif"), "").expect("room for a file");
+    // Those of another command, too, and those without any result.
+    for arguments in [&["check", &scenario][..], &["run", "no such scenario"], &["check", &scenario]] {
+        let (_, sarif, summary) = results(folder.path(), arguments);
+        let id = sarif["automationDetails"]["id"].as_str().expect("an id");
+        assert!(id.contains(arguments[0]) && summary.starts_with(&format!("# steward {}", arguments[0])), "{id}");
+    }
+}

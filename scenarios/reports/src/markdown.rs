@@ -16,6 +16,17 @@ const MOST_TEXT: usize = 2000;
 /// No more findings of a suite than this are listed.
 const MOST_FINDINGS: usize = 100;
 
+/// How the title begins.
+const TITLE: &str = "# steward ";
+/// The head of the table.
+const COLUMNS: &str = "| of | what | found | result |";
+
+/// Whether a file that begins like this is one of ours.
+#[must_use]
+pub(crate) fn begins(text: &str) -> bool {
+    text.starts_with(TITLE) && text.contains(COLUMNS)
+}
+
 /// Results as Markdown, for a file in `folder`, to which its links are relative; and what is left out because of
 /// limits, in words.
 #[must_use]
@@ -47,14 +58,14 @@ fn cut(mut text: String) -> (String, Vec<String>) {
 fn write_table(text: &mut String, Results { command, suites }: &Results) -> std::fmt::Result {
     let cases = || suites.iter().flat_map(|suite| &suite.cases);
     let count = |word: &str| cases().filter(|case| case.result.word() == word).count();
-    writeln!(text, "# steward {command}\n")?;
+    writeln!(text, "{TITLE}{command}\n")?;
     let counts: Vec<String> = ["passed", "failed", "error", "skipped"]
         .into_iter()
         .filter(|word| count(word) > 0)
         .map(|word| format!("{} {}", count(word), if word == "error" { "not carried out" } else { word }))
         .collect();
     writeln!(text, "{}\n", if counts.is_empty() { "no results".to_owned() } else { counts.join(", ") })?;
-    writeln!(text, "| of | what | found | result |\n|---|---|---|---|")?;
+    writeln!(text, "{COLUMNS}\n|---|---|---|---|")?;
     for suite in suites {
         for case in &suite.cases {
             let result = match &case.result {

@@ -1,9 +1,14 @@
 //! Files with results, each in the format that its name says.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::results::Results;
 use crate::{Error, junit, markdown, sarif};
+
+/// What our files begin with is within this many bytes.
+const BEGINNING: u64 = 1024;
 
 /// A file for results.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,6 +52,23 @@ impl ResultsFile {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Whether nothing is lost if it is written: there is no such file yet, or it is empty, or its beginning shows that
+    /// it contains earlier results in this format. A device or a pipe is not read.
+    #[must_use]
+    pub fn is_free(&self) -> bool {
+        if !std::fs::metadata(&self.path).is_ok_and(|about| about.is_file() && about.len() > 0) {
+            return true;
+        }
+        let mut beginning = Vec::new();
+        let read = File::open(&self.path).and_then(|file| file.take(BEGINNING).read_to_end(&mut beginning));
+        let begins = match self.format {
+            ResultsFormat::Junit => junit::begins,
+            ResultsFormat::Sarif => sarif::begins,
+            ResultsFormat::Markdown => markdown::begins,
+        };
+        read.is_ok() && begins(&String::from_utf8_lossy(&beginning))
     }
 
     /// Whether it tells the stories of violations, which take longer to find than verdicts.

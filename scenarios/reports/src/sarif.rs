@@ -25,10 +25,19 @@ const MOST_STEPS_OF_ALL: usize = 100_000;
 /// Longer messages are cut, in bytes.
 const MOST_TEXT: usize = 4000;
 
+/// How the name of every run begins.
+const ID: &str = "steward ";
+
 /// The base of paths below the current folder.
 const ROOT: &str = "%SRCROOT%";
 /// The base of files that are not on disk.
 const SHIPPED: &str = "STEWARD";
+
+/// Whether a file that begins like this is one of ours.
+#[must_use]
+pub(crate) fn begins(text: &str) -> bool {
+    text.contains("\"automationDetails\"") && text.contains(&format!("\"id\": \"{ID}"))
+}
 
 /// Results as SARIF, and what is left out because of limits, in words.
 #[must_use]
@@ -237,7 +246,7 @@ impl SarifLog {
                     "rules": rules.keys().map(rule).collect::<Vec<_>>(),
                 } },
                 // GitHub keeps the results of several commands apart by it.
-                "automationDetails": { "id": format!("steward {command}/") },
+                "automationDetails": { "id": format!("{ID}{command}/") },
                 "columnKind": "unicodeCodePoints",
                 "originalUriBaseIds": {
                     ROOT: { "description": text("The folder in which steward ran") },
