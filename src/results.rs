@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use campaigns::Error;
 use clap::Args;
+use diagnostics::{Disk, Span};
 use editor::{PartsOfText, parts_by_text};
 use miette::{Diagnostic, Severity};
 use recording::Origin;
@@ -118,17 +119,30 @@ pub(crate) fn findings_of(error: &Error) -> Vec<FileFinding> {
     }
 }
 
+/// The place of a span; none if its text is an assignment on the command line.
+fn place(span: &Span) -> Option<FilePlace> {
+    let (name, text) = (span.source().name(), span.source().text());
+    FilePlace::of(span).map(|place| if is_made(name, text) { FilePlace::whole(name) } else { place })
+}
+
+/// Whether nobody wrote a text, although it has the name of a file: it is that of the scenario of a RoAML model.
+fn is_made(name: &str, text: &str) -> bool {
+    let file = Path::new(name);
+    find::is_model(&Disk::default(), file) && diagnostics::text_from_disk(file).is_ok_and(|written| written != text)
+}
+
 /// The parts of a diagnostic with their places; an assignment on the command line, or a text without a name, is none.
 pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<FileFinding> {
     let mut found = Vec::new();
     for PartsOfText { text, parts } in parts_by_text(diagnostic) {
         let text = text.as_ref().filter(|(name, _)| name != diagnostics::ASSIGNMENT);
+        let is_made = text.is_some_and(|(name, text)| is_made(name, text));
         let text = text.map(|(name, text)| FileText::new(name.clone(), text));
         found.extend(parts.into_iter().map(|part| {
             let label = part.labels().and_then(|mut labels| labels.next());
             let in_text = |text: &FileText<'_>| match &label {
-                Some(label) => text.place(label.offset()..label.offset() + label.len()),
-                None => text.whole(),
+                Some(label) if !is_made => text.place(label.offset()..label.offset() + label.len()),
+                _ => text.whole(),
             };
             let kind = match part.severity() {
                 None | Some(Severity::Error) => FindingKind::Error,
@@ -165,15 +179,9 @@ pub(crate) fn places_now(Origin { argument, overrides, .. }: &Origin) -> Written
 pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
     let argument = scenario.origin.argument.as_str();
     let file = find::shipped(argument).unwrap_or(argument);
-    // The scenario of a model has a text that nobody wrote.
-    let real = |place: FilePlace| {
-        let is_made = scenario.model().is_some() && place.file == file;
-        if is_made { FilePlace::whole(place.file) } else { place }
-    };
     let monitoring = topology(scenario).and_then(|topology| scenario.monitoring(&topology)).ok();
     let watched = monitoring.iter().flat_map(|monitoring| monitoring.monitors());
-    let properties =
-        watched.filter_map(|(watched, _)| Some((watched.name.clone(), real(FilePlace::of(&watched.place)?))));
+    let properties = watched.filter_map(|(watched, _)| Some((watched.name.clone(), place(&watched.place)?)));
     let machines = scenario
         .machine_processes()
         .map(|(name, skill)| (name.to_owned(), FilePlace::whole(skill.machine.file().name())));

@@ -132,6 +132,26 @@ fn failures_of_a_matrix_are_at_their_properties_with_what_led_to_them() {
 }
 
 #[test]
+fn the_properties_of_a_model_are_at_their_places() {
+    let folder = tempdir().expect("a folder");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/roaml/tests/models/lift");
+    std::fs::create_dir(folder.path().join("lift")).expect("room for a folder");
+    for file in std::fs::read_dir(model).expect("a folder").map(|file| file.expect("a file")) {
+        std::fs::copy(file.path(), folder.path().join("lift").join(file.file_name())).expect("room for a file");
+    }
+    let run = ["run", "lift/main.xml", "--no-snapshots", "--quiet", "--set", "expect.never_above_three=violated"];
+    let (status, sarif, _) = results(folder.path(), &run);
+    assert_eq!((status, places(&sarif, "never_above_three").0.as_str()), (Some(1), "lift/properties.jani:15"));
+    let junit = std::fs::read_to_string(folder.path().join("to/ci.XML")).expect("it was written");
+    assert!(junit.contains("name=\"never_above_three\" file=\"lift/properties.jani\" line=\"15\">"), "{junit}");
+    // Nobody has written the scenario that runs a model.
+    let (_, sarif, _) = results(folder.path(), &["prove", "lift/main.xml", "--quiet"]);
+    let place = &sarif["results"][0]["locations"][0]["physicalLocation"];
+    let whole = json!({ "uri": "lift/main.xml", "uriBaseId": "%SRCROOT%" });
+    assert_eq!((&place["artifactLocation"], &place["region"]), (&whole, &json!({ "startLine": 1 })), "{sarif}");
+}
+
+#[test]
 fn results_show_where_a_file_is_wrong() {
     let folder = tempdir().expect("a folder");
     let text = "// grün\nproperty p := always (BatteryReader, BatteryLevl, m[2] > 1)\n";

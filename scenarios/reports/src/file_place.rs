@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::path::{Component, Path, PathBuf};
 
 use diagnostics::Span;
 
@@ -52,6 +53,20 @@ impl FilePlace {
             Some(path) => self.file = path,
             None => self.is_shipped = true,
         }
+    }
+
+    /// The path of the file, relative if it is below the current folder; none if it is not on disk.
+    pub(crate) fn path(&self) -> Option<PathBuf> {
+        let path = Path::new(&self.file);
+        if self.is_shipped || !path.exists() {
+            return None;
+        }
+        let goes_up = path.components().any(|part| part == Component::ParentDir);
+        let whole = if goes_up { path.canonicalize() } else { std::path::absolute(path) }.ok()?;
+        let folder = std::env::current_dir().ok()?;
+        let folders = [folder.canonicalize().unwrap_or_default(), folder];
+        let below = folders.iter().find_map(|folder| whole.strip_prefix(folder).ok());
+        Some(below.map_or_else(|| whole.clone(), Path::to_owned))
     }
 
     /// The place of a span; none if its text is an assignment on the command line.

@@ -6,6 +6,7 @@ use std::fmt;
 
 use diagnostics::markup::{attribute, text};
 
+use crate::file_place::FilePlace;
 use crate::results::{Case, CaseResult, Results, Suite};
 
 /// How the outermost element begins.
@@ -74,7 +75,9 @@ fn of_suite(Suite { name, facts, notes, cases, .. }: &Suite) -> String {
 }
 
 fn of_case(case: &Case, suite: &str) -> String {
-    let head = format!("    <testcase classname=\"{suite}.{}\" name=\"{}\"", case.group, attribute(&case.name));
+    let Case { group, name, .. } = case;
+    let place = case.place.as_ref().map_or_else(String::new, place);
+    let head = format!("    <testcase classname=\"{suite}.{group}\" name=\"{}\"{place}", attribute(name));
     match &case.result {
         CaseResult::Passed => format!("{head}/>\n"),
         CaseResult::Skipped(why) => {
@@ -92,4 +95,11 @@ fn of_case(case: &Case, suite: &str) -> String {
             details.lines().map(text).collect::<Vec<_>>().join("\n")
         ),
     }
+}
+
+/// The attributes for the place of a case in a file on disk.
+fn place(place: &FilePlace) -> String {
+    let file = place.path().map(|path| format!(" file=\"{}\"", attribute(&path.display().to_string())));
+    let line = place.region.as_ref().map(|region| format!(" line=\"{}\"", region.start_line));
+    file.map_or_else(String::new, |file| file + &line.unwrap_or_default())
 }

@@ -300,20 +300,11 @@ fn location(place: &FilePlace) -> Value {
 }
 
 /// The address of a file: below the current folder, elsewhere on disk, or one that comes with the program.
-fn address(FilePlace { file, is_shipped, .. }: &FilePlace) -> Value {
-    let path = Path::new(file);
-    if *is_shipped || !path.exists() {
-        return json!({ "uri": encoded(path), "uriBaseId": SHIPPED });
-    }
-    let goes_up = path.components().any(|part| part == Component::ParentDir);
-    let whole = if goes_up { path.canonicalize() } else { std::path::absolute(path) };
-    let (Ok(whole), Ok(folder)) = (whole, std::env::current_dir()) else {
-        return json!({ "uri": encoded(path) });
-    };
-    let folders = [folder.canonicalize().unwrap_or_default(), folder];
-    match folders.iter().find_map(|folder| whole.strip_prefix(folder).ok()) {
-        Some(below) => json!({ "uri": encoded(below), "uriBaseId": ROOT }),
-        None => json!({ "uri": format!("file://{}", encoded(&whole)) }),
+fn address(place: &FilePlace) -> Value {
+    match place.path() {
+        None => json!({ "uri": encoded(Path::new(&place.file)), "uriBaseId": SHIPPED }),
+        Some(path) if path.is_relative() => json!({ "uri": encoded(&path), "uriBaseId": ROOT }),
+        Some(path) => json!({ "uri": format!("file://{}", encoded(&path)) }),
     }
 }
 

@@ -197,12 +197,10 @@ impl ModelLoader<'_> {
         let events = events(machines);
         let mut properties = Vec::new();
         for Named { path, text, .. } in self.inputs(section, &["jani"]) {
-            match Property::read(&text, &events) {
+            let source = Source::new(&path.display().to_string(), text.as_str());
+            match Property::read(&source, &events) {
                 Ok(more) => properties.extend(more),
-                Err(problems) => {
-                    let source = Source::new(&path.display().to_string(), text.as_str());
-                    self.problems.extend(problems.into_iter().map(|problem| problem.of(&source)));
-                }
+                Err(problems) => self.problems.extend(problems.into_iter().map(|problem| problem.of(&source))),
             }
         }
         properties

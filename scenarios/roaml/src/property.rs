@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use bt::{NodeState, Outcome, Status};
 use channels::{ChannelId, Event, EventKind, Monitor, NoNormalForm, Topology, Verdict};
-use diagnostics::Problem;
+use diagnostics::{Problem, Source, Span, Spanned};
 
 use formula::{Path, Valuation, Variable};
 
@@ -18,12 +18,14 @@ use crate::instance::{Fields, RECORDER};
 use crate::machine::nested;
 
 /// A property of a model: in a run it is true or false, and over many runs it has a probability.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Property {
     /// Its name.
     pub name: String,
     /// Its formula, as text.
     pub formula: String,
+    /// Where its file names it.
+    pub place: Span,
     path: Path,
 }
 
@@ -32,9 +34,12 @@ impl Property {
     ///
     /// # Errors
     /// Everything that is wrong with the file, and what is not supported in JANI.
-    pub(crate) fn read(text: &str, events: &BTreeMap<String, Fields>) -> Result<Vec<Self>, Vec<Problem>> {
-        let read = read::properties(text, events)?;
-        Ok(read.into_iter().map(|(name, path)| Self { name, formula: path.to_string(), path }).collect())
+    pub(crate) fn read(file: &Source, events: &BTreeMap<String, Fields>) -> Result<Vec<Self>, Vec<Problem>> {
+        let property = |(Spanned { value: name, span: place }, path): (_, Path)| {
+            let formula = path.to_string();
+            Self { name, formula, place, path }
+        };
+        Ok(read::properties(file, events)?.into_iter().map(property).collect())
     }
 
     /// The events that it is about.

@@ -76,13 +76,9 @@ impl Monitoring {
         if let (Some(model), Some(entry)) = (model, file.behavior.model()) {
             for (property, monitor) in model.properties.iter().zip(model.monitors(topology)) {
                 // It has no description: its formula takes the place of one.
-                let roaml::Property { name, formula, .. } = property.clone();
-                let summary = formula.clone();
-                made.add(
-                    Property { name, formula, summary, place: None, monitor: Box::new(monitor) },
-                    &entry.path.span,
-                    &mut complaints,
-                );
+                let roaml::Property { name, formula, place, .. } = property.clone();
+                let (summary, place, monitor) = (formula.clone(), Some(place), Box::new(monitor));
+                made.add(Property { name, formula, summary, place, monitor }, &entry.path.span, &mut complaints);
             }
         }
         let files = file.properties.iter().map(|path| &path.span);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use diagnostics::{Problem, nearest_or_all};
+use diagnostics::{Problem, Source, Spanned, nearest_or_all};
 use serde_json::Value as Json;
 
 use super::formula::{Expression, FIRST_NODE, Operator, Path, Variable};
@@ -25,7 +25,8 @@ fn unfit(message: impl Into<String>) -> Unfit {
 }
 
 /// The names and formulas of a file.
-pub(super) fn properties(text: &str, events: &Events) -> Result<Vec<(String, Path)>, Vec<Problem>> {
+pub(super) fn properties(source: &Source, events: &Events) -> Result<Vec<(Spanned<String>, Path)>, Vec<Problem>> {
+    let text = source.text();
     let file: Json = serde_json::from_str(text).map_err(|error| {
         let line_start: usize = text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum();
         let at = (line_start + error.column().saturating_sub(1)).min(text.len());
@@ -42,7 +43,7 @@ pub(super) fn properties(text: &str, events: &Events) -> Result<Vec<(String, Pat
         let place = find(text, name, from).unwrap_or(from..from);
         from = place.end;
         match path(property, events) {
-            Ok(path) => properties.push((name.to_owned(), path)),
+            Ok(path) => properties.push((Spanned { value: name.to_owned(), span: source.span(place) }, path)),
             Err(Unfit { message, words, help }) => {
                 let inner = words.as_ref().and_then(|words| find(text, words, from));
                 let problem = Problem::new(format!("the property `{name}` cannot be checked: {message}"));
