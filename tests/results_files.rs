@@ -1,7 +1,7 @@
 //! Files with results for CI systems: `--results FILE`. `ci_results.py` reads them with programs of others.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -256,4 +256,37 @@ fn results_replace_earlier_results_and_nothing_else() {
         let id = sarif["automationDetails"]["id"].as_str().expect("an id");
         assert!(id.contains(arguments[0]) && summary.starts_with(&format!("# steward {}", arguments[0])), "{id}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interruption_leaves_no_results_of_an_earlier_run() {
+    let folder = tempdir().expect("a folder");
+    let files = ["to/ci.sarif", "to/ci.md", "to/ci.XML"];
+    let _ = results(folder.path(), &["check", "nominal"]);
+    let endless = ["run", "nominal", "--set", "stop.at=[]", "--set", "execution.max_time_s=1e8", "--out", "out"];
+    let child = Command::new(binary())
+        .args(endless)
+        .args(files.iter().flat_map(|file| ["--results", file]))
+        .args(["--results", "new.md"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    // From then on, it listens.
+    while !folder.path().join("out").exists() {
+        std::thread::yield_now();
+    }
+    assert!(files.iter().all(|file| folder.path().join(file).exists()), "they are there until then");
+    let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(signalled.success());
+    let ended = child.wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    for file in files {
+        let told = format!("{file} was not written: the run was interrupted; an earlier one was removed");
+        assert!(said.contains(&told) && !folder.path().join(file).exists(), "{said}");
+    }
+    assert!(said.contains("new.md was not written: the run was interrupted\n"), "{said}");
 }
