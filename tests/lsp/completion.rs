@@ -156,6 +156,19 @@ fn messages_and_fields_of_machines_are_proposed_and_explained() {
 }
 
 #[test]
+fn fields_of_interfaces_and_mappings_are_completed() {
+    let mut editor = Editor::new();
+    editor.open("i.toml", "[services.say]\nrequest = { text = \"\" }\n");
+    has(&proposed(&mut editor, "i.toml", "text = \""), &["text", "real", "place", "int?"]);
+    let text =
+        "[[messages]]\ntopic = \"/a\"\ntype = \"\"\nfrom = \"A\"\nto = \"B\"\nlossy = \n[messages.fields]\nx = { }\n";
+    editor.open("m.toml", text);
+    has(&proposed(&mut editor, "m.toml", "x = { "), &["path", "symbols", "scale", "symbol", "value"]);
+    has(&proposed(&mut editor, "m.toml", "type = \""), &["sensor_msgs/msg/LaserScan", "nav2_msgs/action/Wait_Goal"]);
+    has(&proposed(&mut editor, "m.toml", "lossy = "), &["true", "false"]);
+}
+
+#[test]
 fn a_text_is_completed_by_what_it_stands_for() {
     let mut editor = opened();
     editor.replace("hospital.toml", "expect = {}\n", "expect = {}\nabout = \"\"\nstop.at = \"\"\nfaults = [{ kind = \"component_crash\", component = \"\", in_state = \"\", when = \"(Speaker, \" }]\n");

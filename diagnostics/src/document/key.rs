@@ -43,6 +43,8 @@ pub enum Referent {
     Laser,
     /// An event of the SCOPE language.
     Event,
+    /// A type of messages of ROS 2: `PACKAGE/msg/NAME`.
+    MessageType,
 }
 
 /// A key of a file that people write, as its reader declares it.

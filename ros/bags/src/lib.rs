@@ -32,6 +32,7 @@ pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found};
 pub use mapping::{Compiled, Described, Mapping, Remapping, RobotTopics, prefix, resolve};
+pub use ros_messages::messages_on_board;
 pub use storage::{
     Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Through, Topic, is_bag,
 };

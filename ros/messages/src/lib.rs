@@ -67,7 +67,7 @@ pub use decoder::{Decoder, Want};
 pub use definition::{Action, Base, Bundle, Constant, Count, Field, Message, Primitive, Service, Type, TypeName};
 pub use folders::Folders;
 pub use layout::{Layout, Undefined};
-pub use on_board::{EDITIONS, on_board};
+pub use on_board::{EDITIONS, messages_on_board, on_board};
 pub use reader::CdrReader;
 pub use rust::{Byte, RosMessage, RosType};
 pub use structure::Structure;

@@ -4,6 +4,7 @@
 //! `ros2/geometry2`, `ros2/rosbag2`, `ros2/rmw_dds_common`, `ros-geographic-info/geographic_info` and
 //! `ros-navigation/navigation2`; of the types that the `rosbags` package has, its copies.
 
+use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use crate::definition::{Message, TypeName};
@@ -43,7 +44,31 @@ pub fn on_board(name: &TypeName, edition: Option<&str>) -> Option<String> {
         Some(_) => forms.next_back()?,
         None => forms.next().filter(|_| forms.next().is_none())?,
     };
-    Some(fields.replace(", ", "\n").replace("---", "\n---\n"))
+    Some(text(fields))
+}
+
+/// The messages whose definitions are on board, also those that ROS makes for services and actions, by their types in
+/// ROS 2: `sensor_msgs/msg/LaserScan`.
+#[must_use]
+pub fn messages_on_board() -> BTreeSet<String> {
+    let of_line = |line: &'static str| {
+        let (head, fields) = line.split_once(':')?;
+        let (package, name) = head.split('@').next()?.split_once('/')?;
+        let kind = kind(fields);
+        let messages = Message::of_file(kind, name, "a definition on board", &text(fields)).ok()?;
+        Some(messages.into_iter().map(move |(name, _)| format!("{package}/{kind}/{name}")))
+    };
+    DEFINITIONS.lines().filter_map(of_line).flatten().collect()
+}
+
+/// A definition as in its file.
+fn text(fields: &str) -> String {
+    fields.replace(", ", "\n").replace("---", "\n---\n")
+}
+
+/// What it defines: the ending of its file.
+fn kind(fields: &str) -> &'static str {
+    ["msg", "srv", "action"][fields.matches("---").count()]
 }
 
 impl Message {
@@ -62,8 +87,7 @@ impl Message {
     pub fn known(name: &TypeName, edition: Option<&str>) -> Option<Self> {
         let whole = name.whole();
         let text = on_board(&whole, edition)?;
-        let kind = ["msg", "srv", "action"][text.matches("---").count()];
-        let messages = Self::of_file(kind, &whole.name, "a definition on board", &text);
+        let messages = Self::of_file(kind(&text), &whole.name, "a definition on board", &text);
         let messages = messages.expect("the tests read all definitions on board");
         messages.into_iter().find_map(|(found, message)| (found == name.name).then_some(message))
     }

@@ -192,6 +192,9 @@ impl Knowledge {
                 let keys = ScenarioFile::keys().iter().map(|key| (key.path.replace("[]", ".0"), key.accepts()));
                 keys.chain(scenarios().flat_map(|scenario| settings_of(scenario))).collect()
             }
+            Referent::MessageType => {
+                bags::messages_on_board().into_iter().map(|name| (name, "a message of ROS 2".to_owned())).collect()
+            }
             Referent::Scenario | Referent::File(_) | Referent::Machine | Referent::Event => BTreeMap::new(),
         }
     }

@@ -116,16 +116,50 @@ fn of_key(key: &Key, insert: String, replaces: &Range<usize>) -> Proposal {
     Proposal { about: key.meaning(), insert, ..Proposal::new(name_of(key), kind, detail, replaces) }
 }
 
+/// The keys that the rules of these keys describe, beside those that their readers ask for one by one: the fields of a
+/// message, whose names the file chooses, and what they take.
+pub(crate) fn within(keys: &[Key]) -> Vec<Key> {
+    let mut found = Vec::new();
+    for key in keys {
+        collect(key, &key.path, &key.takes, &mut found);
+    }
+    found.retain(|inner: &Key| !keys.iter().any(|key| key.path == inner.path));
+    found
+}
+
+fn collect(key: &Key, path: &str, takes: &Value, found: &mut Vec<Key>) {
+    for form in forms(takes).skip(1) {
+        collect(key, path, form, found);
+    }
+    let named = takes["properties"].as_object().into_iter().flatten().map(|(name, takes)| (name.as_str(), takes));
+    let chosen = takes.get("additionalProperties").filter(|takes| takes.is_object()).map(|takes| ("NAME", takes));
+    for (name, takes) in named.chain(chosen) {
+        let path = format!("{path}.{name}");
+        collect(key, &path, takes, found);
+        let about = takes["description"].as_str().unwrap_or_default().to_owned();
+        let (required, refers_to, value) = (false, None, None);
+        found.push(Key { path, takes: takes.clone(), about, required, refers_to, value, ..key.clone() });
+    }
+}
+
+/// What a key takes, and each form that it may have instead.
+fn forms(takes: &Value) -> impl Iterator<Item = &Value> {
+    let several = ["anyOf", "oneOf", "allOf"].into_iter().flat_map(|key| takes[key].as_array()).flatten();
+    std::iter::once(takes).chain(["then", "else"].into_iter().filter_map(|key| takes.get(key))).chain(several)
+}
+
 /// The values that a key accepts, as far as they can be listed.
 fn values(key: &Key, is_quoted: bool, word: &Range<usize>) -> Vec<Proposal> {
-    // The items of an array are of one type.
-    let takes = if key.takes["type"] == "array" { &key.takes["items"] } else { &key.takes };
     let mut listed: BTreeSet<String> = BTreeSet::new();
-    listed.extend(takes["enum"].as_array().into_iter().flatten().map(Value::to_string));
     let default = key.takes.get("default").filter(|value| !value.is_array() && *value != "");
     listed.extend(default.map(Value::to_string));
-    if takes["type"] == "boolean" {
-        listed.extend(["true".to_owned(), "false".to_owned()]);
+    // The items of an array are of one type.
+    let items = (key.takes["type"] == "array").then(|| forms(&key.takes["items"]));
+    for takes in forms(&key.takes).chain(items.into_iter().flatten()) {
+        listed.extend(takes["enum"].as_array().into_iter().flatten().map(Value::to_string));
+        if takes["type"] == "boolean" {
+            listed.extend(["true".to_owned(), "false".to_owned()]);
+        }
     }
     let value = |value: &String| Proposal {
         about: key.about.clone(),

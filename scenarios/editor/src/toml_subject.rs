@@ -15,7 +15,7 @@ use scenarios::scenario::ScenarioFile;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::{named_files, toml_place};
+use crate::{named_files, toml_keys, toml_place};
 
 /// The subject of a TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,6 +65,7 @@ impl Toml {
         let fault = KINDS.iter().find(|known| Some(known.name) == kind.as_deref());
         let parameters = fault.into_iter().flat_map(|fault| fault.parameters).map(Parameter::key);
         keys.extend(parameters.map(|key| Key { path: format!("faults[].{}", key.path), ..key }));
+        keys.extend(toml_keys::within(&keys));
         keys
     }
 
