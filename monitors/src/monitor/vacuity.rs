@@ -43,7 +43,8 @@ pub(crate) struct Watch {
 enum Antecedent {
     /// All of these events and operators that look back.
     Events(u64),
-    /// A message that satisfies this event: the left of an `implies` inside an event.
+    /// A message that satisfies this event: any on the channel of the clause's only event, or the left of an `implies`
+    /// inside it.
     Message(formula::EventAtom),
 }
 
@@ -70,13 +71,15 @@ impl Watch {
         let antecedent = match clause.iter().collect::<Vec<_>>()[..] {
             _ if is_ban => return None,
             _ if denied != 0 => Antecedent::Events(denied),
-            [Literal::Event { event, holds: true }] => match &words.get(*event).condition {
-                MessageCondition::Implies(a, _) => {
-                    let channel = words.get(*event).channel;
-                    Antecedent::Message(formula::EventAtom { channel, condition: (**a).clone() })
-                }
-                _ => return None,
-            },
+            [Literal::Event { event, holds: true }] if words.names(*event).is_empty() => {
+                let formula::EventAtom { channel, condition } = words.get(*event);
+                let condition = match condition {
+                    MessageCondition::Implies(antecedent, _) => (**antecedent).clone(),
+                    // It is about every message of the channel.
+                    _ => MessageCondition::True,
+                };
+                Antecedent::Message(formula::EventAtom { channel: *channel, condition })
+            }
             _ => return None,
         };
         let trigger = LetterTrigger::new(&trigger(clause, words), &synthesis.alphabet);
