@@ -72,7 +72,7 @@ fn keys_and_values_of_scenarios_are_proposed() {
     has(&of_battery, &["drain_pct_per_s"]);
     assert!(!of_battery.contains(&"initial_pct".to_owned()));
     has(&proposed(&mut editor, "hospital.toml", "[execution]\ntree = \""), &["whole", "nodes"]);
-    has(&proposed(&mut editor, "hospital.toml", "start = "), &["Destination", "RechargingStation"]);
+    assert_eq!(proposed(&mut editor, "hospital.toml", "start = "), ["RechargingStation", "start"]);
     let item = editor.ask_after("textDocument/completion", "hospital.toml", "initial_pct = 80\n");
     let drain = item.as_array().unwrap().iter().find(|item| item["label"] == "drain_pct_per_s").unwrap();
     assert_eq!(drain["textEdit"]["newText"], "drain_pct_per_s = ");
@@ -140,6 +140,10 @@ fn messages_and_fields_of_machines_are_proposed_and_explained() {
     has(&proposed(&mut editor, file, "cond=\"_event."), &["data", "origin"]);
     exactly(proposed(&mut editor, file, "event=\"start_navigation\"><param name=\""), &["place"]);
     exactly(proposed(&mut editor, file, "target=\"Speaker\" event=\""), &["say"]);
+    exactly(
+        proposed(&mut editor, file, "<send type=\"channel\" target=\""),
+        &["BT", "BatteryReader", "Localization", "Navigation", "Speaker"],
+    );
     exactly(proposed(&mut editor, file, "target=\"BT\" event=\"hal"), &["failure", "halted", "running", "success"]);
     exactly(proposed(&mut editor, file, "cancel sendid=\""), &["timeout"]);
     assert!(explained(&mut editor, file, "event=\"Speaker.o").contains("Speaker"));
@@ -171,9 +175,10 @@ fn fields_of_interfaces_and_mappings_are_completed() {
 #[test]
 fn a_text_is_completed_by_what_it_stands_for() {
     let mut editor = opened();
-    editor.replace("hospital.toml", "expect = {}\n", "expect = {}\nabout = \"\"\nstop.at = \"\"\nfaults = [{ kind = \"component_crash\", component = \"\", in_state = \"\", when = \"(Speaker, \" }]\n");
+    editor.replace("hospital.toml", "expect = {}\n", "expect = {}\nabout = \"\"\nstop.at = ''\nleaves.AnnounceArrival.machine = \"\"\nfaults = [{ kind = \"component_crash\", component = \"\", in_state = \"\", when = \"(Speaker, \" }]\n");
     assert_eq!(proposed(&mut editor, "hospital.toml", "about = \""), [""; 0]);
-    let places = proposed(&mut editor, "hospital.toml", "stop.at = \"");
+    let places = proposed(&mut editor, "hospital.toml", "stop.at = '");
+    has(&proposed(&mut editor, "hospital.toml", "AnnounceArrival.machine = \""), &["AnnounceArrival.scxml"]);
     has(&places, &["Destination"]);
     assert!(!places.contains(&"Speaker".to_owned()), "{places:?}");
     has(&proposed(&mut editor, "hospital.toml", "component = \""), &["Speaker", "Navigation"]);

@@ -172,8 +172,13 @@ fn a_misspelled_name_has_a_quick_fix_that_a_check_confirms() {
         ("said.scope", "(Speaker", "(Speeker", "Speaker"),
         ("tree.xml", "<SequenceWithMemory>", "<SequenceWithMemori>", ""),
         ("tree.xml", "execute=\"Tour\"", "execute=\"Tuor\"", "Tour"),
-        ("hospital.toml", "tree = \"tree.xml\"", "tree = \"tre.xml\"", "tree.xml"),
+        ("hospital.toml", "tree = \"tree.xml\"", "tree = \"trees.xml\"", "tree.xml"),
         ("hospital.toml", "base = \"nominal\"", "base = \"nominl\"", "nominal"),
+        ("hospital.toml", "initial_pct = 80", "\"intial_pct\" = 80", "initial_pct"),
+        // Another dialect is no misspelling.
+        ("tree.xml", "BTCPP_format=\"4\"", "BTCPP_format=\"5\"", ""),
+        // A warning.
+        ("tree.xml", "<AnnounceArrival/>", "<AnnounceArrival _onSucces=\"\"/>", "_onSuccess"),
         ("skills/AnnounceArrival.scxml", "expr=\"text\"", "expr=\"texd\"", "text"),
         ("skills/AnnounceArrival.scxml", "event=\"say\"", "event=\"sai\"", "say"),
         ("skills/AnnounceArrival.scxml", "target=\"saying\"", "target=\"saing\"", "saying"),

@@ -27,12 +27,14 @@ pub enum Referent {
     LeafState,
     /// A mistake in a leaf's machine: `LEAF: MISTAKE`.
     Mutant,
-    /// A service, topic or action of a component: `COMPONENT.NAME`.
-    Offer,
+    /// A `service`, a `topic` or an `action` of a component: `COMPONENT.NAME`.
+    Offer(&'static str),
     /// A property.
     Property,
     /// A place on the map.
     Place,
+    /// A place that is a point.
+    Point,
     /// A zone on the map.
     Zone,
     /// A door of the world.

@@ -39,7 +39,8 @@ impl EditedFile<'_> {
         };
         // What follows a key may be there already.
         for Proposal { insert, replaces, .. } in &mut found {
-            let has_value = text[replaces.end..].trim_start_matches([' ', '\t']).starts_with('=');
+            let rest = text[replaces.end..].trim_start_matches(['"', '\'']);
+            let has_value = rest.trim_start_matches([' ', '\t']).starts_with('=');
             if let Some(key) = insert.strip_suffix(" = ").or(insert.strip_suffix("=\"\"")).filter(|_| has_value) {
                 *insert = key.to_owned();
             }
@@ -56,9 +57,9 @@ impl EditedFile<'_> {
                 paths::files(self.disk, self.file.parent().unwrap_or(self.file), written, endings)
             }
             Referent::Machine => {
-                let folders = known.skill_folders().into_iter();
+                let folders = known.skill_folders(self.file.parent().unwrap_or(self.file)).into_iter();
                 let mut found: Vec<_> =
-                    folders.flat_map(|folder| paths::machines(self.disk, folder, written)).collect();
+                    folders.flat_map(|folder| paths::machines(self.disk, &folder, written)).collect();
                 found.dedup();
                 found
             }

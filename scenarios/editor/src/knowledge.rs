@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use bt::Tree;
 use channels::{FieldKind, Topology};
-use diagnostics::document::Referent;
+use diagnostics::document::{Key, Referent};
+use maps::Place;
 use monitors::syntax::{Item, parse_file};
 use runs::topology_for_properties;
 use scenarios::faults::Parameter;
@@ -143,13 +144,13 @@ impl Knowledge {
         }
     }
 
-    /// The folders of the leaves' machines.
-    pub(crate) fn skill_folders(&self) -> BTreeSet<&Path> {
+    /// The folders of the leaves' machines, as a scenario in this folder names them.
+    pub(crate) fn skill_folders(&self, beside: &Path) -> BTreeSet<PathBuf> {
         let files = self.scenarios.iter().filter_map(|scenario| match &scenario.file.behavior {
             BehaviorEntry::Files(files) => Some(files),
             BehaviorEntry::Model(_) => None,
         });
-        files.map(|files| files.skills.value.as_path()).collect()
+        files.map(|files| beside.join(&files.skills.value)).collect()
     }
 
     /// What a text may stand for, each name with what it is.
@@ -172,12 +173,17 @@ impl Knowledge {
                 let mistakes = skills::mutations(name, text).unwrap_or_default().into_iter();
                 mistakes.map(|mistake| (format!("{name}: {mistake}"), String::new())).collect()
             }),
-            Referent::Offer => {
-                let offers = scenarios().flat_map(|scenario| scenario.offers());
+            Referent::Offer(wanted) => {
+                let offers = scenarios().flat_map(|scenario| scenario.offers()).filter(|(_, what)| *what == wanted);
                 offers.map(|(name, what)| (name, format!("a {what}"))).collect()
             }
             Referent::Property => self.properties(),
             Referent::Place => all(&mut self.places(), "a place"),
+            Referent::Point => {
+                let places = premises().flat_map(|premises| premises.places.iter());
+                let points = places.filter(|(_, place)| matches!(place, Place::Point { .. }));
+                all(&mut points.map(|(name, _)| name), "a point")
+            }
             Referent::Zone => {
                 let zones = premises().flat_map(|premises| premises.places.zones());
                 all(&mut zones.map(|zone| zone.name.as_str()), "a zone")
@@ -189,7 +195,9 @@ impl Knowledge {
                 all(&mut lasers.map(|laser| laser.name.as_str()), "a laser")
             }
             Referent::Setting => {
-                let keys = ScenarioFile::keys().iter().map(|key| (key.path.replace("[]", ".0"), key.accepts()));
+                let is_chosen = |key: &&Key| key.path.split('.').any(|part| part.chars().all(char::is_uppercase));
+                let keys = ScenarioFile::keys().iter().filter(|key| !is_chosen(key));
+                let keys = keys.map(|key| (key.path.replace("[]", ".0"), key.accepts()));
                 keys.chain(scenarios().flat_map(|scenario| settings_of(scenario))).collect()
             }
             Referent::MessageType => {

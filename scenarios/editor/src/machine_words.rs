@@ -87,13 +87,19 @@ impl Value<'_> {
     fn proposals(&self, attribute: &str) -> Vec<Proposal> {
         let name = |name: &str, what: &str| Proposal::new(name, ProposalKind::Name, what, self.word);
         match (self.tag.name.as_str(), attribute) {
-            ("send", "target") => self.known.processes().iter().map(|(process, what)| name(process, what)).collect(),
+            ("send", "target") => {
+                let peers = self.messages.sent.iter().filter_map(|message| message.peer.as_ref());
+                let what = self.known.processes();
+                let what = |peer| what.get(peer).map_or("a process", String::as_str);
+                once(peers.map(|peer| name(peer, what(peer))))
+            }
             ("send", "type") => vec![name(skills::CHANNEL_PROCESSOR, "to another process")],
             ("send", "event") => {
-                let own = self.own_events().filter(|_| self.tag.get("target").is_none());
+                let own = self.own_events().filter(|_| is_to_itself(self.tag));
                 let to_others = sent(self.tag, self.messages).map(|message| name(&message.event, &describe(message)));
                 once(to_others.chain(own.map(|event| name(&event, "an event of this machine"))))
             }
+            ("assign", "location") => ids(self.text, &["data"]).iter().map(|id| name(id, "a datum")).collect(),
             ("raise", "event") => self.own_events().map(|event| name(&event, "an event of this machine")).collect(),
             ("transition", "event") => self.heard(),
             ("param", "name") => {
@@ -117,10 +123,7 @@ impl Value<'_> {
 
     /// The events that this machine sends to itself.
     fn own_events(&self) -> impl Iterator<Item = String> {
-        let own = elements(self.text).filter(|tag| {
-            tag.name == "raise"
-                || tag.name == "send" && !["target", "targetexpr", "type"].iter().any(|key| tag.get(key).is_some())
-        });
+        let own = elements(self.text).filter(|tag| tag.name == "raise" || tag.name == "send" && is_to_itself(tag));
         let events: BTreeSet<String> = own.filter_map(|tag| tag.get("event").map(str::to_owned)).collect();
         events.into_iter().filter(|event| !event.is_empty())
     }
@@ -130,7 +133,9 @@ impl Value<'_> {
         let word = word_in(self.text, self.word, self.at, |c| !c.is_whitespace());
         let name = |name: &str, what: &str| Proposal::new(name, ProposalKind::Name, what, &word);
         let messages = self.messages.received.iter().map(|message| name(&message.event, &received(message)));
-        once(messages.chain(self.own_events().map(|event| name(&event, "an event of this machine"))))
+        let own = self.own_events().map(|event| name(&event, "an event of this machine"));
+        let errors = ["error.communication", "error.execution"].map(|error| name(error, "an error of this machine"));
+        once(messages.chain(own).chain(errors))
     }
 
     /// Data and members of the event.
@@ -150,10 +155,12 @@ impl Value<'_> {
         if before.ends_with("_event.") {
             return OF_EVENT.iter().map(|member| name(member, "")).collect();
         }
-        if before.ends_with("In('") || before.ends_with("In(\"") {
+        let call = before.trim_end_matches([' ', '\'', '"']).strip_suffix('(').map(str::trim_end);
+        if before.ends_with(['\'', '"']) && call.is_some_and(|call| call.ends_with("In")) {
             return ids(self.text, &STATES).iter().map(|id| name(id, "a state")).collect();
         }
-        if before.ends_with(['.', '\'', '"']) {
+        let is_in_text = |quote| before.matches(quote).count() % 2 == 1;
+        if before.ends_with('.') || is_in_text("'") || is_in_text("\"") {
             return Vec::new();
         }
         let data = ids(self.text, &["data"]);
@@ -171,6 +178,11 @@ fn sent<'v>(send: &Tag, messages: &'v Vocabulary) -> impl Iterator<Item = &'v Me
         None if is_computed => message.peer.is_some(),
         None => is_published && message.peer.is_none(),
     })
+}
+
+/// Whether a `<send>` is an event of the machine itself.
+fn is_to_itself(send: &Tag) -> bool {
+    ["target", "targetexpr", "type", "typeexpr"].iter().all(|key| send.get(key).is_none())
 }
 
 /// Whether a descriptor matches an event (SCXML 3.12.1).

@@ -33,7 +33,7 @@ const MAX_WORDS: usize = 12;
 const MAX_CANDIDATES: usize = 4;
 
 /// The keys that a finding misses, each with the simplest value that its reader accepts; or the nearest of the names
-/// that may be where it is, if nothing else is found then. Only what a check confirms: the finding is gone.
+/// that may be where it is, if nothing is found there then. Only what a check confirms: the finding is gone.
 #[must_use]
 pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, finding: &Finding) -> Option<QuickFix> {
     let text = documents.open.get(file)?;
@@ -47,7 +47,8 @@ pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, find
     }
     let before = Project::default().check(documents).findings;
     let count = |findings: &Findings| -> usize {
-        findings.values().map(|found| found.findings.iter().filter(|finding| finding.is_error).count()).sum()
+        let alike = |found: &&Finding| found.is_error == finding.is_error;
+        findings.values().map(|found| found.findings.iter().filter(alike).count()).sum()
     };
     let same = |findings: &Findings| {
         let found = findings.get(file).into_iter().flat_map(|found| &found.findings);
@@ -61,7 +62,12 @@ pub fn quick_fix(documents: &Documents, context: &FileContext, file: &Path, find
         let after = Project::default().check(&fixed).findings;
         let is_certain = count(&after) < count(&before);
         let is_gone = same(&after) < same(&before);
-        (is_gone && (adds || is_certain)).then_some(QuickFix { is_certain, ..fix })
+        // It may have hidden others, elsewhere.
+        let is_elsewhere = || {
+            let at = |other: &Finding| other.range.start < fix.range.end && fix.range.start < other.range.end;
+            !after.get(file).is_some_and(|found| found.findings.iter().any(at))
+        };
+        (is_gone && (adds || is_certain || is_elsewhere())).then_some(QuickFix { is_certain, ..fix })
     })
 }
 
@@ -72,6 +78,8 @@ fn nearest_names(text: &str, subject: &EditedFile<'_>, finding: &Finding) -> Vec
         let range = proposals.first()?.replaces.clone();
         let written = &text[range.clone()];
         let others = proposals.iter().filter(|proposal| proposal.replaces == range && proposal.name != written);
+        // A name of one letter is near every other one.
+        let written = Some(written).filter(|written| written.chars().count() > 1)?;
         let meant = nearest(written, others.clone().map(|proposal| proposal.name.as_str()))?;
         let text = others.clone().find(|proposal| proposal.name == meant)?.insert.clone();
         Some(QuickFix { title: format!("Replace `{written}` with `{meant}`"), range, text, is_certain: false })

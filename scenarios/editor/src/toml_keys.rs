@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use diagnostics::document::{Key, Referent};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::toml_place::{TomlPlace, place};
@@ -43,21 +43,26 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             let mut found = values(key, is_quoted, &word);
             if let Some(what) = key.refers_to.filter(|_| is_text(key)) {
                 let (content, at) = if is_quoted { (&text[word.clone()], at - word.start) } else { ("", 0) };
-                found.extend(names(what, content, at).into_iter().map(|name| in_text(name, is_quoted, &word)));
+                let quote = text[..word.start].chars().next_back().filter(|_| is_quoted);
+                let names = names(what, content, at).into_iter();
+                let fits = |name: &Proposal| quote != Some('\'') || !name.insert.contains('\'');
+                found.extend(names.filter(fits).map(|name| in_text(name, quote, &word)));
             }
             found
         }
     }
 }
 
-/// A name in a text of a file: the word is the text, which may still need its quotes.
-fn in_text(name: Proposal, is_quoted: bool, word: &Range<usize>) -> Proposal {
+/// A name in a text of a file, with its quote: the word is the text, which needs its quotes if it has none.
+fn in_text(name: Proposal, quote: Option<char>, word: &Range<usize>) -> Proposal {
     // JSON writes strings as TOML does.
     let insert = Value::from(name.insert.as_str()).to_string();
-    if !is_quoted {
+    let Range { start, end } = name.replaces;
+    if quote.is_none() {
         return Proposal { insert, replaces: word.clone(), ..name };
     }
-    let Range { start, end } = name.replaces;
+    // A literal string has no escapes.
+    let insert = if quote == Some('\'') { format!("\"{}\"", name.insert) } else { insert };
     Proposal { insert: content(&insert).to_owned(), replaces: word.start + start..word.start + end, ..name }
 }
 
@@ -116,36 +121,41 @@ fn of_key(key: &Key, insert: String, replaces: &Range<usize>) -> Proposal {
     Proposal { about: key.meaning(), insert, ..Proposal::new(name_of(key), kind, detail, replaces) }
 }
 
-/// The keys that the rules of these keys describe, beside those that their readers ask for one by one: the fields of a
-/// message, whose names the file chooses, and what they take.
+/// The keys of tables whose readers ask for none of them one by one, as the rules of these keys describe them: the
+/// fields of a message, whose names the file chooses, and what they take.
 pub(crate) fn within(keys: &[Key]) -> Vec<Key> {
     let mut found = Vec::new();
     for key in keys {
         collect(key, &key.path, &key.takes, &mut found);
     }
-    found.retain(|inner: &Key| !keys.iter().any(|key| key.path == inner.path));
+    found.retain(|inner: &Key| !keys.iter().any(|key| key.split().0 == inner.split().0));
     found
 }
 
 fn collect(key: &Key, path: &str, takes: &Value, found: &mut Vec<Key>) {
-    for form in forms(takes).skip(1) {
-        collect(key, path, form, found);
-    }
+    forms(takes).into_iter().for_each(|form| collect_properties(key, path, form, found));
+}
+
+fn collect_properties(key: &Key, path: &str, takes: &Value, found: &mut Vec<Key>) {
     let named = takes["properties"].as_object().into_iter().flatten().map(|(name, takes)| (name.as_str(), takes));
     let chosen = takes.get("additionalProperties").filter(|takes| takes.is_object()).map(|takes| ("NAME", takes));
     for (name, takes) in named.chain(chosen) {
         let path = format!("{path}.{name}");
         collect(key, &path, takes, found);
         let about = takes["description"].as_str().unwrap_or_default().to_owned();
-        let (required, refers_to, value) = (false, None, None);
-        found.push(Key { path, takes: takes.clone(), about, required, refers_to, value, ..key.clone() });
+        let (takes, needs) = (takes.clone(), key.needs.clone());
+        match found.iter_mut().find(|known| known.path == path) {
+            Some(known) => known.takes = json!({ "anyOf": [known.takes.take(), takes] }),
+            None => found.push(Key { path, takes, about, needs, required: false, refers_to: None, value: None }),
+        }
     }
 }
 
 /// What a key takes, and each form that it may have instead.
-fn forms(takes: &Value) -> impl Iterator<Item = &Value> {
+fn forms(takes: &Value) -> Vec<&Value> {
     let several = ["anyOf", "oneOf", "allOf"].into_iter().flat_map(|key| takes[key].as_array()).flatten();
-    std::iter::once(takes).chain(["then", "else"].into_iter().filter_map(|key| takes.get(key))).chain(several)
+    let others = ["then", "else"].into_iter().filter_map(|key| takes.get(key)).chain(several);
+    std::iter::once(takes).chain(others.flat_map(forms)).collect()
 }
 
 /// The values that a key accepts, as far as they can be listed.
@@ -155,7 +165,7 @@ fn values(key: &Key, is_quoted: bool, word: &Range<usize>) -> Vec<Proposal> {
     listed.extend(default.map(Value::to_string));
     // The items of an array are of one type.
     let items = (key.takes["type"] == "array").then(|| forms(&key.takes["items"]));
-    for takes in forms(&key.takes).chain(items.into_iter().flatten()) {
+    for takes in forms(&key.takes).into_iter().chain(items.into_iter().flatten()) {
         listed.extend(takes["enum"].as_array().into_iter().flatten().map(Value::to_string));
         if takes["type"] == "boolean" {
             listed.extend(["true".to_owned(), "false".to_owned()]);
@@ -189,9 +199,17 @@ pub(crate) fn simplest(key: &Key) -> String {
         || match takes["type"].as_str().or_else(|| takes["type"][0].as_str()) {
             Some("boolean") => "false".to_owned(),
             Some("integer" | "number") => {
-                takes["exclusiveMinimum"].as_f64().map_or(1.0, |least| least + 1.0).to_string()
+                let [least, most] = ["exclusiveMinimum", "exclusiveMaximum"].map(|limit| takes[limit].as_f64());
+                match (least, most) {
+                    (Some(least), Some(most)) => f64::midpoint(least, most),
+                    (least, _) => least.map_or(1.0, |least| least + 1.0),
+                }
+                .to_string()
             }
-            Some("array") => "[]".to_owned(),
+            Some("array") => {
+                let items = usize::try_from(takes["minItems"].as_u64().unwrap_or(0)).unwrap_or(0);
+                format!("[{}]", vec!["0"; items].join(", "))
+            }
             Some("object") => "{}".to_owned(),
             _ => "\"\"".to_owned(),
         },

@@ -195,6 +195,8 @@ struct TokenWalk {
     /// The parts of the key that is being read.
     key: Vec<String>,
     is_after_equals: bool,
+    /// Whether the value or the header that was read is complete.
+    is_complete: bool,
     /// Whether a header is being read.
     is_header: bool,
     /// Whether nothing of the line has been read.
@@ -219,6 +221,9 @@ impl TokenWalk {
 
     /// What a word here would be.
     fn place(&self, is_quoted: bool) -> Option<TomlPlace> {
+        if self.is_complete {
+            return None;
+        }
         if self.is_header {
             return Some(TomlPlace::Header { table: self.key.clone() });
         }
@@ -235,6 +240,13 @@ impl TokenWalk {
     }
 
     fn step(&mut self, text: &str, token: &Token) {
+        self.is_complete = match token.kind {
+            Kind::Word | Kind::Text | Kind::OpenText => self.is_in_value(),
+            Kind::Sign(b']' | b'}') => true,
+            Kind::Sign(b'[') => self.is_header && self.is_complete,
+            Kind::Sign(_) | Kind::NewLine => false,
+            Kind::Comment => self.is_complete,
+        };
         let begins_line = std::mem::replace(&mut self.begins_line, false) || !self.started;
         self.started = true;
         match token.kind {
@@ -284,6 +296,11 @@ impl TokenWalk {
         }
     }
 
+    /// Whether what comes next is a value, or an item of one.
+    fn is_in_value(&self) -> bool {
+        self.is_after_equals || self.frames.last().is_some_and(|frame| !frame.is_table)
+    }
+
     fn end_line(&mut self) {
         self.begins_line = true;
         if self.frames.is_empty() || self.is_header {
@@ -312,7 +329,7 @@ impl TokenWalk {
         let range = token.content.clone();
         let name = text[range.clone()].to_owned();
         let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
-        if self.is_after_equals || is_array {
+        if self.is_in_value() {
             // Words are kept for `recover` only.
             if token.kind != Kind::Word || begins_line && is_array {
                 let key = if is_array { self.path() } else { [self.path(), self.key.clone()].concat() };
@@ -394,7 +411,9 @@ mod tests {
             |table: &[&str]| TomlPlace::Header { table: table.iter().map(|part| (*part).to_owned()).collect() };
         assert_eq!(at("[bat|]"), Some((header(&[]), "bat".to_owned())));
         assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"]), String::new())));
-        assert_eq!(at("a = 1 # so|"), None);
+        for nothing in ["a = 1 # so|", "a = \"b\"|", "a = 1 |", "a = [\"b\"|]", "a = [1]|", "a = { b = 1 }|", "[a]|"] {
+            assert_eq!(at(nothing), None, "{nothing}");
+        }
     }
 
     #[test]

@@ -45,6 +45,17 @@ static OWNERS: LazyLock<BTreeMap<String, BTreeSet<Toml>>> = LazyLock::new(|| {
     kinds
 });
 
+/// The keys of each kind of file, also those that only their rules describe.
+static ALL_KEYS: LazyLock<BTreeMap<Toml, Vec<Key>>> = LazyLock::new(|| {
+    let kinds = [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places, Toml::Mapping];
+    let all = |kind: Toml| {
+        let keys = kind.keys();
+        let within = toml_keys::within(&keys);
+        (kind, [keys, within].concat())
+    };
+    kinds.map(all).into()
+});
+
 impl Toml {
     /// The keys that the reader of such a file asks for.
     #[must_use]
@@ -60,12 +71,11 @@ impl Toml {
 
     /// The same at a byte of a text: a fault has the parameters of its kind, too.
     pub(crate) fn keys_at(self, text: &str, at: usize) -> Vec<Key> {
-        let mut keys = self.keys();
+        let mut keys = ALL_KEYS[&self].clone();
         let kind = toml_place::beside(text, at, &["faults", "kind"]).filter(|_| self == Self::Scenario);
         let fault = KINDS.iter().find(|known| Some(known.name) == kind.as_deref());
         let parameters = fault.into_iter().flat_map(|fault| fault.parameters).map(Parameter::key);
         keys.extend(parameters.map(|key| Key { path: format!("faults[].{}", key.path), ..key }));
-        keys.extend(toml_keys::within(&keys));
         keys
     }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use bt::{Kind, Tree, builtin_ports};
+use diagnostics::markup::attribute as attribute_text;
 
 use crate::knowledge::Knowledge;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
@@ -117,7 +118,8 @@ fn nodes(text: &str, around: &[Tag], known: &Knowledge, before: &str, word: &Ran
 /// The IDs that a tree's file declares in its models, as far as it can be read.
 fn declared_in(text: &str) -> BTreeSet<String> {
     let models = elements(text).skip_while(|tag| tag.name != "TreeNodesModel");
-    models.filter_map(|tag| tag.get("ID").map(str::to_owned)).collect()
+    let nodes = models.filter(|tag| tag.name != "SubTree");
+    nodes.filter_map(|tag| tag.get("ID").map(str::to_owned)).filter(|id| !id.is_empty()).collect()
 }
 
 fn values(text: &str, tag: &Tag, attribute: &str, known: &Knowledge, word: &Range<usize>) -> Vec<Proposal> {
@@ -130,8 +132,14 @@ fn values(text: &str, tag: &Tag, attribute: &str, known: &Knowledge, word: &Rang
         ("root", "BTCPP_format") => ["3", "4"].map(str::to_owned).into(),
         (_, "_autoremap") => ["false", "true"].map(str::to_owned).into(),
         (_, "ID") => declared_in(text),
-        ("root" | "BehaviorTree" | "include", _) | (_, "name") => BTreeSet::new(),
-        _ => known.places().map(str::to_owned).collect(),
+        _ => match ports_of(tag, known).into_iter().find(|(name, _)| name == attribute) {
+            Some((_, takes)) if takes.starts_with("true or false") => ["false", "true"].map(str::to_owned).into(),
+            // A leaf's port takes what its machine expects: often a place. What is in braces is an entry.
+            Some(_) if builtin(&tag.name).is_none() && !text[word.clone()].contains('{') => {
+                known.places().map(attribute_text).collect()
+            }
+            _ => BTreeSet::new(),
+        },
     };
     names.iter().map(|name| Proposal::new(name, ProposalKind::Name, "", word)).collect()
 }

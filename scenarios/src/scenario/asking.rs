@@ -90,7 +90,7 @@ impl Asking {
         let feedback = fields(entry, "feedback", about, written);
         let (success_when, timeout) = (read_success(entry), read_timeout(entry));
         let about = "What is asked when the tree halts the leaf: `Door.close`, a service without fields.";
-        let on_halt = endpoint(entry, "on_halt", about);
+        let on_halt = endpoint(entry, "on_halt", Subject::Request, about);
         let (of, endpoint) = read_subject(entry)?;
         Some(Self {
             of,
@@ -138,17 +138,18 @@ impl Asking {
     }
 }
 
-fn endpoint(entry: Table<'_>, key: &str, about: &str) -> Option<Spanned<String>> {
-    entry.text(key).about(about).words("`COMPONENT.NAME`").refers_to(Referent::Offer).spanned().optional()
+fn endpoint(entry: Table<'_>, key: &str, of: Subject, about: &str) -> Option<Spanned<String>> {
+    let endpoint = entry.text(key).about(about).words("`COMPONENT.NAME`");
+    endpoint.refers_to(Referent::Offer(of.noun())).spanned().optional()
 }
 
 /// What the leaf asks, begins or waits for.
 fn read_subject(entry: Table<'_>) -> Option<(Subject, Spanned<String>)> {
     let about = "The leaf asks this service once: `Door.open`. It succeeds with the reply.";
-    let request = endpoint(entry, "request", about);
+    let request = endpoint(entry, "request", Subject::Request, about);
     let about = "The leaf begins this action: `Arm.pick`. It succeeds with the result, and a halt cancels it.";
-    let action = endpoint(entry, "action", about);
-    let topic = endpoint(entry, "topic", "The leaf waits for a message of this topic: `Sensor.seen`.");
+    let action = endpoint(entry, "action", Subject::Action, about);
+    let topic = endpoint(entry, "topic", Subject::Topic, "The leaf waits for a message of this topic: `Sensor.seen`.");
     let of = [(Subject::Request, request), (Subject::Action, action), (Subject::Topic, topic)];
     of.into_iter().find_map(|(of, endpoint)| Some((of, endpoint?)))
 }

@@ -88,15 +88,17 @@ impl Sites {
         let sites = root.table("sites").about("The places that the scenario needs. Required if there is a map.");
         let sites = sites.needs(MAP);
         let table = if root.has(MAP) { sites.required() } else { sites.optional() }?;
-        let site = |key, about| table.text(key).about(about).refers_to(Referent::Place).spanned().optional();
+        let site = |key, about| table.text(key).about(about).spanned();
         let start = table.get("start").about("Where the robot starts. Required if there is a map.");
-        let start = start.refers_to(Referent::Place).spanned();
+        let start = start.refers_to(Referent::Point).spanned();
         let start = if root.has(MAP) { start.required() } else { start.optional() };
         let station = site(
             "station",
             "The point at which the charging station stands. Without it, the battery is never charged.",
         );
+        let station = station.refers_to(Referent::Point).optional();
         let destination = site("destination", "The place to which the robot is sent, for pictures.");
+        let destination = destination.refers_to(Referent::Place).optional();
         Some(Self { start: start?, station, destination })
     }
 }
