@@ -60,6 +60,11 @@ impl ResultsArgs {
         self.results.iter().chain(&self.junit)
     }
 
+    /// Removes earlier results, which could be taken for those of now, before work begins.
+    pub(crate) fn begin(&self) -> Result<(), Error> {
+        Ok(self.files().try_for_each(ResultsFile::remove)?)
+    }
+
     /// Writes the results of a command, if they are wanted.
     pub(crate) fn write(&self, command: &'static str, suites: impl FnOnce() -> Vec<Suite>) -> Result<(), Error> {
         if !self.are_wanted() {
@@ -79,13 +84,10 @@ impl ResultsArgs {
         Ok(outcome?)
     }
 
-    /// Removes earlier results, which could be taken for those of now, and says that there are none yet.
+    /// Says that there are none, because it was interrupted.
     pub(crate) fn none_yet(&self, what: &str) {
-        for file in self.files() {
-            let path = file.path().display();
-            let removed = if std::fs::remove_file(file.path()).is_ok() { "; an earlier one was removed" } else { "" };
-            note(&format!("{path} was not written: {what} was interrupted{removed}"));
-        }
+        self.files()
+            .for_each(|file| note(&format!("{} was not written: {what} was interrupted", file.path().display())));
     }
 
     /// The result of reading what the arguments name. An error is also written: it is all that there is to tell.

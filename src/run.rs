@@ -121,6 +121,7 @@ struct Job {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
+    options.results.begin()?;
     let found = options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
     alone(&found, options, &BesideArgs::default(), &ServeGrootArgs::default())
 }
@@ -161,11 +162,13 @@ pub(crate) type Driver = Box<dyn runs::Pilot + Send>;
 /// seed after the other.
 #[cfg(feature = "dds")]
 pub(crate) fn piloted(
-    found: &Found,
+    name: &str,
     options: &RunOptions,
     namespaces: &[String],
     drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, scenarios::Error>,
 ) -> Result<ExitCode, Error> {
+    options.results.begin()?;
+    let found = &options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
     let job =
         options.results.or_refused(COMMAND, std::slice::from_ref(&found.argument), Job::load(found, options, false))?;
     if namespaces.len() > 1 {
@@ -207,6 +210,7 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
 /// Runs the requested scenarios.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
+    options.results.begin()?;
     let found = options.results.or_refused(COMMAND, &args.scenarios, select::select(&args.scenarios, &args.filter))?;
     if let [only] = found.as_slice() {
         return alone(only, options, &args.beside, &args.serve);

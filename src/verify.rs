@@ -53,6 +53,7 @@ const MOST_NOTES: usize = 5;
 
 /// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
+    args.results.begin()?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
     if args.follow {

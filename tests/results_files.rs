@@ -260,15 +260,35 @@ fn results_replace_earlier_results_and_nothing_else() {
 
 #[cfg(unix)]
 #[test]
-fn an_interruption_leaves_no_results_of_an_earlier_run() {
+fn results_of_an_earlier_command_do_not_outlive_the_beginning_of_the_next() {
     let folder = tempdir().expect("a folder");
     let files = ["to/ci.sarif", "to/ci.md", "to/ci.XML"];
+    let to: Vec<&str> = files.iter().flat_map(|file| ["--results", file]).collect();
+    let _ = results(folder.path(), &["check", "nominal"]);
+    let are_there = || files.map(|file| folder.path().join(file).exists());
+    call(folder.path(), 2, &[&["check", "nominal", "--no-such-option"][..], &to].concat());
+    assert_eq!(are_there(), [true; 3], "the command line was wrong");
+    // Not even if nothing can be printed.
+    let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+    let check =
+        Command::new(binary()).args(["check", "nominal"]).args(&to).current_dir(folder.path()).stdout(full).output();
+    assert_eq!((check.expect("it starts").status.code(), are_there()), (Some(3), [false; 3]));
+    // A link remains one, and a pipe is left alone.
+    std::fs::write(folder.path().join("target.md"), "").expect("room for a file");
+    std::os::unix::fs::symlink("target.md", folder.path().join("link.md")).expect("room for a link");
+    call(
+        folder.path(),
+        0,
+        &["check", "nominal", "--results", "link.md", "--results", "target.md", "--junit", "/dev/null"],
+    );
+    assert!(folder.path().join("link.md").is_symlink() && folder.path().join("target.md").is_file());
+    assert!(Path::new("/dev/null").exists());
+
     let _ = results(folder.path(), &["check", "nominal"]);
     let endless = ["run", "nominal", "--set", "stop.at=[]", "--set", "execution.max_time_s=1e8", "--out", "out"];
     let child = Command::new(binary())
         .args(endless)
-        .args(files.iter().flat_map(|file| ["--results", file]))
-        .args(["--results", "new.md"])
+        .args(&to)
         .current_dir(folder.path())
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -278,15 +298,14 @@ fn an_interruption_leaves_no_results_of_an_earlier_run() {
     while !folder.path().join("out").exists() {
         std::thread::yield_now();
     }
-    assert!(files.iter().all(|file| folder.path().join(file).exists()), "they are there until then");
+    assert_eq!(are_there(), [false; 3]);
     let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
     assert!(signalled.success());
     let ended = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(130), "{said}");
     for file in files {
-        let told = format!("{file} was not written: the run was interrupted; an earlier one was removed");
-        assert!(said.contains(&told) && !folder.path().join(file).exists(), "{said}");
+        assert!(said.contains(&format!("{file} was not written: the run was interrupted\n")), "{said}");
     }
-    assert!(said.contains("new.md was not written: the run was interrupted\n"), "{said}");
+    assert_eq!(are_there(), [false; 3]);
 }

@@ -70,7 +70,12 @@ impl Unfinished {
                 begun.0.set_permissions(found.permissions())?;
                 Ok(begun)
             }),
-            Err(_) => fs::create_dir_all(folder_of(path)).and_then(|()| temporary(path.to_owned())),
+            Err(_) => {
+                // Likewise if it has none yet.
+                let target =
+                    fs::read_link(path).map_or_else(|_| path.to_owned(), |target| folder_of(path).join(target));
+                fs::create_dir_all(folder_of(&target)).and_then(|()| temporary(target))
+            }
         };
         let (file, names) = begun.map_err(|source| write_error(path, source))?;
         Ok(Self { path: path.to_owned(), file, names })

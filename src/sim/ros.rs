@@ -19,13 +19,14 @@ use crate::sim::SimArgs;
 use crate::{live, run};
 
 pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
-    let (found, options) = (scenarios::scenario::find::find(&args.scenario)?, &args.options);
+    let options = &args.options;
     let Some(page) = args.board.page() else {
-        return run::piloted(&found, options, &args.namespaces, |scenario| robot::join(args, scenario));
+        return run::piloted(&args.scenario, options, &args.namespaces, |scenario| robot::join(args, scenario));
     };
     if args.namespaces.len() > 1 {
         return Err(Error::refused("a page shows one robot", "name one namespace"));
     }
+    let found = scenarios::scenario::find::find(&args.scenario)?;
     let joined = args.clone();
     live::session(found, &options.set, options.seed, &page, &ServeGrootArgs::default(), move |scenario| {
         let driver = robot::join(&joined, scenario)?.pop().expect("there is a robot in each namespace");

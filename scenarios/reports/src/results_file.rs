@@ -77,6 +77,18 @@ impl ResultsFile {
         self.format == ResultsFormat::Markdown
     }
 
+    /// Removes what it contains. A link remains a link: its target is removed. A device or a pipe stays.
+    ///
+    /// # Errors
+    /// [`Error::File`] if that is not possible.
+    pub fn remove(&self) -> Result<(), Error> {
+        match self.path.canonicalize() {
+            Ok(path) if path.is_file() => std::fs::remove_file(&path)
+                .map_err(|source| diagnostics::Error::Write { path: self.path.clone(), source }.into()),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes it, and creates missing folders. Returns what is left out because of limits, in words.
     ///
     /// # Errors
