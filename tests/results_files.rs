@@ -213,6 +213,20 @@ fn what_says_nothing_is_not_shown_as_passed() {
     let set = ["--set", "properties=[\"never.scope\"]", "--set", "expect={}"];
     let (_, _, summary) = results(folder.path(), &[&run[..], &set].concat());
     assert!(line(&summary, "| battery\\_fault | never |").contains("| satisfied | skipped: "), "{summary}");
+    // What no message told.
+    let unheard = "base = \"errand\"\nproperties = [\"reserve.scope\"]\nexecution.max_time_s = 20\nexpect = {}\n\
+                   battery.initial_pct = 80\n\
+                   [[faults]]\nkind = \"battery_level\"\nat_s = 12\nlevel_pct = 12\n\
+                   [[faults]]\nkind = \"component_frozen\"\ncomponent = \"BatteryReader\"\nat_s = 10\n";
+    write("reserve.scope", "property reserve := always not (BatteryReader, BatteryLevel, level < 25)\n");
+    write("unheard.toml", unheard);
+    let run = ["run", "unheard.toml", "--no-snapshots", "--quiet", "--record", "unheard.mcap"];
+    for (arguments, of) in [(&run[..], "unheard"), (&["verify", "unheard.mcap"], "unheard.mcap")] {
+        let (_, sarif, summary) = results(folder.path(), arguments);
+        let line = line(&summary, &format!("| {of} | reserve |"));
+        assert!(line.contains("| satisfied | skipped: no message carries a level below 25 %"), "{line}");
+        assert!(sarif["invocations"].to_string().contains("reserve: no message carries"), "{sarif}");
+    }
     // What a proof assumes.
     let (_, sarif, summary) = results(folder.path(), &["prove", "nominal", "--property", "phi1", "--quiet"]);
     let assumed = "Trips take at most";

@@ -51,8 +51,10 @@ struct Judgment {
     times: Option<u64>,
     /// Why, for readers of a build log.
     why: String,
-    /// Why it says little that it is satisfied; empty if it says something.
-    open: String,
+    /// Why it says little that it is satisfied, if that is so.
+    says_little: Option<String>,
+    /// What it leaves open: what it still waits for, which condition never occurred, and what no message told.
+    open: Vec<String>,
     /// Where the property is written.
     place: Option<FilePlace>,
     /// The messages that violated it.
@@ -100,7 +102,7 @@ impl Line {
                 Suite {
                     name,
                     facts,
-                    notes: checked.notes.clone(),
+                    notes: checked.notes.iter().cloned().chain(checked.verdicts.iter().flat_map(Judgment::notes)).collect(),
                     cases: checked.verdicts.iter().map(Judgment::case).collect(),
                     file,
                     page: self.folder.as_ref().map(|folder| folder.join(html::FILE)),
@@ -125,13 +127,16 @@ impl Checked {
             let trail = trail.unwrap_or_default();
             let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
             let vacuous = vacuous.into_iter().map(|vacuity| vacuity.to_string());
+            let hollow: Vec<String> = vacuous.chain(verified.unheard[index].clone()).collect();
+            let pending = monitor.map(|monitor| verified.open(monitor)).unwrap_or_default();
             let words = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
             Judgment {
                 property: property.name.clone(),
                 verdict: verified.verdict(index),
                 times: violations.filter(|all| all.goes_on).map(|all| all.count),
                 why: verified.unsure[index].clone().or(words).unwrap_or_default(),
-                open: verified.nothing().map(str::to_owned).chain(vacuous).next().unwrap_or_default(),
+                says_little: verified.nothing().map(str::to_owned).chain(hollow.iter().cloned()).next(),
+                open: pending.into_iter().chain(hollow).collect(),
                 place: places.properties.get(&property.name).cloned(),
                 trail,
                 story: verified.stories[index].clone(),
@@ -165,10 +170,14 @@ impl Judgment {
         }
     }
 
+    /// What it leaves open.
+    fn notes(&self) -> impl Iterator<Item = String> {
+        self.open.iter().map(|words| format!("{}: {words}", self.property))
+    }
+
     fn case(&self) -> Case {
         let result = match self.verdict {
-            "satisfied" if self.open.is_empty() => CaseResult::Passed,
-            "satisfied" => CaseResult::Skipped(self.open.clone()),
+            "satisfied" => self.says_little.clone().map_or(CaseResult::Passed, CaseResult::Skipped),
             "inconclusive" => CaseResult::Skipped("something was still pending when the log ended".to_owned()),
             _ => CaseResult::Failed {
                 message: format!("{} is {}", self.property, self.words()),

@@ -194,7 +194,7 @@ impl Case {
             (None, Outcome::Inconclusive) => {
                 CaseResult::Skipped("something was still pending when the run ended".to_owned())
             }
-            (None, Outcome::Satisfied) => match monitor.unsure.iter().chain(&monitor.vacuous).next() {
+            (None, Outcome::Satisfied) => match monitor.unsure.iter().chain(&monitor.vacuous).chain(&monitor.unheard).next() {
                 Some(open) => CaseResult::Skipped(open.clone()),
                 None => CaseResult::Passed,
             },
@@ -230,7 +230,7 @@ impl Suite {
     ///
     /// A property with an expectation passes if it is met; any other property fails if it is violated (in a RoAML
     /// model, it is skipped), and is skipped if it is inconclusive, or satisfied only because a condition in it never
-    /// occurred, or if what is missing may change the verdict. No case fails if and only if the run was as expected.
+    /// occurred, because no message told of a level, or if what is missing may change the verdict. No case fails if and only if the run was as expected.
     #[must_use]
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
         let properties = report.monitors.iter().map(|monitor| Case {
