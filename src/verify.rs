@@ -51,6 +51,9 @@ pub(crate) use args::VerifyArgs;
 /// No more gaps of a log than this are listed: nobody would read them.
 const MOST_NOTES: usize = 5;
 
+/// Why a recording's property is not judged again.
+const NO_FORMULA: &str = "no formula describes it";
+
 /// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     args.results.begin()?;
@@ -226,17 +229,17 @@ fn verify_event_log(
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let Gaps { first, more } = gaps.into_inner();
     let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
-    let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
+    let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
     let unheard = match of_recording {
         Some(_) => unheard(path, &properties, &system.topology),
         None => vec![None; properties.len()],
     };
     let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
     let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
-    let notes = skipped.into_iter().chain(missing).chain(unjudged).chain(later).chain(stopped).chain(left_open);
+    let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
     let notes = notes.collect();
     let knows_ticks = tree_log.is_none();
-    Ok(Verified { properties, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks, notes })
+    Ok(Verified { properties, unjudged, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks, notes })
 }
 
 /// The gaps of a log, in words: the first few, and how many more there are.

@@ -144,6 +144,11 @@ fn the_properties_of_a_model_are_at_their_places() {
     assert_eq!((status, places(&sarif, "never_above_three").0.as_str()), (Some(1), "lift/properties.jani:15"));
     let junit = std::fs::read_to_string(folder.path().join("to/ci.XML")).expect("it was written");
     assert!(junit.contains("name=\"never_above_three\" file=\"lift/properties.jani\" line=\"15\">"), "{junit}");
+    // Its recording has no formula for it.
+    call(folder.path(), 0, &["run", "lift/main.xml", "--no-snapshots", "--quiet", "--record", "lift.mcap"]);
+    let (status, _, summary) = results(folder.path(), &["verify", "lift.mcap"]);
+    let line = line(&summary, "| lift.mcap | never\\_above\\_three |");
+    assert!(status == Some(0) && line.contains("skipped: not judged: no formula describes it"), "{line}");
     // Nobody has written the scenario that runs a model.
     let (_, sarif, _) = results(folder.path(), &["prove", "lift/main.xml", "--quiet"]);
     let place = &sarif["results"][0]["locations"][0]["physicalLocation"];
@@ -205,7 +210,10 @@ fn what_says_nothing_is_not_shown_as_passed() {
     // Monitors that are off.
     let run = ["run", "battery_fault", "--no-snapshots", "--quiet", "--no-monitors"];
     let (_, sarif, summary) = results(folder.path(), &run);
-    assert!(line(&summary, "| battery\\_fault | phi1 |").contains("skipped: it was not judged"), "{summary}");
+    assert!(
+        line(&summary, "| battery\\_fault | phi1 |").contains("skipped: not judged: monitors were off"),
+        "{summary}"
+    );
     assert!(sarif["invocations"].to_string().contains("no property was judged"), "{sarif}");
     // A condition that never occurs, in a run and in its log; and a log in which nothing happens.
     write("never.scope", "property never := always ((BatteryReader, BatteryLevel, m[2] < 0) implies next false)\n");

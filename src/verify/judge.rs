@@ -28,6 +28,8 @@ const LONGEST_WAIT: Duration = Duration::from_secs(4);
 pub(crate) struct Verified {
     pub(crate) properties: Vec<Property>,
     pub(crate) end: LogEnd,
+    /// The names of a recording's properties that cannot be judged again: no formula describes them.
+    pub(crate) unjudged: Vec<String>,
     /// For each property why its verdict is unsure, if it is: messages are missing that could change it.
     pub(crate) unsure: Vec<Option<String>>,
     /// For each property that a recording satisfies although the true level fell below what it requires: that no
@@ -72,7 +74,8 @@ impl Verified {
         let unheard = vec![None; properties.len()];
         let Judgment { unsure, stories, .. } = judgment;
         let origin = Origin::default();
-        Self { properties, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks: false, notes }
+        let unjudged = Vec::new();
+        Self { properties, unjudged, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks: false, notes }
     }
 
     /// What a monitor still waits for, in words.

@@ -13,6 +13,7 @@ use reports::html::{self, Day, LogRow};
 use reports::results::{Case, CaseResult, FileFinding, Suite, TrailStep, WrittenPlaces, trail};
 use serde_json::{Value, json};
 
+use super::NO_FORMULA;
 use super::args::VerifyArgs;
 use super::judge::Verified;
 use crate::results::{findings_of, places_now};
@@ -40,6 +41,8 @@ struct Checked {
     end: Duration,
     messages: u64,
     verdicts: Vec<Judgment>,
+    /// The properties that could not be judged.
+    unjudged: Vec<Case>,
     notes: Vec<String>,
 }
 
@@ -102,8 +105,18 @@ impl Line {
                 Suite {
                     name,
                     facts,
-                    notes: checked.notes.iter().cloned().chain(checked.verdicts.iter().flat_map(Judgment::notes)).collect(),
-                    cases: checked.verdicts.iter().map(Judgment::case).collect(),
+                    notes: checked
+                        .notes
+                        .iter()
+                        .cloned()
+                        .chain(checked.verdicts.iter().flat_map(Judgment::notes))
+                        .collect(),
+                    cases: checked
+                        .verdicts
+                        .iter()
+                        .map(Judgment::case)
+                        .chain(checked.unjudged.iter().cloned())
+                        .collect(),
                     file,
                     page: self.folder.as_ref().map(|folder| folder.join(html::FILE)),
                     ..Suite::default()
@@ -147,6 +160,7 @@ impl Checked {
             end: verified.end_time(),
             messages: verified.end.messages,
             verdicts: verdicts.collect(),
+            unjudged: verified.unjudged.iter().map(|name| Case::not_judged(name, NO_FORMULA, &places)).collect(),
             notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).collect(),
         }
     }

@@ -119,7 +119,18 @@ impl Mapped<'_> {
         let Judgment { end, unsure, stories, .. } = judgment;
         let start_ns = events.start_ns();
         let origin = Origin { argument: self.scenario.unwrap_or_default().to_owned(), ..Origin::default() };
-        Ok(Verified { properties, end, unsure, unheard, stories, origin, start_ns, knows_ticks: true, notes })
+        Ok(Verified {
+            properties,
+            unjudged: Vec::new(),
+            end,
+            unsure,
+            unheard,
+            stories,
+            origin,
+            start_ns,
+            knows_ticks: true,
+            notes,
+        })
     }
 }
 

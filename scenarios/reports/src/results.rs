@@ -194,10 +194,12 @@ impl Case {
             (None, Outcome::Inconclusive) => {
                 CaseResult::Skipped("something was still pending when the run ended".to_owned())
             }
-            (None, Outcome::Satisfied) => match monitor.unsure.iter().chain(&monitor.vacuous).chain(&monitor.unheard).next() {
-                Some(open) => CaseResult::Skipped(open.clone()),
-                None => CaseResult::Passed,
-            },
+            (None, Outcome::Satisfied) => {
+                match monitor.unsure.iter().chain(&monitor.vacuous).chain(&monitor.unheard).next() {
+                    Some(open) => CaseResult::Skipped(open.clone()),
+                    None => CaseResult::Passed,
+                }
+            }
         };
         let trail = |witness: &WitnessReport| {
             let why = witness.why.as_ref()?;
@@ -214,6 +216,18 @@ impl Case {
             story: monitor.story.clone(),
             picture: None,
             is_repeated: false,
+        }
+    }
+
+    /// A property that was not judged, and why.
+    #[must_use]
+    pub fn not_judged(name: &str, why: &str, places: &WrittenPlaces) -> Self {
+        Self {
+            group: "properties",
+            name: name.to_owned(),
+            result: CaseResult::Skipped(format!("not judged: {why}")),
+            place: places.properties.get(name).cloned(),
+            ..Self::default()
         }
     }
 }
@@ -239,14 +253,8 @@ impl Suite {
         });
         // The monitors were off.
         let is_judged = |name: &String| report.monitors.iter().any(|monitor| monitor.name == *name);
-        let unjudged =
-            expected.outcomes.iter().map(|(name, _)| name).filter(|name| !is_judged(name)).map(|name| Case {
-                group: "properties",
-                name: name.clone(),
-                result: CaseResult::Skipped("it was not judged".to_owned()),
-                place: places.properties.get(name).cloned(),
-                ..Case::default()
-            });
+        let unjudged = expected.outcomes.iter().map(|(name, _)| name).filter(|name| !is_judged(name));
+        let unjudged = unjudged.map(|name| Case::not_judged(name, "monitors were off", places));
         let others = report.snapshots.iter().filter(|picture| picture.violated.is_none() && !picture.by_clock);
         Self {
             name: report.scenario.clone(),
