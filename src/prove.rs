@@ -134,6 +134,11 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     }
     let (mut all, mut refused) = (Vec::new(), None);
     for (found_here, proof) in found.iter().zip(proofs) {
+        // What was found before an error is shown and written first, and what is left is named.
+        if refused.is_some() {
+            all.push(Findings::none(proof, "an error about another scenario ended the proofs"));
+            continue;
+        }
         let (findings, error) = args.explore_all(&proof, found_here, stop)?;
         let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
@@ -141,12 +146,9 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
             args.write_runs(&proof, &findings, &folder)
         });
-        all.push(Findings { proof, findings, unsearched });
-        // What was found before an error is shown and written first.
+        let unwritten = written.as_ref().err().map(Error::reasons);
+        all.push(Findings { proof, findings, unsearched, unwritten });
         refused = error.or(written.err());
-        if refused.is_some() {
-            break;
-        }
     }
     args.write(all.iter().map(|it| (it.suite(args.unreached), it.as_json())))?;
     if let Some(error) = refused {

@@ -242,6 +242,17 @@ fn what_says_nothing_is_not_shown_as_passed() {
 }
 
 #[test]
+fn what_an_error_leaves_out_of_proofs_is_in_their_results() {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("file"), "").expect("room for a file");
+    let prove = ["prove", "nominal", "errand", "--property", "phi2", "--quiet", "--out", "file/x"];
+    let (status, sarif, summary) = results(folder.path(), &prove);
+    assert_eq!((status, &sarif["invocations"][0]["executionSuccessful"]), (Some(3), &json!(false)), "{sarif}");
+    assert!(line(&summary, "| nominal | runs are written |").contains("**error**: cannot write file/x"), "{summary}");
+    assert!(line(&summary, "| errand | phi2 |").contains("not searched | **error**: "), "{summary}");
+}
+
+#[test]
 fn the_name_of_a_file_says_the_format_of_its_results() {
     for name in ["results", "results.json"] {
         let said = refusal(&["run", "battery_fault", "--results", name]);

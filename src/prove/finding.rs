@@ -31,6 +31,8 @@ pub(crate) struct Findings {
     pub(crate) findings: Vec<Finding>,
     /// The properties that an error has left without a finding.
     pub(crate) unsearched: Vec<Unsearched>,
+    /// Why the runs that violate properties could not be written, if that is so.
+    pub(crate) unwritten: Option<String>,
 }
 
 /// A property whose runs were not searched.
@@ -49,12 +51,11 @@ impl Unsearched {
             0 => error.reasons(),
             _ => format!("the proof ended with the error about {}", open[0].property),
         };
-        let unsearched = |(place, question): (usize, &Question)| Self {
-            property: question.property.clone(),
-            expected: question.expected,
-            reason: reason(place),
-        };
-        open.iter().enumerate().map(unsearched).collect()
+        open.iter().enumerate().map(|(place, question)| Self::of(question, reason(place))).collect()
+    }
+
+    fn of(question: &Question, reason: String) -> Self {
+        Self { property: question.property.clone(), expected: question.expected, reason }
     }
 
     fn as_json(&self) -> serde_json::Value {
@@ -200,6 +201,12 @@ pub(super) fn unreached(answer: &Answer) -> String {
 }
 
 impl Findings {
+    /// Those for a scenario that was not searched at all, and why.
+    pub(crate) fn none(proof: Proof, why: &str) -> Self {
+        let unsearched = proof.questions().iter().map(|question| Unsearched::of(question, why.to_owned())).collect();
+        Self { proof, findings: Vec::new(), unsearched, unwritten: None }
+    }
+
     /// The errors of the tree and of machines, each once.
     pub(super) fn mistakes(findings: &[Finding]) -> BTreeSet<&Mistake> {
         findings.iter().flat_map(|finding| &finding.answer.mistakes).collect()
@@ -209,7 +216,14 @@ impl Findings {
     pub(crate) fn suite(&self, lists_unreached: bool) -> Suite {
         let scenario = self.proof.scenario();
         let places = places(scenario);
+        let unwritten = self.unwritten.as_ref().map(|reason| Case {
+            group: "runs",
+            name: "runs are written".to_owned(),
+            result: CaseResult::Error(reason.clone()),
+            ..Case::default()
+        });
         let cases = self.findings.iter().map(|finding| finding.as_case(&places));
+        let cases = cases.chain(self.unsearched.iter().map(|it| it.as_case(&places))).chain(unwritten);
         let unreached = self.findings.iter().find_map(|finding| finding.answer.unreached.as_ref());
         let never = |Unreached { words, place, .. }: &Unreached| FileFinding {
             kind: FindingKind::Unreached,
@@ -229,7 +243,7 @@ impl Findings {
             name: scenario.name.clone(),
             facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
             notes: words(&self.proof.assumptions()),
-            cases: cases.chain(self.unsearched.iter().map(|it| it.as_case(&places))).collect(),
+            cases: cases.collect(),
             findings: warnings(scenario).into_iter().chain(mistakes).chain(unreached).collect(),
             file: places.file,
             ..Suite::default()
