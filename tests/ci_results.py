@@ -297,6 +297,12 @@ def action(folder):
     assert runner.run() == 2 and "a tar.gz or a wheel" in runner.log
     runner = Runner(folder, archive=address, **fine)
     assert runner.run() == 2 and "needs its sha256" in runner.log
+    # A subcommand, and arguments after `--`.
+    subprocess.run([STEWARD, "campaign", "many.toml", "--quiet", "--shard", "0/1", "--out", "shards"], cwd=folder,
+                   check=True, capture_output=True)
+    for command, arguments in (("campaign", "merge\nshards\n--out\nmerged"), ("run", f"--no-snapshots\n--\n{scenario}")):
+        runner = Runner(folder, archive="steward.tar.gz", command=command, arguments=arguments)
+        assert runner.run() == 0 and f"# steward {command}" in runner.summary, runner.log
     # The wheel, from a file and by its version.
     os.environ.update(PIP_NO_INDEX="1", PIP_FIND_LINKS=str(wheel.parent))
     prove = {"command": "prove", "arguments": "nominal\n--property\nphi2\n--quiet"}

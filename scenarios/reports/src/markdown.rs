@@ -9,8 +9,8 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::results::{Case, CaseResult, FileFinding, FindingKind, Results, Suite};
 
-/// GitHub refuses a longer summary of a step, in bytes.
-const MOST_BYTES: usize = 1 << 20;
+/// GitHub refuses a summary of a step that is longer than 1 MiB; this many bytes leave the step room for a line or two.
+const MOST_BYTES: usize = (1 << 20) - 1024;
 /// Longer texts are cut, in bytes.
 const MOST_TEXT: usize = 2000;
 /// No more findings of a suite than this are listed.
