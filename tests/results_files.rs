@@ -81,8 +81,12 @@ fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
         assert_eq!(steps, ["robot/trees/recharge.xml:13".to_owned(), property], "{arguments:?}");
     }
     // A property that comes with steward is not the file of the same name beside the scenario.
-    let (_, sarif, _) = results(folder.path(), &["verify", "run.mcap", "--property", "phi1"]);
-    assert_eq!(sarif["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uriBaseId"], "STEWARD");
+    let of_scenario = ["verify", "run.jsonl", "--scenario", scenario, "--property", "phi1"];
+    for arguments in [&["verify", "run.mcap", "--property", "phi1"][..], &of_scenario] {
+        let (_, sarif, _) = results(folder.path(), arguments);
+        let place = &sarif["results"][0]["locations"][0]["physicalLocation"];
+        assert_eq!(place["artifactLocation"]["uriBaseId"], "STEWARD", "{arguments:?}");
+    }
     // No scenario says where the processes of a bag are written.
     call(folder.path(), 0, &["init", "real", "--template", "recording"]);
     let mapping = ["--property", "real/nav2.scope", "--map-channels", "real/mapping.toml"];

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use bags::Remapping;
 use campaigns::Error;
 use clap::Args;
+use diagnostics::Disk;
 use reports::html::quoted;
+use scenarios::files::Kind;
 
 use super::announcer::{Announcer, Reactions};
 use crate::bag_tree::BagTreeArgs;
@@ -92,11 +94,15 @@ impl VerifyArgs {
         self.follow.then(|| Announcer::new(self.json, Reactions::default()))
     }
 
-    /// Finds the files by which the logs are judged by their names in diagnostics.
+    /// Finds the files by which the logs are judged by their names in diagnostics. A shipped property is none of them,
+    /// even if a file beside the scenario has its name.
     pub(super) fn on_disk(&self) -> impl Fn(&str) -> Option<String> {
+        let properties = self.properties.iter().map(|file| Kind::Properties.path(file, &Disk::default()));
+        let (properties, shipped): (Vec<PathBuf>, Vec<PathBuf>) = properties.partition(|file| file.is_file());
         let scenario = self.scenario.iter().map(Path::new);
-        let files = self.properties.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
-        on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>())
+        let files = properties.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
+        let on_disk = on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());
+        move |name| if shipped.iter().any(|file| file == Path::new(name)) { None } else { on_disk(name) }
     }
 
     /// The command line that checks one of the logs.
