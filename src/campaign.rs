@@ -123,7 +123,7 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out, results }) => {
-            results.begin()?;
+            results.begin(shards)?;
             let names: Vec<String> = shards.iter().map(|shard| shard.display().to_string()).collect();
             let summary = results.or_refused(COMMAND, &names, campaigns::merge(shards, out))?;
             // Shards may be merged where the campaign's file is not.
@@ -143,7 +143,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
 
 /// Runs a campaign or a shard of it, or repeats a run.
 fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
-    args.results.begin()?;
+    args.results.begin(&args.file)?;
     let file = Path::new(args.file.as_deref().unwrap_or_default());
     let plan = Plan::load(file).and_then(|plan| args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs)));
     let plan = args.results.or_refused(COMMAND, args.file.as_slice(), plan)?;

@@ -39,7 +39,7 @@ pub(crate) struct CheckArgs {
 
 /// Checks every file according to its kind.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
-    args.results.begin()?;
+    args.results.begin(args.files.iter().chain(&args.scenario))?;
     let files: Result<Vec<Vec<String>>, Error> = args.files.iter().map(|file| meant(file)).collect();
     let files = args.results.or_refused("check", &args.files, files)?;
     let examined = |file: &String| examine(&Disk::default(), file, args.scenario.as_deref());

@@ -153,7 +153,7 @@ pub(crate) struct MatrixArgs {
 
 /// Runs everything and prints the matrix. Exit status 1 if there was a false alarm, or if a run was not as expected.
 pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
-    args.results.begin()?;
+    args.results.begin(args.scenarios.iter().chain([&args.fault_free]))?;
     let names = match args.scenarios.as_slice() {
         [] => KINDS.iter().map(|kind| format!("faults/{}", kind.name)).collect(),
         given => given.to_vec(),

@@ -118,7 +118,7 @@ impl From<SearchOrder> for Order {
 
 /// Proves what the arguments request. Exit status 1 if something is not as expected.
 pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
-    args.results.begin()?;
+    args.results.begin(&args.scenarios)?;
     let stop = interrupt::listen();
     let found = args.results.or_refused("prove", &args.scenarios, select(&args.scenarios, &[]))?;
     if let Some(component) = &args.stand_in {

@@ -39,9 +39,13 @@ fn junit_file(text: &str) -> Result<ResultsFile, &'static str> {
     free(ResultsFile::new(PathBuf::from(text), ResultsFormat::Junit))
 }
 
-/// Refuses a file that somebody else wrote. As a part of the command line, it is refused before anything runs.
+/// Refuses a file that somebody else wrote, or that cannot be written. As a part of the command line, it is refused
+/// before anything runs.
 fn free(file: ResultsFile) -> Result<ResultsFile, &'static str> {
     let taken = "it exists and contains no results of steward; name another file, or remove it first";
+    if file.is_impossible() {
+        return Err("there can be no such file: it is a folder, or below a file");
+    }
     if file.is_free() { Ok(file) } else { Err(taken) }
 }
 
@@ -60,8 +64,16 @@ impl ResultsArgs {
         self.results.iter().chain(&self.junit)
     }
 
-    /// Removes earlier results, which could be taken for those of now, before work begins.
-    pub(crate) fn begin(&self) -> Result<(), Error> {
+    /// Removes earlier results, which could be taken for those of now, before work begins. The command reads or writes
+    /// `others` besides: none of them can be a file for results.
+    pub(crate) fn begin<P: AsRef<Path>>(&self, others: impl IntoIterator<Item = P>) -> Result<(), Error> {
+        for other in others {
+            if let Some(file) = self.files().find(|file| file.is(other.as_ref())) {
+                let message =
+                    format!("{} is not only for results: the command line names it twice", file.path().display());
+                return Err(Error::refused(message, "name another file with `--results`"));
+            }
+        }
         Ok(self.files().try_for_each(ResultsFile::remove)?)
     }
 

@@ -121,7 +121,7 @@ struct Job {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    options.results.begin()?;
+    options.begin(&[name.to_owned()])?;
     let found = options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
     alone(&found, options, &BesideArgs::default(), &ServeGrootArgs::default())
 }
@@ -167,7 +167,7 @@ pub(crate) fn piloted(
     namespaces: &[String],
     drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, scenarios::Error>,
 ) -> Result<ExitCode, Error> {
-    options.results.begin()?;
+    options.begin(&[name.to_owned()])?;
     let found = &options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
     let job =
         options.results.or_refused(COMMAND, std::slice::from_ref(&found.argument), Job::load(found, options, false))?;
@@ -210,7 +210,7 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
 /// Runs the requested scenarios.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
-    options.results.begin()?;
+    options.begin(&args.scenarios)?;
     let found = options.results.or_refused(COMMAND, &args.scenarios, select::select(&args.scenarios, &args.filter))?;
     if let [only] = found.as_slice() {
         return alone(only, options, &args.beside, &args.serve);
@@ -228,6 +228,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
 }
 
 impl RunOptions {
+    /// Makes room for results, before these scenarios are run.
+    fn begin(&self, scenarios: &[String]) -> Result<(), Error> {
+        self.results.begin(scenarios.iter().map(Path::new).chain(self.record.as_deref()).chain(self.gif.as_deref()))
+    }
+
     /// Refuses options that are only for a single run.
     fn refuse_for_several(&self, count: usize, runs: &str) -> Result<(), Error> {
         let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];

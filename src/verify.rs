@@ -56,7 +56,7 @@ const NO_FORMULA: &str = "no formula describes it";
 
 /// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
-    args.results.begin()?;
+    args.results.begin(args.logs.iter().chain(&args.properties).chain(&args.map_channels))?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
     if args.follow {

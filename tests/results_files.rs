@@ -272,10 +272,13 @@ fn results_replace_earlier_results_and_nothing_else() {
     call(folder.path(), 0, &["init", &robot]);
     std::fs::write(path("notes.md"), "# steward at our site\n\nWhat we know of it.\n").expect("room for a file");
     std::fs::write(path("other.sarif"), "{ \"version\": \"2.1.0\", \"runs\": [] }").expect("room for a file");
+    let comment = "<!-- <testsuites name=\"steward\" --><root/>";
+    std::fs::write(path("commented.xml"), comment).expect("room for a file");
     let (tree, scenario) = (format!("{robot}/trees/recharge.xml"), format!("{robot}/battery_fault.toml"));
     for (option, file) in [
         ("--results", &tree),
         ("--junit", &tree),
+        ("--results", &path("commented.xml")),
         ("--results", &path("notes.md")),
         ("--results", &path("other.sarif")),
     ] {
@@ -284,6 +287,21 @@ fn results_replace_earlier_results_and_nothing_else() {
         assert!(said.contains("exists and contains no results of steward"), "{said}");
         assert_eq!(std::fs::read(file).expect("it is there"), before, "{option} {file}");
         assert!(!Path::new(&path("out")).exists(), "it is refused before the run");
+    }
+    // Files for something else, and what can be no file.
+    std::fs::write(path("empty.xml"), "").expect("room for a file");
+    let (record, empty) = (path("z.md"), path("empty.xml"));
+    let twice = "the command line names it twice";
+    for arguments in [["run", &scenario, "--record", &record], ["run", &scenario, "--gif", &record]] {
+        let said = refusal(&[&arguments[..], &["--results", &record]].concat());
+        assert!(said.contains(twice) && !Path::new(&record).exists(), "{said}");
+    }
+    let said = refusal(&["check", &empty, "--results", &empty]);
+    assert!(said.contains(twice) && Path::new(&empty).exists(), "{said}");
+    std::fs::create_dir(path("folder.md")).expect("room for a folder");
+    for impossible in [path("folder.md"), path("empty.xml/ci.md")] {
+        let said = refusal(&["check", &scenario, "--results", &impossible]);
+        assert!(said.contains("it is a folder, or below a file"), "{said}");
     }
     std::fs::create_dir(path("to")).expect("room for a folder");
     std::fs::write(path("to/ci.sarif"), "").expect("room for a file");

@@ -9,13 +9,13 @@ use diagnostics::markup::{attribute, text};
 use crate::file_place::FilePlace;
 use crate::results::{Case, CaseResult, Results, Suite};
 
-/// How the outermost element begins.
-const ROOT: &str = "<testsuites name=\"steward\" ";
+/// How a file begins.
+const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"steward\" ";
 
 /// Whether a file that begins like this is one of ours.
 #[must_use]
 pub(crate) fn begins(text: &str) -> bool {
-    text.contains(ROOT)
+    text.starts_with(HEAD)
 }
 
 /// Results as JUnit XML.
@@ -23,7 +23,7 @@ pub(crate) fn begins(text: &str) -> bool {
 pub(crate) fn document(results: &Results) -> String {
     let counts = Counts::of(results.suites.iter().flat_map(|suite| &suite.cases));
     let suites: String = results.suites.iter().map(of_suite).collect();
-    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{ROOT}{counts}>\n{suites}</testsuites>\n")
+    format!("{HEAD}{counts}>\n{suites}</testsuites>\n")
 }
 
 /// How many test cases there are, and how many failed, could not be carried out, or were skipped.

@@ -54,6 +54,21 @@ impl ResultsFile {
         &self.path
     }
 
+    /// Whether there can be no such file: it is a folder, or what is to be its folder is a file.
+    #[must_use]
+    pub fn is_impossible(&self) -> bool {
+        let there_is = self.path.ancestors().skip(1).find(|folder| folder.exists());
+        self.path.is_dir() || there_is.is_some_and(|folder| !folder.is_dir())
+    }
+
+    /// Whether it is this file, which may not exist yet. Devices and pipes have room for everything.
+    #[must_use]
+    pub fn is(&self, other: &Path) -> bool {
+        let whole = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
+        let is_special = self.path.metadata().is_ok_and(|about| !about.is_file());
+        !is_special && whole(&self.path).is_some_and(|path| Some(path) == whole(other))
+    }
+
     /// Whether nothing is lost if it is written: there is no such file yet, or it is empty, or its beginning shows that
     /// it contains earlier results in this format. A device or a pipe is not read.
     #[must_use]
