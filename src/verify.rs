@@ -109,7 +109,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     if let Some(out) = args.out.as_ref().filter(|_| several) {
         logs::write_index(&lines, out)?;
     }
-    args.results.write("verify", || lines.iter().map(|line| line.suite(args)).collect())?;
+    args.results.write("verify", || lines.iter().map(Line::suite).collect())?;
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
 

@@ -183,6 +183,22 @@ fn results_show_where_a_file_is_wrong() {
     }
 }
 
+#[test]
+fn results_show_where_a_file_is_wrong_by_which_a_log_is_judged() {
+    let folder = tempdir().expect("a folder");
+    let log = ["run", "battery_fault", "--no-snapshots", "--quiet", "--record", "run.jsonl"];
+    call(folder.path(), 0, &log);
+    std::fs::write(folder.path().join("foo.scope"), "property p := always (foo, BatteryLevel, m[2] > 1)\n")
+        .expect("room for a file");
+    let (status, sarif, summary) = results(folder.path(), &["verify", "run.jsonl", "--property", "foo.scope"]);
+    assert_eq!((status, &sarif["results"][0]["ruleId"]), (Some(2), &json!("file-error")), "{sarif}");
+    assert!(line(&summary, "| run.jsonl | run.jsonl |").contains("foo.scope:1:"), "{summary}");
+    // A log that is missing is no place.
+    let (status, sarif, _) = results(folder.path(), &["verify", "nosuch.btlog", "--property", "phi1"]);
+    assert_eq!((status, &sarif["results"]), (Some(2), &json!([])), "{sarif}");
+    assert!(sarif["invocations"].to_string().contains("cannot read the log nosuch.btlog"), "{sarif}");
+}
+
 /// The line of the summary's table that begins like this.
 fn line<'s>(summary: &'s str, start: &str) -> &'s str {
     let line = summary.lines().find(|line| line.starts_with(start));

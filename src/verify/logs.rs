@@ -10,13 +10,13 @@ use editor::counted;
 use monitors::Property;
 use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
-use reports::results::{Case, CaseResult, FileFinding, Suite, TrailStep, WrittenPlaces, trail};
+use reports::results::{Case, CaseResult, Suite, TrailStep, WrittenPlaces, trail};
 use serde_json::{Value, json};
 
 use super::NO_FORMULA;
 use super::args::VerifyArgs;
 use super::judge::Verified;
-use crate::results::{findings_of, places_now};
+use crate::results::{places_now, refused};
 
 /// The name of the page that leads to the reports.
 const INDEX: &str = "index.html";
@@ -32,7 +32,8 @@ pub(super) struct Line {
 /// Why a log could not be checked.
 struct Refusal {
     reason: String,
-    findings: Vec<FileFinding>,
+    /// The same with its places, as a test case.
+    suite: Suite,
 }
 
 /// What remains of a log: little, since there may be many.
@@ -73,7 +74,10 @@ impl Line {
         folder: Option<PathBuf>,
         verified: Result<&Verified, &Error>,
     ) -> Self {
-        let refusal = |error: &Error| Refusal { reason: error.reasons(), findings: findings_of(error) };
+        let refusal = |error: &Error| {
+            let suite = refused(&log.display().to_string(), error).with_paths(args.on_disk());
+            Refusal { reason: error.reasons(), suite }
+        };
         let result = verified.map(|verified| Checked::of(verified, written(args, verified))).map_err(refusal);
         Self { log: log.to_owned(), folder, result }
     }
@@ -95,10 +99,10 @@ impl Line {
     }
 
     /// The verdicts as test cases.
-    pub(super) fn suite(&self, args: &VerifyArgs) -> Suite {
+    pub(super) fn suite(&self) -> Suite {
         let name = self.log.display().to_string();
-        // Standard input is no file.
-        let file = (self.log != Path::new("-")).then(|| FilePlace::whole(&name));
+        // Standard input is no file, and neither is one that is missing.
+        let file = self.log.exists().then(|| FilePlace::whole(&name));
         match &self.result {
             Ok(checked) => {
                 let facts = vec![("messages", checked.messages.to_string()), ("seconds", seconds(checked.end))];
@@ -122,10 +126,7 @@ impl Line {
                     ..Suite::default()
                 }
             }
-            Err(Refusal { reason, findings }) => {
-                let refused = Suite { findings: findings.clone(), ..Suite::of_error(&name, reason.clone()) };
-                Suite { file, ..refused.with_paths(args.on_disk()) }
-            }
+            Err(Refusal { suite, .. }) => Suite { file, ..suite.clone() },
         }
     }
 }
