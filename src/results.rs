@@ -1,19 +1,21 @@
 //! Results in files for CI systems: `--results FILE`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use campaigns::Error;
 use clap::Args;
 use diagnostics::{Disk, Span};
 use editor::{PartsOfText, parts_by_text};
 use miette::{Diagnostic, Severity};
+use monitors::Property;
 use recording::Origin;
 use reports::file_place::{FilePlace, FileText};
 use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
 use reports::{ResultsFile, ResultsFormat};
 use runs::topology;
 use scenarios::files::shipped_paths;
-use scenarios::scenario::{Scenario, find};
+use scenarios::scenario::{Monitoring, Scenario, find};
 
 use crate::output::note;
 
@@ -183,17 +185,39 @@ pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<Str
     }
 }
 
-/// Where the parts of the scenario of an earlier run are written now, as far as its files are still there.
-pub(crate) fn places_now(Origin { argument, overrides, .. }: &Origin) -> WrittenPlaces {
-    let scenario = find::find(argument).and_then(|found| Scenario::load(&found, overrides));
-    scenario.map(|scenario| places(&scenario).with_paths(on_disk(&[argument]))).unwrap_or_default()
+/// Where the parts of the scenario of an earlier run are written now, as far as its files still have the same texts, and
+/// a note for each that has not. `judged` are the properties of that run.
+pub(crate) fn places_now(origin: &Origin, judged: &[Property]) -> (WrittenPlaces, Vec<String>) {
+    let Origin { argument, text, overrides, .. } = origin;
+    let Ok(scenario) = find::find(argument).and_then(|found| Scenario::load(&found, overrides)) else {
+        return Default::default();
+    };
+    let changed = |what: &str| format!("{what} has changed since, so nothing shows where it is written");
+    // An event log has no text of its scenario.
+    if !text.is_empty() && *text != scenario.origin.text {
+        return (WrittenPlaces::default(), vec![changed(argument)]);
+    }
+    let mut places = places(&scenario).with_paths(on_disk(&[argument]));
+    let records = monitoring(&scenario).map(|monitoring| monitoring.records());
+    let differs = |property: &&Property| {
+        let mut now = records.iter().flat_map(|records| records.iter());
+        property.place.is_none() && now.any(|now| now.name == property.name && now.property != property.formula)
+    };
+    let names: Vec<&str> = judged.iter().filter(differs).map(|property| property.name.as_str()).collect();
+    places.properties.retain(|name, _| !names.contains(&name.as_str()));
+    (places, names.into_iter().map(changed).collect())
+}
+
+/// The properties of a scenario with their monitors, if they can be loaded.
+fn monitoring(scenario: &Scenario) -> Option<Arc<Monitoring>> {
+    topology(scenario).and_then(|topology| scenario.monitoring(&topology)).ok()
 }
 
 /// Where the parts of a scenario are written.
 pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
     let argument = scenario.origin.argument.as_str();
     let file = find::shipped(argument).unwrap_or(argument);
-    let monitoring = topology(scenario).and_then(|topology| scenario.monitoring(&topology)).ok();
+    let monitoring = monitoring(scenario);
     let watched = monitoring.iter().flat_map(|monitoring| monitoring.monitors());
     let properties = watched.filter_map(|(watched, _)| Some((watched.name.clone(), place(&watched.place)?)));
     let machines = scenario
@@ -217,7 +241,7 @@ pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
 
 /// The warnings about a scenario and its files.
 pub(crate) fn warnings(scenario: &Scenario) -> Vec<FileFinding> {
-    let monitoring = topology(scenario).and_then(|topology| scenario.monitoring(&topology)).ok();
+    let monitoring = monitoring(scenario);
     let concerns = scenario.model_concerns();
     let of_model = concerns.iter().flat_map(|concern| findings(concern));
     let of_places = scenario.place_concerns();

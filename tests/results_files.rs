@@ -80,6 +80,19 @@ fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
         assert_eq!((status, &place), (Some(1), &property), "{arguments:?}");
         assert_eq!(steps, ["robot/trees/recharge.xml:13".to_owned(), property], "{arguments:?}");
     }
+    // A property that has changed since is not where it was; and a scenario that has, nowhere.
+    let before = std::fs::read(folder.path().join(phi1)).expect("it is there");
+    std::fs::write(folder.path().join(phi1), "property phi1 := always (BatteryReader, BatteryLevel, m[2] > 1)\n")
+        .expect("room for a file");
+    let (_, sarif, summary) = results(folder.path(), &["verify", "run.mcap"]);
+    assert_eq!(places(&sarif, "phi1").0, "run.mcap:1");
+    assert!(summary.contains("phi1 has changed since"), "{summary}");
+    std::fs::write(folder.path().join(phi1), before).expect("room for a file");
+    let text = std::fs::read_to_string(folder.path().join(scenario)).expect("it is there");
+    std::fs::write(folder.path().join(scenario), text + "# changed\n").expect("room for a file");
+    let (_, sarif, summary) = results(folder.path(), &["verify", "run.mcap"]);
+    assert_eq!(places(&sarif, "phi1"), ("run.mcap:1".to_owned(), vec!["run.mcap:1".to_owned(); 2]));
+    assert!(summary.contains("has changed since"), "{summary}");
     // A property that comes with steward is not the file of the same name beside the scenario.
     let of_scenario = ["verify", "run.jsonl", "--scenario", scenario, "--property", "phi1"];
     for arguments in [&["verify", "run.mcap", "--property", "phi1"][..], &of_scenario] {

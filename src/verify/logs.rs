@@ -132,7 +132,7 @@ impl Line {
 }
 
 impl Checked {
-    fn of(verified: &Verified, places: WrittenPlaces) -> Self {
+    fn of(verified: &Verified, (places, changed): (WrittenPlaces, Vec<String>)) -> Self {
         let verdicts = verified.properties.iter().enumerate().map(|(index, property)| {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
@@ -162,7 +162,7 @@ impl Checked {
             messages: verified.end.messages,
             verdicts: verdicts.collect(),
             unjudged: verified.unjudged.iter().map(|name| Case::not_judged(name, NO_FORMULA, &places)).collect(),
-            notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).collect(),
+            notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).chain(changed).collect(),
         }
     }
 
@@ -213,17 +213,17 @@ impl Judgment {
 }
 
 /// Where properties and processes of a log are written, if results are wanted: properties without a file are those of
-/// its scenario.
-fn written(args: &VerifyArgs, verified: &Verified) -> WrittenPlaces {
+/// its scenario. Also what has changed since, in words.
+fn written(args: &VerifyArgs, verified: &Verified) -> (WrittenPlaces, Vec<String>) {
     if !args.results.are_wanted() {
-        return WrittenPlaces::default();
+        return Default::default();
     }
     let named = |property: &Property| Some((property.name.clone(), FilePlace::of(property.place.as_ref()?)?));
     let properties = verified.properties.iter().filter_map(named).collect();
     let given = WrittenPlaces { properties, ..WrittenPlaces::default() }.with_paths(args.on_disk());
-    let mut places = places_now(&verified.origin);
+    let (mut places, changed) = places_now(&verified.origin, &verified.properties);
     places.properties.extend(given.properties);
-    places
+    (places, changed)
 }
 
 /// In the order of their beginnings, if all are known, or else of the days in their names.
