@@ -185,8 +185,8 @@ pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<Str
     }
 }
 
-/// Where the parts of the scenario of an earlier run are written now, as far as its files still have the same texts, and
-/// a note for each that has not. `judged` are the properties of that run.
+/// Where the parts of the scenario of an earlier run are written now, as far as its texts are still the same, and a
+/// note for each that is not. `judged` are the properties of that run.
 pub(crate) fn places_now(origin: &Origin, judged: &[Property]) -> (WrittenPlaces, Vec<String>) {
     let Origin { argument, text, overrides, .. } = origin;
     let Ok(scenario) = find::find(argument).and_then(|found| Scenario::load(&found, overrides)) else {

@@ -43,16 +43,13 @@ use answers::Answers;
 use around::Around;
 use editor::System;
 use growing::{Growing, STILL_WRITTEN};
-use judge::{Judged, Judgment, Verified, load, recorded, unheard};
+use judge::{Judged, Judgment, NO_FORMULA, Verified, load, recorded, unheard};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
 
 /// No more gaps of a log than this are listed: nobody would read them.
 const MOST_NOTES: usize = 5;
-
-/// Why a recording's property is not judged again.
-const NO_FORMULA: &str = "no formula describes it";
 
 /// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {

@@ -24,6 +24,9 @@ use crate::output::{note, warn};
 /// a publisher's heartbeats.
 const LONGEST_WAIT: Duration = Duration::from_secs(4);
 
+/// Why a recording's property is not judged again.
+pub(super) const NO_FORMULA: &str = "no formula describes it";
+
 /// A log that was checked.
 pub(crate) struct Verified {
     pub(crate) properties: Vec<Property>,

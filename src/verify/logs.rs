@@ -13,9 +13,8 @@ use reports::html::{self, Day, LogRow};
 use reports::results::{Case, CaseResult, Suite, TrailStep, WrittenPlaces, trail};
 use serde_json::{Value, json};
 
-use super::NO_FORMULA;
 use super::args::VerifyArgs;
-use super::judge::Verified;
+use super::judge::{NO_FORMULA, Verified};
 use crate::results::{places_now, refused};
 
 /// The name of the page that leads to the reports.

@@ -244,7 +244,8 @@ impl Suite {
     ///
     /// A property with an expectation passes if it is met; any other property fails if it is violated (in a RoAML
     /// model, it is skipped), and is skipped if it is inconclusive, or satisfied only because a condition in it never
-    /// occurred, because no message told of a level, or if what is missing may change the verdict. No case fails if and only if the run was as expected.
+    /// occurred, because no message told of a level, or if what is missing may change the verdict. No case fails if and
+    /// only if the run was as expected.
     #[must_use]
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
         let properties = report.monitors.iter().map(|monitor| Case {
