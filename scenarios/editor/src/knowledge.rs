@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bt::Tree;
 use channels::{FieldKind, Topology};
-use diagnostics::document::{Key, Referent};
+use diagnostics::document::Referent;
 use maps::Place;
 use monitors::syntax::{Item, parse_file};
 use runs::topology_for_properties;
@@ -16,6 +16,7 @@ use skills::Vocabulary;
 
 use crate::project::FileContext;
 use crate::system::System;
+use crate::toml_keys::is_chosen;
 
 /// What the scenarios of a file define.
 #[derive(Clone, Debug, Default)]
@@ -195,8 +196,7 @@ impl Knowledge {
                 all(&mut lasers.map(|laser| laser.name.as_str()), "a laser")
             }
             Referent::Setting => {
-                let is_chosen = |key: &&Key| key.path.split('.').any(|part| part.chars().all(char::is_uppercase));
-                let keys = ScenarioFile::keys().iter().filter(|key| !is_chosen(key));
+                let keys = ScenarioFile::keys().iter().filter(|key| !key.path.split('.').any(is_chosen));
                 let keys = keys.map(|key| (key.path.replace("[]", ".0"), key.accepts()));
                 keys.chain(scenarios().flat_map(|scenario| settings_of(scenario))).collect()
             }

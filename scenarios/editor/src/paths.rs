@@ -1,7 +1,7 @@
 //! Files that a text may name.
 
+use std::collections::BTreeSet;
 use std::fs;
-use std::ops::Range;
 use std::path::Path;
 
 use diagnostics::{Disk, normal};
@@ -12,40 +12,48 @@ use crate::proposal::{Proposal, ProposalKind};
 use crate::toml_subject::Toml;
 
 /// The files with one of these endings, and the folders, that a text may name in a file of this folder: those beside
-/// the part of the path that is written. Without endings, only folders.
+/// the part of the path that is written, and those that come with the program. Without endings, only folders.
 pub(crate) fn files(disk: &Disk, folder: &Path, written: &str, endings: &[&str]) -> Vec<Proposal> {
-    let begun = &written[..written.rfind('/').map_or(0, |slash| slash + 1)];
-    let whole: Range<usize> = 0..written.len();
-    let has_ending = |name: &str| endings.iter().any(|ending| name.ends_with(&format!(".{ending}")));
-    let entries = fs::read_dir(folder.join(begun)).into_iter().flatten().flatten();
-    let saved = entries.filter_map(|entry| {
-        let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
-        match entry.path().is_dir() {
-            true => Some(format!("{begun}{name}{}", if endings.is_empty() { "" } else { "/" })),
-            false => has_ending(&name).then(|| format!("{begun}{name}")),
-        }
-    });
-    let here = normal(&folder.join(begun));
-    let open = disk.open_paths().filter(|path| path.parent() == Some(&here));
-    let open = open.filter_map(|path| path.file_name()?.to_str()).filter(|name| has_ending(name));
-    let open = open.map(|name| format!("{begun}{name}"));
     let shipped = shipped_paths().filter_map(|path| match endings {
         [] => path.rsplit_once('/').map(|(folder, _)| folder.to_owned()),
-        _ => has_ending(path).then(|| path.to_owned()),
+        _ => has_ending(path, endings).then(|| path.to_owned()),
     });
-    let mut names: Vec<String> = saved.chain(open).chain(shipped).collect();
-    names.sort();
-    names.dedup();
-    names.into_iter().map(|name| Proposal::new(name, ProposalKind::File, "", &whole)).collect()
+    proposals(beside(disk, folder, written, endings).chain(shipped), written)
 }
 
 /// The machines that a text may name in this folder of skills, which those that come with the program complete.
 pub(crate) fn machines(disk: &Disk, folder: &Path, written: &str) -> Vec<Proposal> {
-    let of_skills = |name: String| name.strip_prefix("skills/").map_or(name.clone(), str::to_owned);
-    let found = files(disk, folder, written, &["scxml"]).into_iter();
-    found
-        .map(|Proposal { name, replaces, .. }| Proposal::new(of_skills(name), ProposalKind::File, "", &replaces))
-        .collect()
+    let endings = ["scxml"];
+    let shipped = shipped_paths().filter(|path| has_ending(path, &endings));
+    let shipped = shipped.filter_map(|path| path.strip_prefix("skills/")).map(str::to_owned);
+    proposals(beside(disk, folder, written, &endings).chain(shipped), written)
+}
+
+fn proposals(names: impl Iterator<Item = String>, written: &str) -> Vec<Proposal> {
+    let names: BTreeSet<String> = names.collect();
+    let whole = 0..written.len();
+    names.into_iter().map(|name| Proposal::new(name, ProposalKind::File, "", &whole)).collect()
+}
+
+fn has_ending(name: &str, endings: &[&str]) -> bool {
+    endings.iter().any(|ending| name.ends_with(&format!(".{ending}")))
+}
+
+/// The files, saved or open, and the folders beside the part of a path that is written.
+fn beside(disk: &Disk, folder: &Path, written: &str, endings: &[&str]) -> impl Iterator<Item = String> {
+    let begun = &written[..written.rfind('/').map_or(0, |slash| slash + 1)];
+    let entries = fs::read_dir(folder.join(begun)).into_iter().flatten().flatten();
+    let saved = entries.filter_map(move |entry| {
+        let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
+        match entry.path().is_dir() {
+            true => Some(format!("{begun}{name}{}", if endings.is_empty() { "" } else { "/" })),
+            false => has_ending(&name, endings).then(|| format!("{begun}{name}")),
+        }
+    });
+    let here = normal(&folder.join(begun));
+    let open = disk.open_paths().filter(move |path| path.parent() == Some(&here));
+    let open = open.filter_map(|path| path.file_name()?.to_str()).filter(|name| has_ending(name, endings));
+    saved.chain(open.map(move |name| format!("{begun}{name}")))
 }
 
 /// The scenarios that a text may name in a file: those in its folder, and those that come with the program.

@@ -56,14 +56,15 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
 /// A name in a text of a file, with its quote: the word is the text, which needs its quotes if it has none.
 fn in_text(name: Proposal, quote: Option<char>, word: &Range<usize>) -> Proposal {
     // JSON writes strings as TOML does.
-    let insert = Value::from(name.insert.as_str()).to_string();
+    let string = Value::from(name.insert.as_str()).to_string();
+    let insert = match quote {
+        None => return Proposal { insert: string, replaces: word.clone(), ..name },
+        // A literal string has no escapes.
+        Some('\'') => name.insert,
+        Some(_) => content(&string).to_owned(),
+    };
     let Range { start, end } = name.replaces;
-    if quote.is_none() {
-        return Proposal { insert, replaces: word.clone(), ..name };
-    }
-    // A literal string has no escapes.
-    let insert = if quote == Some('\'') { format!("\"{}\"", name.insert) } else { insert };
-    Proposal { insert: content(&insert).to_owned(), replaces: word.start + start..word.start + end, ..name }
+    Proposal { insert, replaces: word.start + start..word.start + end, ..name }
 }
 
 /// A string without its quotes.
@@ -222,7 +223,8 @@ pub(crate) fn name_of(key: &Key) -> &str {
     key.split().1.trim_end_matches("[]")
 }
 
-fn is_chosen(name: &str) -> bool {
+/// Whether this stands for names that the file chooses.
+pub(crate) fn is_chosen(name: &str) -> bool {
     name.chars().all(char::is_uppercase)
 }
 
