@@ -45,6 +45,9 @@ static OWNERS: LazyLock<BTreeMap<String, BTreeSet<Toml>>> = LazyLock::new(|| {
     kinds
 });
 
+/// What every place has one of.
+const OF_PLACE: [&str; 2] = ["position_m", "corners_m"];
+
 /// The keys of each kind of file, also those that only their rules describe.
 static ALL_KEYS: LazyLock<BTreeMap<Toml, Vec<Key>>> = LazyLock::new(|| {
     let kinds = [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places, Toml::Mapping];
@@ -94,7 +97,7 @@ impl Toml {
         let table = table.get_ref();
         let is_place = |value: &Spanned<DeValue<'_>>| {
             let value = value.get_ref().as_table();
-            value.is_some_and(|value| ["position_m", "corners_m"].iter().any(|key| value.contains_key(*key)))
+            value.is_some_and(|value| OF_PLACE.iter().any(|key| value.contains_key(*key)))
         };
         // A place may have any name.
         let places = BTreeSet::from([Self::Places]);
@@ -113,7 +116,12 @@ fn meant_by(text: &str) -> Option<Toml> {
     let (table, _) = DeTable::parse_recoverable(text);
     let keys = table.get_ref().keys().take(MAX_HINTS);
     let meant = keys.filter_map(|key| nearest(key.get_ref(), OWNERS.keys().map(String::as_str)));
+    let is_place = |value: &Spanned<DeValue<'_>>| {
+        let keys = value.get_ref().as_table().into_iter().flat_map(|table| table.keys());
+        keys.take(MAX_HINTS).any(|key| nearest(key.get_ref(), OF_PLACE).is_some())
+    };
     most(meant.map(|key| &OWNERS[key]))
+        .or_else(|| table.get_ref().values().take(MAX_HINTS).any(is_place).then_some(Toml::Places))
 }
 
 /// The kind that most keys belong to alone.
@@ -147,6 +155,7 @@ mod tests {
     fn a_misspelled_key_tells_the_kind_if_none_is_right() {
         assert_eq!(meant_by("[[mesages]]\ntopic = \"/scan\"\nchannel = \"scan\""), Some(Toml::Mapping));
         assert_eq!(meant_by("[servces]\n"), Some(Toml::Interface));
-        assert_eq!(meant_by("[qqqqqqqq]\n"), None);
+        assert_eq!(meant_by("[kitchen]\npositon_m = [1, 2]"), Some(Toml::Places));
+        assert_eq!(meant_by("[qqqqqqqq]\nqqqqqqqq = 1"), None);
     }
 }
