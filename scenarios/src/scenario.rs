@@ -59,6 +59,7 @@ pub use find::{Found, FoundKind};
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
 pub use monitoring::{MachineMonitor, Monitoring, Watched};
+pub use offer::{Offer, OfferMessage};
 pub use offered::OfferedComponents;
 pub use premises::{Premises, PremisesEntry, Sites, Start};
 pub use prove::{

@@ -188,6 +188,52 @@ fn a_text_is_completed_by_what_it_stands_for() {
     has(&proposed(&mut editor, "hospital.toml", "machine = \"parts/"), &["parts/Speaker.scxml"]);
 }
 
+/// Nothing of it can be run before the leaf is described.
+#[test]
+fn what_a_leaf_asks_is_completed_before_its_scenario_is_complete() {
+    let mut editor = Editor::new();
+    let tree = "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>\
+        <Weigh what=\"{it}\" grams=\"{weight}\"/><SubTree ID=\"Later\" when=\"now\"/></Sequence></BehaviorTree>\
+        <BehaviorTree ID=\"Later\"><AlwaysSuccess/></BehaviorTree><TreeNodesModel>\
+        <Action ID=\"Weigh\"><input_port name=\"what\"/><output_port name=\"grams\"/><output_port name=\"left\"/></Action>\
+        <SubTree ID=\"Later\"><input_port name=\"when\"/><input_port name=\"how\" default=\"fast\"/></SubTree></TreeNodesModel></root>";
+    let machine = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" initial=\"idle\">\
+        <state id=\"idle\"><transition event=\"weigh\"><send type=\"channel\" targetexpr=\"_event.origin\" event=\"ok\">\
+        <param name=\"load\" expr=\"1\"/><param name=\"scale\" expr=\"'good'\"/></send></transition></state></scxml>";
+    editor.write("Arm.scxml", machine);
+    editor.write("tree.xml", tree);
+    editor.write(
+        "arm.toml",
+        "[services.weigh]\nrequest = { item = \"text\" }\nreply = { load = \"real\", scale = [\"good\", \"bad\"] }\n",
+    );
+    editor.write("rooms.toml", "[kitchen]\nposition_m = [1, 2]\n");
+    editor.open(
+        "main.toml",
+        "tree = \"tree.xml\"\n[components.Arm]\nmachine = \"Arm.scxml\"\ninterface = \"arm.toml\"\n",
+    );
+    let problems = editor.problems("tree.xml");
+    assert!(problems.len() == 1 && problems[0].contains("has no machine"), "{problems:?}");
+    let leaf = "[leaves.Weigh]\nrequest = \"Arm.weigh\"\nsuccess_when = \"reply. && reply.scale == '' && {} > \"\n\
+        outputs = { grams = \"\", }\n[leaves.Weigh.arguments]\nx = \"\"\n\n";
+    editor.replace("main.toml", "\"arm.toml\"\n", &format!("\"arm.toml\"\n{leaf}"));
+    let mut at = |after: &str| proposed(&mut editor, "main.toml", after);
+    assert_eq!(at("request = \""), ["Arm.weigh"]);
+    assert_eq!(at("success_when = \""), ["reply"]);
+    assert_eq!(at("success_when = \"reply."), ["load", "scale"]);
+    assert_eq!(at("scale == '"), ["bad", "good"]);
+    assert_eq!(at("&& {"), ["what"]);
+    assert_eq!(at("outputs = { grams = \""), ["load", "scale"]);
+    assert_eq!(at("outputs = { grams = \"\", "), ["left"]);
+    assert_eq!(at("x = \"\"\n"), ["item"]);
+    assert_eq!(at("x = \""), ["{what}"]);
+    let interfaces = at("interface = \"");
+    has(&interfaces, &["arm.toml", "components/devices/door.toml"]);
+    assert!(!interfaces.iter().any(|file| ["main.toml", "rooms.toml"].contains(&file.as_str())), "{interfaces:?}");
+    editor.open("tree.xml", tree);
+    assert_eq!(proposed(&mut editor, "tree.xml", "grams=\"{"), ["it"]);
+    assert_eq!(proposed(&mut editor, "tree.xml", "ID=\"Later\" ")[0], "how");
+}
+
 #[test]
 fn processes_fields_and_words_of_properties_are_proposed_and_explained() {
     let mut editor = opened();

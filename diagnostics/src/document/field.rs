@@ -81,9 +81,14 @@ impl<'d, T> Field<'d, T> {
         self.declare(|key| key.needs = Some(other.to_owned()))
     }
 
-    /// What the text stands for, or the key if the file chooses it.
+    /// What the text stands for.
     pub fn refers_to(self, what: Referent) -> Self {
         self.declare(|key| key.refers_to = Some(what))
+    }
+
+    /// What the key stands for, which the file chooses.
+    pub fn named_after(self, what: Referent) -> Self {
+        self.declare(|key| key.named_after = Some(what))
     }
 
     /// Refuses a value for which `holds` does not. `must` completes the sentence "`key` must …".

@@ -11,6 +11,10 @@ use crate::Spanned;
 pub enum Referent {
     /// A file with one of these endings, or a folder if there are none, relative to the file that names it.
     File(&'static [&'static str]),
+    /// A file with places on a map.
+    Places,
+    /// A file with an interface.
+    Interface,
     /// A machine's file in the folder of the skills.
     Machine,
     /// A scenario: a file, or one that comes with the program.
@@ -47,6 +51,20 @@ pub enum Referent {
     Event,
     /// A type of messages of ROS 2: `PACKAGE/msg/NAME`.
     MessageType,
+    /// A datum of the machine of the leaf or component in whose table it is.
+    Datum,
+    /// An input port of the leaf in whose table it is: `{PORT}`.
+    InputPort,
+    /// An output port of the leaf in whose table it is.
+    OutputPort,
+    /// A field of what this leaf asks.
+    Argument,
+    /// A field of the answer.
+    AnswerField,
+    /// A field of an action's feedback.
+    FeedbackField,
+    /// An expression of the answer's fields.
+    AnswerCondition,
 }
 
 /// A key of a file that people write, as its reader declares it.
@@ -63,15 +81,18 @@ pub struct Key {
     pub required: bool,
     /// The key of the top level without which it has no meaning.
     pub needs: Option<String>,
-    /// What its texts stand for; if the file chooses the key and its value is none, what the key itself stands for.
+    /// What its texts stand for.
     pub refers_to: Option<Referent>,
+    /// What it stands for itself, if the file chooses it.
+    pub named_after: Option<Referent>,
     /// Its value in TOML, if it is declared as [a file](super::Document::in_effect) has it.
     pub value: Option<String>,
 }
 
 impl Key {
     pub(super) fn new(path: String, takes: Value) -> Self {
-        Self { path, about: String::new(), takes, required: false, needs: None, refers_to: None, value: None }
+        let (about, refers_to, named_after) = (String::new(), None, None);
+        Self { path, about, takes, required: false, needs: None, refers_to, named_after, value: None }
     }
 
     /// Adds keywords of JSON Schema.

@@ -9,7 +9,9 @@ use crate::file_kind::FileKind;
 use crate::knowledge::Knowledge;
 use crate::project::FileContext;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
-use crate::{machine_words, paths, scope_words, toml_keys, tree_words};
+use crate::toml_keys::Blank;
+use crate::toml_subject::Toml;
+use crate::{leaf_words, machine_words, paths, scope_words, toml_keys, tree_words};
 
 /// A file, and what belongs to it.
 #[derive(Debug)]
@@ -32,7 +34,7 @@ impl EditedFile<'_> {
             Some(FileKind::Machine) => machine_words::proposals(text, at, &known, &known.vocabulary(self.file)),
             Some(FileKind::Properties) => scope_words::proposals(text, at, &known),
             Some(FileKind::Toml(kind)) => {
-                let names = |what, text: &str, at| self.named(what, text, at, &known);
+                let names = |blank: Blank<'_>| self.named(blank, text, &known);
                 toml_keys::proposals(text, at, &kind.keys_at(text, at), &names)
             }
             Some(FileKind::Model | FileKind::Map | FileKind::PlacesIni) | None => Vec::new(),
@@ -48,22 +50,32 @@ impl EditedFile<'_> {
         found
     }
 
-    /// What may be written at a byte of a text that stands for this.
-    fn named(&self, what: Referent, written: &str, at: usize, known: &Knowledge) -> Vec<Proposal> {
+    /// What may be written in a blank of the file's text.
+    fn named(&self, blank: Blank<'_>, text: &str, known: &Knowledge) -> Vec<Proposal> {
+        let Blank { what, written, at, .. } = blank;
+        let folder = self.file.parent().unwrap_or(self.file);
+        let of_kind = |endings, kinds: &[FileKind]| paths::of_kind(self.disk, folder, written, endings, kinds);
         match what {
             Referent::Event if !written[..at].contains('(') => Vec::new(),
             Referent::Event => scope_words::proposals(written, at, known),
-            Referent::File(endings) => {
-                paths::files(self.disk, self.file.parent().unwrap_or(self.file), written, endings)
-            }
+            Referent::File(endings) => paths::files(self.disk, folder, written, endings),
+            Referent::Places => of_kind(&["toml", "ini"], &[FileKind::Toml(Toml::Places), FileKind::PlacesIni]),
+            Referent::Interface => of_kind(&["toml"], &[FileKind::Toml(Toml::Interface)]),
             Referent::Machine => {
-                let folders = known.skill_folders(self.file.parent().unwrap_or(self.file)).into_iter();
+                let folders = known.skill_folders(folder).into_iter();
                 let mut found: Vec<_> =
                     folders.flat_map(|folder| paths::machines(self.disk, &folder, written)).collect();
                 found.dedup();
                 found
             }
             Referent::Scenario => paths::scenarios(self.disk, self.file, written),
+            Referent::Datum
+            | Referent::InputPort
+            | Referent::OutputPort
+            | Referent::Argument
+            | Referent::AnswerField
+            | Referent::FeedbackField
+            | Referent::AnswerCondition => leaf_words::proposals(blank, text, known),
             // Of an assignment, `KEY=VALUE`, the key.
             _ => {
                 let word = 0..written.find('=').unwrap_or(written.len());
@@ -126,11 +138,10 @@ mod tests {
                 let proposals = subject.proposals(text, written.range.start + name.len());
                 // An assignment may set an item of an array.
                 let array = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
+                let is_constant = what == Referent::InputPort && !name.starts_with('{');
+                let is_free = is_constant || matches!(what, Referent::Event | Referent::AnswerCondition);
                 let is_known = proposals.iter().any(|proposal| [name, array].contains(&proposal.name.as_str()));
-                assert!(
-                    is_known || what == Referent::Event || ["any", "."].contains(&name),
-                    "{file:?}: {what:?} {name}"
-                );
+                assert!(is_known || is_free || ["any", "."].contains(&name), "{file:?}: {what:?} {name}");
                 *seen.entry(format!("{what:?}")).or_insert(0) += 1;
             }
         }

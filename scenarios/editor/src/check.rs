@@ -37,7 +37,7 @@ pub struct Checked {
     pub concerns: Vec<Box<dyn Diagnostic + Send + Sync>>,
     /// The programs that a run of it starts, each in a sentence.
     pub programs: Vec<String>,
-    /// The scenario, if it is one.
+    /// The scenario, if it is one or needs one.
     pub scenario: Option<Arc<Scenario>>,
 }
 
@@ -64,17 +64,6 @@ impl Checked {
 /// # Errors
 /// Everything that is wrong with it.
 pub fn examine(disk: &Disk, file: &str, of: Option<&str>) -> Result<Checked, Error> {
-    examine_like(disk, file, of, None)
-}
-
-/// Checks a file like [`examine`]. If it is a scenario, it shares the map with `like`, an earlier state of the same
-/// file, since when the map has not changed.
-pub(crate) fn examine_like(
-    disk: &Disk,
-    file: &str,
-    of: Option<&str>,
-    like: Option<&Scenario>,
-) -> Result<Checked, Error> {
     let path = Path::new(file);
     let scenario = of.unwrap_or("nominal");
     match FileKind::of(disk, path) {
@@ -86,7 +75,7 @@ pub(crate) fn examine_like(
         Some(FileKind::Toml(Toml::Campaign)) => campaign(disk, path),
         Some(FileKind::Toml(Toml::Mapping)) => mapping(disk, path),
         Some(FileKind::Toml(Toml::Interface)) => interface(disk, path, scenario),
-        Some(FileKind::Model | FileKind::Toml(Toml::Scenario)) => of_scenario(disk, file, like),
+        Some(FileKind::Model | FileKind::Toml(Toml::Scenario)) => examine_scenario(disk, file, None).0,
         None => Err(Error::refused(
             format!("{file} is not a kind of file that can be checked"),
             "scenarios, campaigns, interfaces, mappings and places (also .ini) end in .toml, maps in .yaml, trees in .xml, \
@@ -160,7 +149,10 @@ pub fn machine(disk: &Disk, file: &Path, scenario: Option<&str>) -> Result<(Arc<
                 chart.sends_elsewhere(&hearers, &format!("{name} has {}", hearers.join(", ")))
             })
         }
-        None => chart.sends_elsewhere(&HEARERS, ELSEWHERE),
+        None => {
+            summary += ", not compared with the messages of a scenario";
+            chart.sends_elsewhere(&HEARERS, ELSEWHERE)
+        }
     };
     let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
     Ok((chart, Checked::of(summary, concerns)))
@@ -191,14 +183,14 @@ fn places(disk: &Disk, file: &Path) -> Result<Checked, Error> {
 }
 
 fn mapping(disk: &Disk, file: &Path) -> Result<Checked, Error> {
-    let (mapping, Described { open, .. }) = named_files::mapping(disk, file)?;
+    let (mapping, Described { open, misspelled, .. }) = named_files::mapping(disk, file)?;
     let topics: BTreeSet<&str> = mapping.topics().collect();
     let mut summary = format!("a mapping of {}", counted(topics.len(), "topic"));
     if !open.is_empty() {
         let open = open.into_iter().collect::<Vec<_>>().join(" and ");
         summary += &format!(", without the types of {open}, which only a bag or a robot tells");
     }
-    Ok(Checked::of(summary, Vec::new()))
+    Ok(Checked::of(summary, misspelled.into_iter().map(|problem| Box::new(problem) as _).collect()))
 }
 
 fn interface(disk: &Disk, file: &Path, scenario: &str) -> Result<Checked, Error> {
@@ -223,16 +215,20 @@ fn campaign(disk: &Disk, file: &Path) -> Result<Checked, Error> {
     Ok(checked)
 }
 
-fn of_scenario(disk: &Disk, name: &str, like: Option<&Scenario>) -> Result<Checked, Error> {
-    let found = find::find_on(disk, name)?;
-    let scenario = match like {
-        Some(like) => Scenario::load_on_map_of(like, &found, &[]),
-        None => Scenario::load(&found, &[]),
+/// Checks a scenario, which shares the map with `like`, an earlier state of it since when the map has not changed. With
+/// the scenario, as far as it could be loaded.
+pub(crate) fn examine_scenario(
+    disk: &Disk,
+    name: &str,
+    like: Option<&Scenario>,
+) -> (Result<Checked, Error>, Option<Arc<Scenario>>) {
+    let (scenario, result) = match find::find_on(disk, name).and_then(|found| Scenario::load_partly(&found, like)) {
+        Ok((scenario, result)) => (Arc::new(scenario), result),
+        Err(error) => return (Err(error.into()), None),
     };
-    let scenario = Arc::new(scenario?);
-    let mut checked = ready(&scenario)?;
-    checked.summary = format!("a scenario with {}", checked.summary);
-    Ok(checked)
+    let checked = result.map_err(Error::from).and_then(|()| ready(&scenario));
+    let with_kind = |checked: Checked| Checked { summary: format!("a scenario with {}", checked.summary), ..checked };
+    (checked.map(with_kind), Some(scenario))
 }
 
 /// Sets a scenario up as for a run: the world, the processes and channels, the monitors, and the faults with their

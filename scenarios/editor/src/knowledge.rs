@@ -175,8 +175,9 @@ impl Knowledge {
                 mistakes.map(|mistake| (format!("{name}: {mistake}"), String::new())).collect()
             }),
             Referent::Offer(wanted) => {
-                let offers = scenarios().flat_map(|scenario| scenario.offers()).filter(|(_, what)| *what == wanted);
-                offers.map(|(name, what)| (name, format!("a {what}"))).collect()
+                let offers = scenarios().flat_map(|scenario| scenario.offers());
+                let offers = offers.filter(|(_, offer)| offer.noun() == wanted);
+                offers.map(|(name, offer)| (name, format!("a {}", offer.noun()))).collect()
             }
             Referent::Property => self.properties(),
             Referent::Place => all(&mut self.places(), "a place"),
@@ -203,7 +204,20 @@ impl Knowledge {
             Referent::MessageType => {
                 bags::messages_on_board().into_iter().map(|name| (name, "a message of ROS 2".to_owned())).collect()
             }
-            Referent::Scenario | Referent::File(_) | Referent::Machine | Referent::Event => BTreeMap::new(),
+            // These are more than names, or depend on their place.
+            Referent::Scenario
+            | Referent::File(_)
+            | Referent::Places
+            | Referent::Interface
+            | Referent::Machine
+            | Referent::Event
+            | Referent::Datum
+            | Referent::InputPort
+            | Referent::OutputPort
+            | Referent::Argument
+            | Referent::AnswerField
+            | Referent::FeedbackField
+            | Referent::AnswerCondition => BTreeMap::new(),
         }
     }
 

@@ -3,10 +3,12 @@
 mod answers;
 pub mod check;
 mod counted;
+mod expressions;
 mod file_kind;
 pub mod findings;
 mod knowledge;
 mod language;
+mod leaf_words;
 mod machine_words;
 mod name_index;
 pub mod named_files;

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use skills::{MessageForm, Vocabulary};
 
+use crate::expressions::{compared, symbols, word_in};
 use crate::knowledge::Knowledge;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
-use crate::xml_place::{Tag, XmlCursor, XmlPlace, elements, place};
+use crate::xml_place::{Tag, XmlCursor, XmlPlace, elements, inside, place};
 
 /// The elements with states.
 pub(crate) const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
@@ -113,7 +114,11 @@ impl Value<'_> {
             ("transition", "target") | (_, "initial") => {
                 let word = word_in(self.text, self.word, self.at, |c| !c.is_whitespace());
                 let state = |id: &String| Proposal::new(id, ProposalKind::Name, "a state", &word);
-                ids(self.text, &STATES).iter().map(state).collect()
+                let states = match attribute {
+                    "initial" => ids_of(inside(self.text, self.word.end), &STATES),
+                    _ => ids(self.text, &STATES),
+                };
+                states.iter().map(state).collect()
             }
             (_, "cond" | "location") => self.in_expression(),
             (_, attribute) if attribute.ends_with("expr") => self.in_expression(),
@@ -143,14 +148,17 @@ impl Value<'_> {
         let word = word_in(self.text, self.word, self.at, |c| c.is_alphanumeric() || c == '_');
         let name = |name: &str, what: &str| Proposal::new(name, ProposalKind::Name, what, &word);
         let before = &self.text[self.word.start..word.start];
+        let event = self.around.iter().chain([self.tag]).rev().find(|tag| tag.name == "transition");
+        let event = event.and_then(|tag| tag.get("event"));
+        let is_meant = |message: &&MessageForm| {
+            event.is_none_or(|event| event.split_whitespace().any(|word| is_matched(word, &message.event)))
+        };
+        let fields = || self.messages.received.iter().filter(is_meant).flat_map(|message| &message.fields);
         if before.ends_with("_event.data.") {
-            let event = self.around.iter().chain([self.tag]).rev().find(|tag| tag.name == "transition");
-            let event = event.and_then(|tag| tag.get("event"));
-            let is_meant = |message: &&MessageForm| {
-                event.is_none_or(|event| event.split_whitespace().any(|word| is_matched(word, &message.event)))
-            };
-            let fields = self.messages.received.iter().filter(is_meant).flat_map(|message| &message.fields);
-            return once(fields.map(|(field, kind)| name(field, &kind.to_string())));
+            return once(fields().map(|(field, kind)| name(field, &kind.to_string())));
+        }
+        if let Some(field) = compared(before, "_event.data") {
+            return once(symbols(fields(), field).map(|symbol| name(symbol.name(), field)));
         }
         if before.ends_with("_event.") {
             return OF_EVENT.iter().map(|member| name(member, "")).collect();
@@ -204,17 +212,12 @@ fn describe(message: &MessageForm) -> String {
 
 /// The ids of elements with these names.
 fn ids(text: &str, names: &[&str]) -> BTreeSet<String> {
-    let elements = elements(text).filter(|tag| names.contains(&tag.name.as_str()));
-    elements.filter_map(|tag| tag.get("id").map(str::to_owned)).filter(|id| !id.is_empty()).collect()
+    ids_of(elements(text), names)
 }
 
-/// The word at a byte of a range.
-fn word_in(text: &str, range: &Range<usize>, at: usize, is_word: fn(char) -> bool) -> Range<usize> {
-    let [before, after] = [&text[range.start..at], &text[at..range.end]];
-    let start =
-        before.rfind(|c| !is_word(c)).map_or(0, |end| end + before[end..].chars().next().map_or(1, char::len_utf8));
-    let end = after.find(|c| !is_word(c)).unwrap_or(after.len());
-    range.start + start..at + end
+fn ids_of(elements: impl Iterator<Item = Tag>, names: &[&str]) -> BTreeSet<String> {
+    let elements = elements.filter(|tag| names.contains(&tag.name.as_str()));
+    elements.filter_map(|tag| tag.get("id").map(str::to_owned)).filter(|id| !id.is_empty()).collect()
 }
 
 /// Each name once.

@@ -21,6 +21,21 @@ pub(crate) fn files(disk: &Disk, folder: &Path, written: &str, endings: &[&str])
     proposals(beside(disk, folder, written, endings).chain(shipped), written)
 }
 
+/// The same, only files of these kinds.
+pub(crate) fn of_kind(
+    disk: &Disk,
+    folder: &Path,
+    written: &str,
+    endings: &[&str],
+    kinds: &[FileKind],
+) -> Vec<Proposal> {
+    let is_meant = |path: &Path| path.is_dir() || FileKind::of(disk, path).is_some_and(|kind| kinds.contains(&kind));
+    let mut found = files(disk, folder, written, endings);
+    // A shipped file is not in the folder.
+    found.retain(|proposal| is_meant(&folder.join(&proposal.name)) || is_meant(Path::new(&proposal.name)));
+    found
+}
+
 /// The machines that a text may name in this folder of skills, which those that come with the program complete.
 pub(crate) fn machines(disk: &Disk, folder: &Path, written: &str) -> Vec<Proposal> {
     let endings = ["scxml"];

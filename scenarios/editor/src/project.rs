@@ -8,7 +8,7 @@ use std::sync::Arc;
 use diagnostics::{Disk, FileStamp, Reads, normal};
 use scenarios::scenario::{Scenario, find};
 
-use crate::check::{examine_like, examine_text};
+use crate::check::{examine, examine_scenario, examine_text};
 use crate::file_kind::FileKind;
 use crate::findings::{self, Findings};
 use crate::system::System;
@@ -86,7 +86,7 @@ pub struct Project {
 /// What belongs to a file.
 #[derive(Clone, Debug, Default)]
 pub struct FileContext {
-    /// The scenarios that read it, as they were when they could last be loaded.
+    /// The scenarios that read it, as far as they could be loaded, or as they were when they could.
     pub scenarios: Vec<Arc<Scenario>>,
     /// The robot that its mapping described when it could last be read, if it is one of properties without a scenario.
     pub mapped: Option<System>,
@@ -118,7 +118,7 @@ struct Root {
     findings: Findings,
     is_refused: bool,
     text: Arc<str>,
-    /// The scenario, as it was when it could last be loaded.
+    /// The scenario, as far as it could be loaded, or as it was when it could.
     scenario: Option<Arc<Scenario>>,
 }
 
@@ -265,12 +265,29 @@ impl Root {
         let like = of_map.and_then(|before| before.scenario.as_deref());
         let disk = documents.disk().remembering();
         let text: Arc<str> = disk.read_text(path).unwrap_or_default().into();
-        let with = |mapping: Option<&str>| examine_like(&disk, &path.to_string_lossy(), mapping, like);
+        let name = path.to_string_lossy();
         let names = mappings.iter().map(|mapping| mapping.to_string_lossy());
         // Of several mappings, the first with which nothing is wrong.
-        let mut tried: Vec<_> = names.map(|name| (with(Some(&name)), System::on(&disk, &name).ok())).collect();
+        let tried = names.map(|mapping| (examine(&disk, &name, Some(&mapping)), System::on(&disk, &mapping).ok()));
+        let mut tried: Vec<_> = tried.collect();
         let best = tried.iter().position(|(checked, _)| checked.is_ok()).unwrap_or(0);
-        let (checked, mapped) = if tried.is_empty() { (with(None), None) } else { tried.swap_remove(best) };
+        let of_scenario = FileKind::of_document(&disk, path).is_some_and(is_scenario);
+        let ((checked, scenario), mapped) = match tried.is_empty() {
+            true if of_scenario => (examine_scenario(&disk, &name, like), None),
+            true => {
+                let is_mapping = FileKind::of_document(&disk, path) == Some(FileKind::Toml(Toml::Mapping));
+                let mapped = is_mapping.then(|| System::on(&disk, &name).ok()).flatten();
+                ((examine(&disk, &name, None), None), mapped)
+            }
+            false => {
+                let (checked, mapped) = tried.swap_remove(best);
+                ((checked, None), mapped)
+            }
+        };
+        let scenario = scenario.map(|scenario| match before.as_ref().and_then(|before| before.scenario.as_deref()) {
+            Some(before) if checked.is_err() => Arc::new(Scenario::clone(&scenario).with_machines_of(before)),
+            _ => scenario,
+        });
         let mapped_before = || before.as_ref().filter(|before| before.mappings == mappings)?.mapped.clone();
         let mapped = mapped.or_else(mapped_before);
         let mut reads = disk.reads();
@@ -290,7 +307,9 @@ impl Root {
             is_refused: checked.is_err(),
             reads,
             text,
-            scenario: checked.ok().and_then(|checked| checked.scenario).or(before.and_then(|before| before.scenario)),
+            scenario: scenario
+                .or(checked.ok().and_then(|checked| checked.scenario))
+                .or(before.and_then(|before| before.scenario)),
         }
     }
 }

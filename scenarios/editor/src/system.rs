@@ -51,7 +51,7 @@ impl System {
         if FileKind::of(disk, Path::new(subject)) != Some(FileKind::Toml(Toml::Mapping)) {
             return Self::with(disk, subject, topology_for_properties);
         }
-        let (mapping, Described { topology, open }) = named_files::mapping(disk, Path::new(subject))?;
+        let (mapping, Described { topology, open, .. }) = named_files::mapping(disk, Path::new(subject))?;
         if open.is_empty() {
             return Ok(Self { topology, tick: mapping.tick, disk: disk.clone() });
         }

@@ -9,19 +9,34 @@ use serde_json::{Value, json};
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::toml_place::{TomlPlace, place};
 
-/// What a text may stand for: what may be written at a byte of it.
-pub(crate) type Lookup<'n> = dyn Fn(Referent, &str, usize) -> Vec<Proposal> + 'n;
+/// A text that stands for something, or a key that the file chooses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Blank<'b> {
+    pub(crate) what: Referent,
+    /// What is written there so far, and the byte of it at which the cursor is.
+    pub(crate) written: &'b str,
+    pub(crate) at: usize,
+    /// The path of the text's key, or of the key's table.
+    pub(crate) path: &'b [String],
+}
+
+/// What may be written in a blank; the ranges are those of its text.
+pub(crate) type Lookup<'n> = dyn Fn(Blank<'_>) -> Vec<Proposal> + 'n;
 
 /// What may be written at a place of a file with these keys.
 pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>) -> Vec<Proposal> {
     let Some((place, word)) = place(text, at) else { return Vec::new() };
     let chosen = |table: &[String], is_table: bool, present: &[String]| {
         let keys = keys.iter().filter(|key| key.is_table() || !is_table);
-        let chosen = keys.filter(|key| is_at(key.split().0, table) && is_chosen(key.split().1) && !is_text(key));
-        let named = chosen.filter_map(|key| key.refers_to).flat_map(|what| names(what, "", 0));
-        let missing = named.filter(|proposal| !present.contains(&proposal.name));
-        let key = |proposal: Proposal| Proposal { insert: as_key(&proposal.name), replaces: word.clone(), ..proposal };
-        missing.map(key).collect::<Vec<_>>()
+        let chosen = keys.filter(|key| is_at(key.split().0, table) && is_chosen(key.split().1));
+        let named = |key: &Key| {
+            let blank = |what| Blank { what, written: "", at: 0, path: table };
+            let names = key.named_after.map_or_else(Vec::new, |what| names(blank(what))).into_iter();
+            let assigned = if key.is_table() { "" } else { " = " };
+            names.map(move |name| Proposal { insert: format!("{}{assigned}", as_key(&name.name)), ..name })
+        };
+        let missing = chosen.flat_map(named).filter(|proposal| !present.contains(&proposal.name));
+        missing.map(|proposal| Proposal { replaces: word.clone(), ..proposal }).collect::<Vec<_>>()
     };
     match place {
         TomlPlace::Key { table, begins_line, present } => {
@@ -29,10 +44,21 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             found.extend(chosen(&table, false, &present));
             found
         }
-        TomlPlace::Header { table } => {
+        TomlPlace::Header { table, is_item, present } => {
+            // What is complete, or repeated in another form, may still be on the way to a table below.
+            let leads_on = |key: &Key| {
+                let below = format!("{}.", key.path);
+                keys.iter().any(|other| other.path.starts_with(&below) && other.is_table())
+            };
+            let fits = |key: &&Key| match key.split().1.ends_with("[]") {
+                is_list if is_list != is_item => leads_on(key),
+                false if present.iter().any(|name| name == name_of(key)) => leads_on(key),
+                _ => true,
+            };
             let tables = keys.iter().filter(|key| key.is_table() && is_at(key.split().0, &table));
             let mut found: Vec<_> = tables
                 .filter(|key| !is_chosen(key.split().1))
+                .filter(fits)
                 .map(|key| of_key(key, name_of(key).to_owned(), &word))
                 .collect();
             found.extend(chosen(&table, true, &[]));
@@ -42,9 +68,9 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             let Some(key) = key_at(keys, &path) else { return Vec::new() };
             let mut found = values(key, is_quoted, &word);
             if let Some(what) = key.refers_to.filter(|_| is_text(key)) {
-                let (content, at) = if is_quoted { (&text[word.clone()], at - word.start) } else { ("", 0) };
+                let (written, at) = if is_quoted { (&text[word.clone()], at - word.start) } else { ("", 0) };
                 let quote = text[..word.start].chars().next_back().filter(|_| is_quoted);
-                let names = names(what, content, at).into_iter();
+                let names = names(Blank { what, written, at, path: &path }).into_iter();
                 let fits = |name: &Proposal| quote != Some('\'') || !name.insert.contains('\'');
                 found.extend(names.filter(fits).map(|name| in_text(name, quote, &word)));
             }
@@ -74,7 +100,9 @@ fn content(written: &str) -> &str {
 
 /// Whether a key takes texts, among others.
 fn is_text(key: &Key) -> bool {
-    let is_text = |takes: &Value| takes["enum"].is_null() && takes["type"] == "string";
+    let has_texts =
+        |of: &Value| of == "string" || of.as_array().is_some_and(|several| several.contains(&json!("string")));
+    let is_text = |takes: &Value| takes["enum"].is_null() && has_texts(&takes["type"]);
     let may_be = |takes: &Value| is_text(takes) || is_text(&takes["items"]) || is_text(&takes["items"]["items"]);
     may_be(&key.takes) || key.takes["anyOf"].as_array().is_some_and(|several| several.iter().any(may_be))
 }
@@ -86,7 +114,7 @@ pub(crate) fn explanation(text: &str, at: usize, keys: &[Key]) -> Option<Explana
         return None;
     }
     let path = match place {
-        TomlPlace::Key { table, .. } | TomlPlace::Header { table } => {
+        TomlPlace::Key { table, .. } | TomlPlace::Header { table, .. } => {
             [table, vec![text[range.clone()].to_owned()]].concat()
         }
         TomlPlace::Value { key, .. } => key,
@@ -147,7 +175,16 @@ fn collect_properties(key: &Key, path: &str, takes: &Value, found: &mut Vec<Key>
         let (takes, needs) = (takes.clone(), key.needs.clone());
         match found.iter_mut().find(|known| known.path == path) {
             Some(known) => known.takes = json!({ "anyOf": [known.takes.take(), takes] }),
-            None => found.push(Key { path, takes, about, needs, required: false, refers_to: None, value: None }),
+            None => found.push(Key {
+                path,
+                takes,
+                about,
+                needs,
+                required: false,
+                refers_to: None,
+                named_after: None,
+                value: None,
+            }),
         }
     }
 }
@@ -252,9 +289,9 @@ mod tests {
     /// The names that are proposed at the `|` of a text.
     fn proposed(marked: &str, keys: &[Key]) -> Vec<String> {
         let at = marked.find('|').unwrap();
-        let names = |what: Referent, text: &str, _: usize| {
-            assert_eq!(what, Referent::Place);
-            vec![Proposal::new("Dock", ProposalKind::Name, "a place", &(0..text.len()))]
+        let names = |blank: Blank<'_>| {
+            assert_eq!(blank.what, Referent::Place);
+            vec![Proposal::new("Dock", ProposalKind::Name, "a place", &(0..blank.written.len()))]
         };
         proposals(&marked.replacen('|', "", 1), at, keys, &names).into_iter().map(|proposal| proposal.insert).collect()
     }
@@ -294,7 +331,7 @@ mod tests {
                 let header: Vec<&str> = header.map(|part| part.trim_end_matches("[]")).collect();
                 let text = if header.is_empty() { "|".to_owned() } else { format!("[{}]\n|", header.join(".")) };
                 let at = text.len() - 1;
-                let proposals = proposals(&text[..at], at, &keys, &|_, _, _| Vec::new());
+                let proposals = proposals(&text[..at], at, &keys, &|_| Vec::new());
                 assert!(proposals.iter().any(|proposal| proposal.name == name_of(key)), "{} of {kind:?}", key.path);
             }
         }
@@ -307,6 +344,8 @@ mod tests {
         assert_eq!(proposed("mode = \"fast\"\n|", &keys), ["start = ", "about = ", "[battery]"]);
         assert_eq!(proposed("battery.|", &keys), ["charge_pct = "]);
         assert_eq!(proposed("[|]", &keys), ["battery"]);
+        assert_eq!(proposed("[battery]\n[|]", &keys), [""; 0]);
+        assert_eq!(proposed("[[|]]", &keys), [""; 0]);
         assert_eq!(proposed("battery = { charge_pct = 1, | }", &keys), [""; 0]);
     }
 

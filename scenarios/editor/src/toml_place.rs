@@ -21,6 +21,10 @@ pub(crate) enum TomlPlace {
     Header {
         /// The parts before.
         table: Vec<String>,
+        /// Whether it is that of an item of an array: `[[…]]`.
+        is_item: bool,
+        /// What other headers have here.
+        present: Vec<String>,
     },
     /// The value of the key with this path, or an item of it.
     Value {
@@ -35,10 +39,19 @@ pub(crate) enum TomlPlace {
 /// values.
 pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> {
     let AtCursor { mut place, word, instance, walk } = find(text, at)?;
-    if let TomlPlace::Key { table, present, .. } = &mut place {
-        let beside =
-            walk.keys.iter().filter(|key| key.instance == instance && key.table == *table && key.at != word.start);
-        present.extend(beside.map(|key| key.name.clone()));
+    match &mut place {
+        TomlPlace::Key { table, present, .. } => {
+            let beside =
+                walk.keys.iter().filter(|key| key.instance == instance && key.table == *table && key.at != word.start);
+            present.extend(beside.map(|key| key.name.clone()));
+        }
+        TomlPlace::Header { table, is_item, present } => {
+            let begun = text[..word.start].rsplit(['\n', '\r']).next().unwrap_or_default();
+            *is_item = begun.trim_start().starts_with("[[");
+            let others = walk.parts.iter().filter(|part| part.is_header && part.table == *table);
+            present.extend(others.filter(|part| part.range.start != word.start).map(|part| part.name.clone()));
+        }
+        TomlPlace::Value { .. } => {}
     }
     Some((place, word))
 }
@@ -225,7 +238,7 @@ impl TokenWalk {
             return None;
         }
         if self.is_header {
-            return Some(TomlPlace::Header { table: self.key.clone() });
+            return Some(TomlPlace::Header { table: self.key.clone(), is_item: false, present: Vec::new() });
         }
         let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
         if is_array {
@@ -407,10 +420,14 @@ mod tests {
 
     #[test]
     fn headers_and_comments_are_recognized() {
-        let header =
-            |table: &[&str]| TomlPlace::Header { table: table.iter().map(|part| (*part).to_owned()).collect() };
-        assert_eq!(at("[bat|]"), Some((header(&[]), "bat".to_owned())));
-        assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"]), String::new())));
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        let header = |table: &[&str], is_item, present: &[&str]| TomlPlace::Header {
+            table: owned(table),
+            is_item,
+            present: owned(present),
+        };
+        assert_eq!(at("[a]\n[bat|]\n[b.c]"), Some((header(&[], false, &["a", "b"]), "bat".to_owned())));
+        assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"], true, &[]), String::new())));
         for nothing in ["a = 1 # so|", "a = \"b\"|", "a = 1 |", "a = [\"b\"|]", "a = [1]|", "a = { b = 1 }|", "[a]|"] {
             assert_eq!(at(nothing), None, "{nothing}");
         }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use bt::{Kind, Tree, builtin_ports};
 use diagnostics::markup::attribute as attribute_text;
 
+use crate::expressions::word_in;
 use crate::knowledge::Knowledge;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::xml_place::{Tag, XmlCursor, XmlPlace, elements, place};
@@ -22,11 +23,11 @@ pub(crate) fn proposals(text: &str, at: usize, known: &Knowledge) -> Vec<Proposa
         XmlPlace::Attribute(tag) => {
             let every = is_node(&tag, &around).then(bt::node_attributes).into_iter().flatten();
             let own = bt::attributes_of(&tag.name).iter().copied().chain(every);
-            let all = ports_of(&tag, known).into_iter().chain(own.map(|name| (name.to_owned(), String::new())));
+            let all = ports_of(&tag, text, known).into_iter().chain(own.map(|name| (name.to_owned(), String::new())));
             let missing = all.filter(|(name, _)| tag.get(name).is_none());
             missing.map(|(name, takes)| Proposal::attribute(&name, takes, &word)).collect()
         }
-        XmlPlace::Value(tag, attribute) => values(text, &tag, &attribute, known, &word),
+        XmlPlace::Value(tag, attribute) => values(text, at, &tag, &attribute, known, &word),
     }
 }
 
@@ -37,14 +38,14 @@ pub(crate) fn explanation(text: &str, at: usize, known: &Knowledge) -> Option<Ex
     let explained = match place {
         XmlPlace::Element => {
             let leaf = || {
-                let ports = ports_of(&Tag { name: word.to_owned(), ..Tag::default() }, known).into_iter();
+                let ports = ports_of(&Tag { name: word.to_owned(), ..Tag::default() }, text, known).into_iter();
                 let ports: Vec<String> = ports.map(|(name, takes)| format!("- `{name}`: {takes}")).collect();
                 Some(format!("`{word}`: {}\n\n{}", known.processes().get(word)?, ports.join("\n")))
             };
             leaf().or_else(|| Some(format!("`{word}`\n\n{}", meaning(word)?)))?
         }
         XmlPlace::Attribute(mut tag) => {
-            let named = |tag: &Tag| ports_of(tag, known).into_iter().find(|(name, _)| name == word);
+            let named = |tag: &Tag| ports_of(tag, text, known).into_iter().find(|(name, _)| name == word);
             // Its ID may be the word.
             tag.attributes.retain(|(name, _)| name == "ID");
             let (name, takes) = named(&tag).or_else(|| hook(word))?;
@@ -79,7 +80,7 @@ fn is_node(tag: &Tag, around: &[Tag]) -> bool {
 }
 
 /// The ports of a node, each with what it takes.
-fn ports_of(tag: &Tag, known: &Knowledge) -> Vec<(String, String)> {
+fn ports_of(tag: &Tag, text: &str, known: &Knowledge) -> Vec<(String, String)> {
     let node = tag.get("ID").unwrap_or(&tag.name);
     if let Some(kind) = builtin(node) {
         let takes = |port: &bt::BuiltinPort| match port.default {
@@ -89,14 +90,25 @@ fn ports_of(tag: &Tag, known: &Knowledge) -> Vec<(String, String)> {
         };
         return builtin_ports(kind).map(|port| (port.name.to_owned(), takes(&port))).collect();
     }
-    let declared = known.trees().flat_map(|tree| {
+    let of_leaves = known.trees().flat_map(|tree| {
         let leaves = tree.leaves().filter(|leaf| leaf.type_id() == node);
         leaves
             .flat_map(|leaf| tree.ports(leaf.id()))
             .map(|port| (port.name.to_owned(), port.direction.element().to_owned()))
     });
-    let declared: BTreeSet<(String, String)> = declared.collect();
+    let declared: BTreeSet<(String, String)> = of_leaves.chain(declared_ports(text, node)).collect();
     declared.into_iter().collect()
+}
+
+/// The ports that a tree's file declares in the model of a node or subtree, as far as it can be read.
+fn declared_ports(text: &str, node: &str) -> impl Iterator<Item = (String, String)> {
+    let models = elements(text).skip_while(|tag| tag.name != "TreeNodesModel");
+    let model = models.skip_while(move |tag| is_port(tag) || tag.get("ID") != Some(node)).skip(1);
+    model.take_while(is_port).filter_map(|tag| Some((tag.get("name")?.to_owned(), tag.name.clone())))
+}
+
+fn is_port(tag: &Tag) -> bool {
+    tag.name.ends_with("_port")
 }
 
 fn nodes(text: &str, around: &[Tag], known: &Knowledge, before: &str, word: &Range<usize>) -> Vec<Proposal> {
@@ -122,7 +134,18 @@ fn declared_in(text: &str) -> BTreeSet<String> {
     nodes.filter_map(|tag| tag.get("ID").map(str::to_owned)).filter(|id| !id.is_empty()).collect()
 }
 
-fn values(text: &str, tag: &Tag, attribute: &str, known: &Knowledge, word: &Range<usize>) -> Vec<Proposal> {
+fn values(text: &str, at: usize, tag: &Tag, attribute: &str, known: &Knowledge, word: &Range<usize>) -> Vec<Proposal> {
+    let written = &text[word.start..at];
+    let takes = ports_of(tag, text, known).into_iter().find(|(name, _)| name == attribute).map(|(_, takes)| takes);
+    let takes = takes.as_deref().unwrap_or_default();
+    let is_script = takes.starts_with("a script") || hook(attribute).is_some();
+    let is_key = takes.starts_with("the name of an entry");
+    if is_script || is_key || written.rfind('{') > written.rfind('}') {
+        let word = word_in(text, word, at, |c| c.is_alphanumeric() || c == '_');
+        let entry = |name: &String| Proposal::new(name, ProposalKind::Name, "an entry", &word);
+        let others = entries(text, at);
+        return others.iter().map(entry).collect();
+    }
     let trees = || {
         let trees = elements(text).filter(|tag| tag.name == "BehaviorTree");
         trees.filter_map(|tag| tag.get("ID").map(str::to_owned)).collect::<BTreeSet<_>>()
@@ -132,14 +155,28 @@ fn values(text: &str, tag: &Tag, attribute: &str, known: &Knowledge, word: &Rang
         ("root", "BTCPP_format") => ["3", "4"].map(str::to_owned).into(),
         (_, "_autoremap") => ["false", "true"].map(str::to_owned).into(),
         (_, "ID") => declared_in(text),
-        _ => match ports_of(tag, known).into_iter().find(|(name, _)| name == attribute) {
-            Some((_, takes)) if takes.starts_with("true or false") => ["false", "true"].map(str::to_owned).into(),
-            // A leaf's port takes what its machine expects: often a place. What is in braces is an entry.
-            Some(_) if builtin(&tag.name).is_none() && !text[word.clone()].contains('{') => {
-                known.places().map(attribute_text).collect()
-            }
-            _ => BTreeSet::new(),
-        },
+        _ if takes.starts_with("true or false") => ["false", "true"].map(str::to_owned).into(),
+        // A leaf's port takes what its machine expects: often a place.
+        _ if !takes.is_empty() && builtin(&tag.name).is_none() && !text[word.clone()].contains('{') => {
+            known.places().map(attribute_text).collect()
+        }
+        _ => BTreeSet::new(),
     };
     names.iter().map(|name| Proposal::new(name, ProposalKind::Name, "", word)).collect()
+}
+
+/// The entries of blackboards that are named in braces, or to which a script assigns, except at this byte.
+fn entries(text: &str, at: usize) -> BTreeSet<String> {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let in_braces = text.match_indices('{').filter_map(|(open, _)| {
+        let rest = &text[open + 1..];
+        let name = &rest[..rest.find('}')?];
+        (!(open..=open + 1 + name.len()).contains(&at) && !name.is_empty() && name.chars().all(is_word)).then_some(name)
+    });
+    let assigned = text.match_indices(":=").filter_map(|(sign, _)| {
+        let before = text[..sign].trim_end();
+        let name = &before[before.trim_end_matches(is_word).len()..];
+        (!name.is_empty()).then_some(name)
+    });
+    in_braces.chain(assigned).map(str::to_owned).collect()
 }

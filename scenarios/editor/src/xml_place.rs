@@ -105,6 +105,18 @@ pub(crate) fn elements(text: &str) -> impl Iterator<Item = Tag> {
     })
 }
 
+/// The elements inside the one in whose start tag a byte is.
+pub(crate) fn inside(text: &str, at: usize) -> impl Iterator<Item = Tag> {
+    let mut depth = 0_usize;
+    let pieces = std::iter::successors(Piece::after(text, at), |(_, piece)| Piece::after(text, piece.end()?));
+    let tags = pieces.filter_map(|(_, piece)| if let Piece::Tag(tag) = piece { Some(tag) } else { None });
+    let before_end = tags.map_while(move |tag| {
+        depth = if tag.is_end { depth.checked_sub(1)? } else { depth + usize::from(!tag.is_empty) };
+        Some(tag)
+    });
+    before_end.filter(|tag| !tag.is_end).map(|tag| tag.content(text))
+}
+
 /// A tag, up to its `>`, or to the next `<` if it has none.
 struct WrittenTag {
     name: Range<usize>,
@@ -246,6 +258,14 @@ mod tests {
         let names: Vec<String> = elements("<a><!-- <b/> --><c x='1'></c></a><d").map(|tag| tag.name).collect();
         assert_eq!(names, ["a", "c", "d"]);
         assert_eq!(elements("<a x='1' y/>").next().unwrap().get("x"), Some("1"));
+    }
+
+    #[test]
+    fn elements_inside_another_are_those_before_its_end() {
+        let names = |text| inside(text, 2).map(|tag| tag.name).collect::<Vec<_>>();
+        assert_eq!(names("<a ><b><c/></b><d></d></a><e/>"), ["b", "c", "d"]);
+        assert_eq!(names("<a ><b><c"), ["b", "c"]);
+        assert_eq!(names("<a >"), [""; 0]);
     }
 
     #[test]

@@ -64,15 +64,6 @@ pub(super) const FORMS: [&str; 4] = ["machine", "request", "action", "topic"];
 /// How long a service may take to answer, unless the entry says otherwise: as in the shipped skills.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The word by which `success_when` calls the message whose fields it compares.
-const fn answer(of: Subject) -> &'static str {
-    match of {
-        Subject::Request => "reply",
-        Subject::Action => "result",
-        Subject::Topic => "message",
-    }
-}
-
 /// An entry has at most one form.
 pub(super) fn one_form() -> Value {
     let pairs = (0..FORMS.len()).flat_map(|a| (a + 1..FORMS.len()).map(move |b| [FORMS[a], FORMS[b]]));
@@ -85,9 +76,10 @@ impl Asking {
     pub(super) fn read(entry: Table<'_>) -> Option<Self> {
         let about = "A field of the request or goal: a constant, or `{PORT}`, the value of the leaf's port.";
         let arguments = fields(entry, "arguments", about, argument);
-        let outputs = fields(entry, "outputs", "The port to which a field of the answer is written.", written);
+        let about = "The port to which a field of the answer is written.";
+        let outputs = fields(entry, "outputs", about, written(Referent::AnswerField));
         let about = "The port to which a field of an action's feedback is written.";
-        let feedback = fields(entry, "feedback", about, written);
+        let feedback = fields(entry, "feedback", about, written(Referent::FeedbackField));
         let (success_when, timeout) = (read_success(entry), read_timeout(entry));
         let about = "What is asked when the tree halts the leaf: `Door.close`, a service without fields.";
         let on_halt = endpoint(entry, "on_halt", Subject::Request, about);
@@ -96,7 +88,7 @@ impl Asking {
             of,
             asked: split(entry, &endpoint)?,
             arguments,
-            success_when: success_when.map(|text| SuccessWhen::new(&text, answer(of))),
+            success_when: success_when.map(|text| SuccessWhen::new(&text, of.answer())),
             outputs,
             feedback,
             timeout: timeout.or((of == Subject::Request).then_some(PATIENCE)),
@@ -158,7 +150,8 @@ fn read_success(entry: Table<'_>) -> Option<Spanned<String>> {
     let about = "When the answer means success, as an expression of its fields: `reply.level > 30` of a request, \
                  `result.…` of an action, `message.…` of a topic; `{PORT}` is the value of the leaf's port. If not \
                  given, always.";
-    entry.text("success_when").about(about).filled("not be empty").spanned().optional()
+    let when = entry.text("success_when").about(about).refers_to(Referent::AnswerCondition);
+    when.filled("not be empty").spanned().optional()
 }
 
 fn read_timeout(entry: Table<'_>) -> Option<Duration> {
@@ -191,7 +184,8 @@ fn fields<T>(
 }
 
 fn argument(table: Table<'_>, field: &str, span: &Span, about: &str) -> Option<(Spanned<String>, Spanned<Argument>)> {
-    let item = table.get::<Item<'_>>(field).about(about).rules(scalar).optional()?;
+    let item = table.get::<Item<'_>>(field).about(about).rules(scalar);
+    let item = item.named_after(Referent::Argument).refers_to(Referent::InputPort).optional()?;
     let port = item.as_text().and_then(|text| text.strip_prefix('{')?.strip_suffix('}').map(str::to_owned));
     let value = port.map(Argument::Port).or_else(|| datum(&item).map(Argument::Constant));
     if value.is_none() {
@@ -201,7 +195,10 @@ fn argument(table: Table<'_>, field: &str, span: &Span, about: &str) -> Option<(
     Some((field, Spanned { value: value?, span: item.span().clone() }))
 }
 
-fn written(table: Table<'_>, port: &str, span: &Span, about: &str) -> Option<Written> {
-    let field = table.text(port).about(about).filled("not be empty").spanned().optional()?;
-    Some(Written { port: Spanned { value: port.to_owned(), span: span.clone() }, field })
+fn written(field: Referent) -> impl Fn(Table<'_>, &str, &Span, &str) -> Option<Written> {
+    move |table, port, span, about| {
+        let text = table.text(port).about(about).named_after(Referent::OutputPort).refers_to(field);
+        let field = text.filled("not be empty").spanned().optional()?;
+        Some(Written { port: Spanned { value: port.to_owned(), span: span.clone() }, field })
+    }
 }

@@ -91,7 +91,7 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
     for (name, span) in table.names("NAME") {
         let about =
             "A component that answers others: an SCXML machine, a program, nodes of ROS 2, or a device of the world.";
-        let entry = table.table(name).about(about).rules(one_form).refers_to(Referent::Component);
+        let entry = table.table(name).about(about).rules(one_form).named_after(Referent::Component);
         let Some(entry) = entry.optional() else { continue };
         let runs = read_runs(&entry, name, span);
         let data = read_data(
@@ -104,7 +104,7 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
             "The file with its interface: its services, topics and actions. Needed if others ask it \
              or read its topics.",
         );
-        let interface = interface.refers_to(Referent::File(&["toml"]));
+        let interface = interface.refers_to(Referent::Interface);
         let name = Spanned { value: name.to_owned(), span: span.clone() };
         let entry = |runs| ComponentEntry { name, runs, data, interface: interface.optional(), stands_for: None };
         entries.extend(runs.map(entry));

@@ -65,14 +65,14 @@ impl Scenario {
         Some(topology)
     }
 
-    /// What components offer to leaves: the name, `COMPONENT.NAME`, and whether it is a service, an action or a topic.
+    /// What components offer to leaves, each by its name, `COMPONENT.NAME`.
     #[must_use]
-    pub fn offers(&self) -> Vec<(String, &'static str)> {
+    pub fn offers(&self) -> Vec<(String, Offer)> {
         let Behavior::Tree(tree) = &self.behavior else { return Vec::new() };
         let places = self.premises.as_ref().map(|premises| &premises.places);
         let offers = offers(&self.parts(tree), &[], places).into_iter();
         let named = |(component, offers): (&str, Vec<Offer>)| {
-            let name = |offer: Offer| (format!("{component}.{}", offer.name), offer.of.noun());
+            let name = |offer: Offer| (format!("{component}.{}", offer.name), offer);
             offers.into_iter().map(name).collect::<Vec<_>>()
         };
         offers.flat_map(named).collect()

@@ -103,7 +103,7 @@ impl Expectations {
         let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
         for (property, span) in table.names("PROPERTY") {
             let outcome = table.one_of(property, &outcomes).about("The expected verdict of a property.");
-            let outcome = outcome.refers_to(Referent::Property).optional();
+            let outcome = outcome.named_after(Referent::Property).optional();
             let name = Spanned { value: property.to_owned(), span: span.clone() };
             expect.outcomes.extend(outcome.map(|outcome| (name, outcome)));
         }

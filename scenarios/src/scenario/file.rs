@@ -230,7 +230,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
                      skills and components run on their own.";
     let map = path(root, MAP, about_map).refers_to(Referent::File(&["yaml", "yml"])).optional();
     let places = path(root, "places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).");
-    let places = places.refers_to(Referent::File(&["toml", "ini"])).needs(MAP).optional();
+    let places = places.refers_to(Referent::Places).needs(MAP).optional();
     let behavior = read_behavior(root);
     let properties = root.get::<Vec<Spanned<String>>>("properties").words("an array of strings");
     let properties = properties.about("The property files. Each of their properties is monitored.");

@@ -44,7 +44,7 @@ pub(super) fn read_leaves(root: Table<'_>) -> Vec<LeafEntry> {
     let Some(table) = root.table("leaves").about(about).optional() else { return Vec::new() };
     let entry = |(name, span): (&str, &Span)| {
         let about = "A leaf of the tree, by the name of its process; or all leaves with this ID that have no entry by their names.";
-        let entry = table.table(name).about(about).rules(one_form).refers_to(Referent::Leaf).optional()?;
+        let entry = table.table(name).about(about).rules(one_form).named_after(Referent::Leaf).optional()?;
         let leaf = Spanned { value: name.to_owned(), span: span.clone() };
         let machine = entry
             .text("machine")

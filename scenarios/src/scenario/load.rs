@@ -35,15 +35,6 @@ impl Scenario {
         Self::load_with(found, overrides, None, |_| Ok(()))
     }
 
-    /// Loads a scenario like [`load`](Self::load), but shares the map, and what was computed from it, with `like` if
-    /// that has a map with the same path, whose files have not changed since.
-    ///
-    /// # Errors
-    /// As for [`load`](Self::load).
-    pub fn load_on_map_of(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, Some(Like { scenario: like, only_map: true }), |_| Ok(()))
-    }
-
     /// Loads a scenario like [`load`](Self::load), with the machines that replace components in its
     /// `[prove.components]`.
     ///
@@ -62,12 +53,38 @@ impl Scenario {
         Self::load_with(found, overrides, Some(Like { scenario: like, only_map: false }), |_| Ok(()))
     }
 
+    /// Loads a scenario as far as that is possible: one with problems may lack machines and properties, and is good for
+    /// its names only. It shares the map, and what was computed from it, with `like` if that has a map with the same
+    /// path, whose files have not changed since.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load), if nothing could be loaded.
+    pub fn load_partly(found: &Found, like: Option<&Self>) -> Result<(Self, Result<(), Error>), Error> {
+        let like = like.map(|scenario| Like { scenario, only_map: true });
+        let (loaded, mut complaints) = Self::attempt(found, &[], like, |_| Ok(()))?;
+        match loaded {
+            Some(loaded) => Ok((loaded, complaints.check())),
+            None => Err(complaints.check().expect_err("a file that could not be loaded was reported")),
+        }
+    }
+
     fn load_with(
         found: &Found,
         overrides: &[String],
         like: Option<Like<'_>>,
         change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
     ) -> Result<Self, Error> {
+        let (loaded, mut complaints) = Self::attempt(found, overrides, like, change)?;
+        complaints.check()?;
+        Ok(loaded.expect("a file that could not be loaded was reported"))
+    }
+
+    fn attempt(
+        found: &Found,
+        overrides: &[String],
+        like: Option<Like<'_>>,
+        change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
+    ) -> Result<(Option<Self>, Complaints), Error> {
         let assignments = overrides.iter().map(String::as_str);
         let mut file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
@@ -95,9 +112,19 @@ impl Scenario {
         let (of_map, like) = (like.map(|like| like.scenario), like.filter(|like| !like.only_map));
         let like = like.map(|like| like.scenario);
         let loaded = Loader { found, overrides, like, of_map, reader }.load(file);
-        complaints.check()?;
-        let loaded = loaded.expect("a file that could not be loaded was reported");
-        Ok(Self { schedule: schedule.map(Arc::new), ..loaded })
+        Ok((loaded.map(|loaded| Self { schedule: schedule.map(Arc::new), ..loaded }), complaints))
+    }
+
+    /// The same with the machines of leaves that only an earlier state of the scenario has.
+    #[must_use]
+    pub fn with_machines_of(mut self, before: &Self) -> Self {
+        let Behavior::Tree(tree) = &self.behavior else { return self };
+        for leaf in tree.leaves() {
+            if let Some(skill) = before.skills.get(leaf.process()) {
+                self.skills.entry(leaf.process().to_owned()).or_insert_with(|| skill.clone());
+            }
+        }
+        self
     }
 }
 

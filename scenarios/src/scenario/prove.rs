@@ -488,7 +488,7 @@ fn read_stand_ins(prove: Table<'_>) -> Vec<StandIn> {
     let read = |(name, span): (&str, &Span)| {
         let about = "What takes the place of a component. Doors, people sensors and trays answer anything by default.";
         let stand_in = table.table(name).about(about).rules(one_conduct);
-        let stand_in = stand_in.refers_to(Referent::Component).optional()?;
+        let stand_in = stand_in.named_after(Referent::Component).optional()?;
         let machine = path(
             stand_in,
             "machine",
@@ -532,7 +532,7 @@ fn read_expect(prove: Table<'_>) -> Vec<(Spanned<String>, ProofOutcome)> {
              is reached). \
              `all_reached` counts only if it is named.",
         );
-        let outcome = outcome.refers_to(Referent::Property).optional()?;
+        let outcome = outcome.named_after(Referent::Property).optional()?;
         Some((Spanned { value: name.to_owned(), span: span.clone() }, outcome))
     };
     table.names("PROPERTY").filter_map(read).collect()

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topology, Value};
-use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest_or_all};
-use ros_messages::{Decoder, Layout, Want};
+use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest, nearest_or_all};
+use ros_messages::{Decoder, Layout, Want, messages_on_board};
 
 use super::{FieldSource, Mapped, Mapping};
 use crate::definitions::Definitions;
@@ -122,6 +122,29 @@ pub struct Described {
     pub topology: Arc<Topology>,
     /// The topics of the others: the mapping names no type, or one that neither it nor this program defines.
     pub open: BTreeSet<String>,
+    /// A warning for each of their types that is probably misspelled: it has the package or the name of one that comes
+    /// with the program, and the rest is nearly the same, or its package has no such type.
+    pub misspelled: Vec<Problem>,
+}
+
+/// The warning of a type that nothing defines here, if one that comes with the program is meant.
+fn misspelled(kind: &Spanned<String>) -> Option<Problem> {
+    let known = messages_on_board();
+    let (package, name) = kind.value.split_once('/')?;
+    let of_package: Vec<&str> =
+        known.iter().filter_map(|known| known.strip_prefix(package)?.strip_prefix('/')).collect();
+    let meant = if of_package.is_empty() {
+        let packages = known.iter().filter_map(|known| known.strip_suffix(name)?.strip_suffix('/'));
+        format!("did you mean `{}/{name}`?", nearest(package, packages)?)
+    } else {
+        match nearest(name, of_package) {
+            Some(name) => format!("did you mean `{package}/{name}`?"),
+            None => "only a bag or a robot that has it tells what it consists of".to_owned(),
+        }
+    };
+    let problem =
+        kind.span.problem(format!("there is no `{}` among the types of ROS 2 that are known here", kind.value));
+    Some(problem.as_warning().with_label("this type").with_help(meant))
 }
 
 impl Compiled {
@@ -213,8 +236,9 @@ impl Mapping {
         let is_known = |mapped: &Mapped| mapped.promised().is_some_and(|topic| definitions.defined(&topic).is_ok());
         let (messages, open): (Vec<_>, Vec<_>) = self.messages.iter().cloned().partition(is_known);
         let known = Self { messages, ..self.clone() };
+        let misspelled = open.iter().filter_map(|mapped| misspelled(mapped.kind.as_ref()?)).collect();
         let open = open.into_iter().map(|mapped| mapped.topic.value).collect();
-        Ok(Described { topology: known.compile(&survey, None, read)?.topology, open })
+        Ok(Described { topology: known.compile(&survey, None, read)?.topology, open, misspelled })
     }
 
     /// An entry and the shape of its messages, for each topic of that name: in a bag, one name may have several types.

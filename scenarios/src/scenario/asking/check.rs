@@ -1,12 +1,12 @@
 //! Whether a component offers what an entry asks for.
 
-use channels::{FieldKind, Shape};
+use channels::FieldKind;
 use diagnostics::{Problem, Span, Spanned};
 
 use super::{Argument, Asking, Endpoint, SuccessWhen, Written};
 use crate::error::Complaints;
 use crate::names::unknown;
-use crate::scenario::offer::{Offer, Subject};
+use crate::scenario::offer::{Offer, OfferMessage, Subject};
 
 impl Asking {
     /// Reports what no component offers, or not like this. Returns whether there is nothing to report.
@@ -22,7 +22,7 @@ impl Asking {
         match self.on_halt.as_ref().map(|asked| (asked, offered(Subject::Request, asked, offers))) {
             Some((asked, Ok(offer))) => problems.extend(lacking(
                 asked,
-                fields(&offer.requests),
+                offer.fields(OfferMessage::Request),
                 "asked without fields when the tree halts the leaf",
             )),
             Some((_, Err(problem))) => problems.push(problem),
@@ -37,8 +37,8 @@ impl Asking {
     fn check_arguments(&self, offer: &Offer, problems: &mut Vec<Problem>) {
         let what = format!("field of {}", self.asked.name.value);
         for (field, argument) in &self.arguments {
-            let Some((_, kind)) = fields(&offer.requests).find(|(name, _)| *name == field.value) else {
-                problems.push(unknown(&what, field, fields(&offer.requests).map(|(name, _)| &**name)));
+            let Some((_, kind)) = offer.fields(OfferMessage::Request).find(|(name, _)| *name == field.value) else {
+                problems.push(unknown(&what, field, offer.fields(OfferMessage::Request).map(|(name, _)| &**name)));
                 continue;
             };
             if let Argument::Constant(value) = &argument.value
@@ -50,36 +50,31 @@ impl Asking {
                 problems.push(problem.with_label("this value").with_help(format!("it is {kind}")));
             }
         }
-        let missing =
-            fields(&offer.requests).filter(|(name, _)| self.arguments.iter().all(|(given, _)| given.value != *name));
+        let missing = offer
+            .fields(OfferMessage::Request)
+            .filter(|(name, _)| self.arguments.iter().all(|(given, _)| given.value != *name));
         problems.extend(lacking(&self.asked, missing, "`arguments` does not give it"));
     }
 
     /// Reports fields that the answer does not have.
     fn check_fields(&self, offer: &Offer, problems: &mut Vec<Problem>) {
         let component = &self.asked.component.value;
-        let mut check = |head: &str, field: &str, span: &Span| {
-            let says = |shape: &&Shape| shape.heads().iter().any(|symbol| symbol.name() == head);
-            let known = offer.replies.iter().filter(says).flat_map(|shape| shape.fields().iter().skip(1));
-            let known: Vec<&str> = known.map(|(name, _)| &**name).collect();
+        let mut check = |of: OfferMessage, field: &str, span: &Span| {
+            let known: Vec<&str> = offer.fields(of).map(|(name, _)| &**name).collect();
             if !known.contains(&field) {
                 let field = Spanned { value: field.to_owned(), span: span.clone() };
+                let head = offer.head(of).unwrap_or_default();
                 problems.push(unknown(&format!("field of <{head}> from {component}"), &field, known));
             }
         };
-        let success = match self.of {
-            Subject::Request => "ok".to_owned(),
-            Subject::Action => format!("{}.succeeded", self.asked.name.value),
-            Subject::Topic => self.asked.name.value.clone(),
-        };
         for Written { field, .. } in &self.outputs {
-            check(&success, &field.value, &field.span);
+            check(OfferMessage::Answer, &field.value, &field.span);
         }
         for Written { field, .. } in &self.feedback {
-            check(&format!("{}.feedback", self.asked.name.value), &field.value, &field.span);
+            check(OfferMessage::Feedback, &field.value, &field.span);
         }
         if let Some(SuccessWhen { fields, span, .. }) = &self.success_when {
-            fields.iter().for_each(|field| check(&success, field, span));
+            fields.iter().for_each(|field| check(OfferMessage::Answer, field, span));
         }
     }
 }
@@ -111,9 +106,4 @@ fn lacking<'f>(
     let (name, kind) = missing.find(|(_, kind)| !matches!(kind, FieldKind::Optional(_)))?;
     let problem = asked.name.span.problem(format!("`{}` needs the field `{name}`", asked.name.value));
     Some(problem.with_label(label).with_help(format!("it is {kind}")))
-}
-
-/// The fields of a request or a goal, which is the first of these.
-fn fields(requests: &[Shape]) -> impl Iterator<Item = &(String, FieldKind)> {
-    requests.first().into_iter().flat_map(|shape| shape.fields().iter().skip(1))
 }
