@@ -156,7 +156,7 @@ fn a_folder_may_be_opened_through_a_link() {
 #[test]
 fn a_campaign_is_told_everything_at_its_place() {
     let mut editor = Editor::new();
-    let text = "scenario = \"errnd\"\nsampling = \"random\"\nruns = 0\nset = [\"seed=2\", \"battery.initial_pct=800\"]\n\
+    let text = "scenario = \"errnd\"\nsampling = \"random\"\nruns = 0\nset = [\"seed=2\", \"battery.initial_pct=800\",\n \"sed=3\"]\n\
                 parameters = [{ key = \"battery.drain_pct_per_s\", from = 0.1, to = 0.2 }]\n";
     editor.open("c.toml", text);
     let lines = |editor: &mut Editor| {
@@ -166,8 +166,9 @@ fn a_campaign_is_told_everything_at_its_place() {
     assert_eq!(lines(&mut editor), ["1", "3"]);
     editor.replace("c.toml", "errnd", "errand");
     editor.replace("c.toml", "runs = 0", "runs = 2");
-    assert_eq!(lines(&mut editor), ["4"]);
+    assert_eq!(lines(&mut editor), ["4", "5"]);
     editor.replace("c.toml", "800", "80");
+    editor.replace("c.toml", "sed=", "seed=");
     assert_eq!(editor.with_problems(), [""; 0]);
 }
 

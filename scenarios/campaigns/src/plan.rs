@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use diagnostics::document::Document;
-use diagnostics::{Disk, Problem, Spanned, did_you_mean};
+use diagnostics::{Disk, FileProblems, Problem, Spanned, did_you_mean};
 use runs::Run;
 use scenarios::Complaints;
 use scenarios::files::{shipped_campaigns, shipped_scenarios};
@@ -128,7 +128,7 @@ impl Plan {
         // All runs must use the same files, even if the campaign resumes later.
         found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
-        let base = Scenario::load(&found, &set).map_err(|error| refused_setting(&found, &file.set, error))?;
+        let base = Scenario::load(&found, &set).map_err(|error| refused_settings(&found, &file.set, error))?;
         let base = Arc::new(base);
         let run = Run::prepare(Arc::clone(&base), file.seed, true)?;
         let properties = run.properties().map(str::to_owned).collect();
@@ -363,20 +363,23 @@ fn scenario(disk: &Disk, name: &str, written: &Spanned<&str>) -> Result<Found, P
     })
 }
 
-/// The error of a scenario with these settings, located at the first that it does not accept; without any, its own.
-fn refused_setting(found: &Found, set: &[Spanned<String>], error: scenarios::Error) -> scenarios::Error {
-    let with = |count| {
-        let set: Vec<String> = set[..count].iter().map(|set| set.value.clone()).collect();
-        Scenario::load(found, &set)
-    };
-    if with(0).is_err() {
+/// The error of a scenario with these settings, located at those that it does not accept beside the others; without
+/// any, its own.
+fn refused_settings(found: &Found, set: &[Spanned<String>], error: scenarios::Error) -> scenarios::Error {
+    if Scenario::load(found, &[]).is_err() {
         return error;
     }
-    let first = (1..=set.len()).find_map(|count| Some((&set[count - 1], with(count).err()?)));
-    first.map_or(error, |(set, error)| {
-        let problem = set.span.problem(format!("the scenario does not accept `{}`: {}", set.value, error.reasons()));
-        scenarios::Error::bad_input(problem.with_label("this setting"))
-    })
+    let (mut accepted, mut problems) = (Vec::new(), Vec::new());
+    for set in set {
+        accepted.push(set.value.clone());
+        if let Err(error) = Scenario::load(found, &accepted) {
+            accepted.pop();
+            let problem =
+                set.span.problem(format!("the scenario does not accept `{}`: {}", set.value, error.reasons()));
+            problems.push(problem.with_label("this setting"));
+        }
+    }
+    FileProblems::none_of(problems).map_or_else(scenarios::Error::bad_input, |()| error)
 }
 
 /// The error that the scenario does not accept a value, located at the parameter.

@@ -11,8 +11,10 @@ use crate::answers::EditedFile;
 use crate::file_kind::FileKind;
 use crate::findings::{Finding, Findings};
 use crate::project::{Documents, FileContext, Project};
+use crate::proposal::{Proposal, ProposalKind};
 use crate::toml_keys::{header, key_at, name_of, simplest};
 use crate::toml_place::{TomlPlace, place};
+use crate::xml_place::end_name;
 
 /// A change after which a finding is gone.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,8 +83,14 @@ fn nearest_names(text: &str, subject: &EditedFile<'_>, finding: &Finding) -> Vec
         // A name of one letter is near every other one.
         let written = Some(written).filter(|written| written.chars().count() > 1)?;
         let meant = nearest(written, others.clone().map(|proposal| proposal.name.as_str()))?;
-        let text = others.clone().find(|proposal| proposal.name == meant)?.insert.clone();
-        Some(QuickFix { title: format!("Replace `{written}` with `{meant}`"), range, text, is_certain: false })
+        let Proposal { kind, insert, .. } = others.clone().find(|proposal| proposal.name == meant)?;
+        let end = Some(range.end).filter(|_| *kind == ProposalKind::Element).and_then(|end| end_name(text, end));
+        let title = format!("Replace `{written}` with `{meant}`");
+        let (range, text) = match end.filter(|end| text[end.clone()] == *written) {
+            Some(end) => (range.start..end.end, format!("{insert}{}{insert}", &text[range.end..end.start])),
+            None => (range, insert.clone()),
+        };
+        Some(QuickFix { title, range, text, is_certain: false })
     };
     let mut fixes: Vec<QuickFix> = word_ends(text, &finding.range).take(MAX_WORDS).filter_map(fix).collect();
     fixes.dedup_by(|one, other| one.range == other.range);

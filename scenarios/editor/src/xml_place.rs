@@ -107,14 +107,25 @@ pub(crate) fn elements(text: &str) -> impl Iterator<Item = Tag> {
 
 /// The elements inside the one in whose start tag a byte is.
 pub(crate) fn inside(text: &str, at: usize) -> impl Iterator<Item = Tag> {
-    let mut depth = 0_usize;
+    let inside = up_to_end(text, at).filter_map(|(tag, depth)| (depth.is_some() && !tag.is_end).then_some(tag));
+    inside.map(|tag| tag.content(text))
+}
+
+/// The name in the end tag of the element in whose start tag a byte is.
+pub(crate) fn end_name(text: &str, at: usize) -> Option<Range<usize>> {
+    up_to_end(text, at).find_map(|(tag, depth)| depth.is_none().then_some(tag.name))
+}
+
+/// The tags behind a start tag in which a byte is, each with the number of open elements inside it; none at its end.
+fn up_to_end(text: &str, at: usize) -> impl Iterator<Item = (WrittenTag, Option<usize>)> {
+    let mut depth = Some(0_usize);
     let pieces = std::iter::successors(Piece::after(text, at), |(_, piece)| Piece::after(text, piece.end()?));
     let tags = pieces.filter_map(|(_, piece)| if let Piece::Tag(tag) = piece { Some(tag) } else { None });
-    let before_end = tags.map_while(move |tag| {
-        depth = if tag.is_end { depth.checked_sub(1)? } else { depth + usize::from(!tag.is_empty) };
-        Some(tag)
-    });
-    before_end.filter(|tag| !tag.is_end).map(|tag| tag.content(text))
+    tags.map_while(move |tag| {
+        let before = depth?;
+        depth = if tag.is_end { before.checked_sub(1) } else { Some(before + usize::from(!tag.is_empty)) };
+        Some((tag, depth))
+    })
 }
 
 /// A tag, up to its `>`, or to the next `<` if it has none.
@@ -266,6 +277,8 @@ mod tests {
         assert_eq!(names("<a ><b><c/></b><d></d></a><e/>"), ["b", "c", "d"]);
         assert_eq!(names("<a ><b><c"), ["b", "c"]);
         assert_eq!(names("<a >"), [""; 0]);
+        assert_eq!(end_name("<a ><b><c/></b></d><e/></a>", 2), Some(17..18));
+        assert_eq!(end_name("<a ><b></b>", 2), None);
     }
 
     #[test]
