@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use diagnostics::Disk;
-use editor::{Documents, Project, Toml};
+use editor::{CheckedDocuments, Documents, EditedFile, Project, Toml};
 use serde_json::{Value, json};
 
 use super::Editor;
@@ -106,14 +106,23 @@ fn edit_at_random(count: usize, seed: u64, compared_every: usize) {
         let at = dice.below(files.len());
         let path = folder.join(files[at]);
         let mut text = documents.open[&path].to_string();
+        let mut cursor = 0;
         if dice.below(12) == 0 {
             text.clone_from(&right[at]);
         } else {
             let (range, piece) = random_edit(&text, &mut dice);
+            cursor = range.start + piece.len();
             text.replace_range(range, &piece);
         }
         documents.open.insert(path.clone(), text.as_str().into());
-        let found = project.check(&documents).findings;
+        let CheckedDocuments { findings: found, contexts, .. } = project.check(&documents);
+        let disk = documents.disk();
+        let edited = EditedFile { disk: &disk, file: &path, context: &contexts[&path] };
+        // Whatever they are, they fit the text.
+        for proposal in edited.proposals(&text, cursor) {
+            assert!(text.get(proposal.replaces.clone()).is_some(), "{proposal:?} in {text}");
+        }
+        edited.explanation(&text, cursor);
         if edit % compared_every == 0 {
             // The same texts, saved.
             for (path, text) in &documents.open {
@@ -153,7 +162,7 @@ fn after_random_edits_the_findings_are_those_of_the_saved_files() {
 }
 
 #[test]
-#[ignore = "takes half an hour; STEWARD_EDITS is the number of edits, by default 100,000"]
+#[ignore = "takes an hour; STEWARD_EDITS is the number of edits, by default 100,000"]
 fn after_very_many_random_edits_the_findings_are_those_of_the_saved_files_on_demand() {
     let count = std::env::var("STEWARD_EDITS").map_or(100_000, |count| count.parse().unwrap());
     let memory = || {

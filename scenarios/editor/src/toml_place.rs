@@ -74,10 +74,9 @@ fn find(text: &str, at: usize) -> Option<AtCursor> {
     let mut walk = TokenWalk::default();
     let mut found = None;
     for token in tokens(text) {
-        // A cursor at the end of a word is in the word; one at the end of a string is after it.
+        // A cursor at the end of a word is in the word; one among the quotes of a string is not in the string.
         let is_here = match token.kind {
-            Kind::Word | Kind::OpenText => token.range.start <= at && at <= token.range.end,
-            Kind::Text => token.range.start < at && at < token.range.end,
+            Kind::Word | Kind::Text | Kind::OpenText => token.content.start <= at && at <= token.content.end,
             Kind::Comment => token.range.start < at && at <= token.range.end,
             _ => false,
         };
@@ -428,7 +427,16 @@ mod tests {
         };
         assert_eq!(at("[a]\n[bat|]\n[b.c]"), Some((header(&[], false, &["a", "b"]), "bat".to_owned())));
         assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"], true, &[]), String::new())));
-        for nothing in ["a = 1 # so|", "a = \"b\"|", "a = 1 |", "a = [\"b\"|]", "a = [1]|", "a = { b = 1 }|", "[a]|"] {
+        for nothing in [
+            "a = \"\"|\"b\"\"\"",
+            "a = 1 # so|",
+            "a = \"b\"|",
+            "a = 1 |",
+            "a = [\"b\"|]",
+            "a = [1]|",
+            "a = { b = 1 }|",
+            "[a]|",
+        ] {
             assert_eq!(at(nothing), None, "{nothing}");
         }
     }
