@@ -29,7 +29,9 @@ def start(domain, *program):
 
 def run(domain, scenario, *options, network=(), meanwhile=lambda process: None):
     """What a run reports and says, and its messages: who says what to whom."""
-    record, out = FOLDER / f"{domain}.jsonl", FOLDER / f"out-{domain}"
+    # Domains in other networks have the same numbers.
+    folder = Path(tempfile.mkdtemp(dir=FOLDER))
+    record, out = folder / "messages.jsonl", folder / "out"
     words = [*network, STEWARD, "run", scenario, "--domain", str(domain), "--json", "--no-snapshots", *options]
     words += ["--record", record, "--out", out]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
