@@ -199,16 +199,16 @@ impl Nodes {
         }
     }
 
-    /// After DDS has failed, nobody responds to what was asked before. Results can be asked for again.
+    /// After DDS has failed, nobody responds to what was asked before.
     fn mind_failures(&mut self) {
         if std::mem::replace(&mut self.failures, self.node.failures()) == self.failures {
             return;
         }
         for call in std::mem::take(&mut self.open).into_values() {
-            if call.asks_for_result() {
+            if call.is_repeatable() {
                 self.ask(vec![call]);
             } else {
-                self.answers.push(FromNode::Response { number: call.number, body: Vec::new() });
+                self.answers.push(call.presumed());
             }
         }
     }

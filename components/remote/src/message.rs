@@ -1,6 +1,8 @@
 //! What passes between a channel system and nodes of ROS 2, in both directions.
 
-use crate::action::{self, GET_RESULT};
+use ros_messages::CdrWriter;
+
+use crate::action::{self, CANCEL_GOAL, GET_RESULT, SEND_GOAL};
 
 /// The id of an action's goal.
 pub type GoalId = [u8; 16];
@@ -57,9 +59,25 @@ impl FromNode {
 }
 
 impl Call {
-    /// Whether it does nothing but ask for the end of a goal, so that it can be sent again.
+    /// Whether it has no other effect if it is sent again: it asks for the result of a goal, or cancels it.
     #[must_use]
-    pub fn asks_for_result(&self) -> bool {
-        self.service.ends_with(GET_RESULT)
+    pub fn is_repeatable(&self) -> bool {
+        [GET_RESULT, CANCEL_GOAL].iter().any(|part| self.is_to(part))
+    }
+
+    /// What is taken for its response if that is lost. A goal may be pursued: its result tells if it is not.
+    #[must_use]
+    pub fn presumed(&self) -> FromNode {
+        let accepts = || {
+            let mut body = CdrWriter::reusing(Vec::new());
+            body.number([1]);
+            body.bytes()
+        };
+        let body = if self.is_to(SEND_GOAL) { accepts() } else { Vec::new() };
+        FromNode::Response { number: self.number, body }
+    }
+
+    fn is_to(&self, part: &str) -> bool {
+        self.service.ends_with(&action::service("", part))
     }
 }

@@ -209,6 +209,15 @@ fn a_client_that_asks_again_has_abandoned_what_it_asked_before() {
     process.take_calls();
     process.conclude();
     assert_eq!(process.take_calls()[0].body[4..20], second.body[4..20]);
+    // A goal whose acceptance is lost may be pursued; if it is not, the server does not know it.
+    let sent = goal(&mut process, 9);
+    assert!(!sent.is_repeatable());
+    assert_eq!(hear(&mut process, sent.presumed()), ["[<drive.accepted>]"]);
+    let asked = process.take_calls().pop().expect("the result is asked for");
+    let canceled = ask(&mut process, 9, [Sent::symbol("drive.cancel")]).pop().expect("it is canceled");
+    assert!(asked.is_repeatable() && canceled.is_repeatable());
+    let said = hear(&mut process, response(asked.number, |body| body.number([0])));
+    assert_eq!(said, ["[<drive.aborted>, \"the server does not know the goal\"]"]);
     // What nobody can answer fails.
     let call = goal(&mut process, 9);
     let nobody = FromNode::Response { number: call.number, body: Vec::new() };

@@ -88,11 +88,13 @@ print(f"{len(CASES)} times, a server of rclpy or of Cyclone DDS answered as it s
 
 
 def cut_off(case):
-    """While the helper counts, the run loses what listens for it, or everybody loses the network, for a while."""
-    (file, python, seconds), domain = case
+    """While the helper counts, or accepts the goal, the run loses what listens for it, or everybody loses the network,
+    for a while.
+    """
+    (file, python, seconds, *misbehaves), domain = case
     network = apart.Network()
     network.run(apart.LOOPBACK)
-    server = Peer(python, file, network=network.inside, ROS_DOMAIN_ID=str(domain))
+    server = Peer(python, file, *misbehaves, network=network.inside, ROS_DOMAIN_ID=str(domain))
 
     def meanwhile(process):
         assert server.heard() == {"counts": True}
@@ -123,8 +125,9 @@ def cut_off(case):
 SHORT, LONG = 3, 25
 SERVERS = [("helper.py", FAST), ("cyclone_server.py", CYCLONE)]
 CUTS = [(*server, seconds) for server in SERVERS for seconds in (None, SHORT, LONG)]
+CUTS += [(*SERVERS[0], seconds, "--misbehave", "hesitates") for seconds in (None, LONG)]
 # They mostly wait; what follows goes on beside them.
-cut = ThreadPoolExecutor(6).map(cut_off, zip(CUTS, DOMAINS))
+cut = ThreadPoolExecutor(len(CUTS)).map(cut_off, zip(CUTS, DOMAINS))
 
 
 NAVIGATIONS = {"rclpy": (FAST, "navigator.py"), "Cyclone DDS": (CYCLONE, "cyclone_navigator.py")}

@@ -1,5 +1,6 @@
 """The same server as cyclone_server.py, which says what it does, as a node of ROS 2 (packages as for fast.py, and
-test_msgs): there, a response refers to its request beside the message. It cannot respond twice.
+test_msgs): there, a response refers to its request beside the message. It cannot respond twice. With
+`--misbehave hesitates`, it says that it counts before it accepts the goal.
 """
 import argparse, os, sys, time
 
@@ -14,13 +15,20 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from test_msgs.action import Fibonacci
 
-COUNT_S, LATE_S = 0.2, 3.0
+COUNT_S, LATE_S, HESITATES_S = 0.2, 3.0, 0.3
 
 
 def serve_switch(request, response):
     time.sleep(LATE_S if misbehaves == "late" else 0.0)
     response.success, response.message = request.data, "switched"
     return response
+
+
+def judge(_):
+    if misbehaves == "hesitates":
+        say({"counts": True})
+        time.sleep(HESITATES_S)
+    return GoalResponse.REJECT if misbehaves == "rejects" else GoalResponse.ACCEPT
 
 
 def count(goal):
@@ -50,15 +58,14 @@ def count(goal):
 
 
 parser = argparse.ArgumentParser()
-parser.add_argument("--misbehave", choices=["rejects", "aborts", "hangs", "dies", "late"])
+parser.add_argument("--misbehave", choices=["rejects", "aborts", "hangs", "dies", "late", "hesitates"])
 misbehaves = parser.parse_args(remove_ros_args(sys.argv)[1:]).misbehave
 rclpy.init(args=sys.argv)
 node = rclpy.create_node("helper", namespace="/helper")
 told = node.create_publisher(String, "told", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 told.publish(String(data="ready"))
 node.create_service(SetBool, "switch", serve_switch)
-response = GoalResponse.REJECT if misbehaves == "rejects" else GoalResponse.ACCEPT
-ActionServer(node, Fibonacci, "count", count, goal_callback=lambda _: response,
+ActionServer(node, Fibonacci, "count", count, goal_callback=judge,
              cancel_callback=lambda _: CancelResponse.ACCEPT, callback_group=ReentrantCallbackGroup())
 executor = MultiThreadedExecutor(num_threads=8)
 executor.add_node(node)
