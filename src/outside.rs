@@ -208,7 +208,14 @@ impl Nodes {
             if call.is_repeatable() {
                 self.ask(vec![call]);
             } else {
-                self.answers.push(call.presumed());
+                let presumed = call.presumed();
+                let is_lost = matches!(&presumed, FromNode::Response { body, .. } if body.is_empty());
+                let counts = if is_lost { "failed" } else { "accepted" };
+                let service = &self.names.outside[&call.service];
+                let lost =
+                    format!("the response of {service} was lost when DDS failed: what was asked counts as {counts}");
+                self.happened.push(lost);
+                self.answers.push(presumed);
             }
         }
     }

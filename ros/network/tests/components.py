@@ -119,6 +119,7 @@ def cut_off(case):
     assert report["monitors"][0]["verdict"] == "satisfied", (case, heard, words)
     assert ("DDS failed after" in words) == (seconds != SHORT), (case, words)
     assert ("out of reach" in words) == (seconds == LONG), (case, words)
+    assert ("counts as accepted" in " ".join(words.split())) == bool(misbehaves), (case, words)
 
 
 # Participants are given up after 10 or 20 s.
