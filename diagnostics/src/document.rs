@@ -37,7 +37,7 @@ mod yaml_text;
 
 pub use field::Field;
 pub use item::{FromItem, Item};
-pub use key::{Key, Referent, Written};
+pub use key::{Key, Own, Referent, Written};
 pub use table::Table;
 
 use crate::{FileProblems, Source, Spanned};

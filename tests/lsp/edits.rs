@@ -122,7 +122,11 @@ fn edit_at_random(count: usize, seed: u64, compared_every: usize) {
         for proposal in edited.proposals(&text, cursor) {
             assert!(text.get(proposal.replaces.clone()).is_some(), "{proposal:?} in {text}");
         }
-        edited.explanation(&text, cursor);
+        let explained = edited.explanation(&text, cursor);
+        assert!(
+            explained.as_ref().is_none_or(|explained| text.get(explained.range.clone()).is_some()),
+            "{explained:?}"
+        );
         if edit % compared_every == 0 {
             // The same texts, saved.
             for (path, text) in &documents.open {

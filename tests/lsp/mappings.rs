@@ -104,6 +104,22 @@ fn a_process_is_renamed_in_the_mapping_and_in_its_properties() {
 }
 
 #[test]
+fn a_misspelled_type_is_shown_where_it_is() {
+    let mut editor = opened();
+    for wrong in ["geometry_msgs/msg/Twits", "geometri_msgs/msg/Twist"] {
+        editor.replace("robot.toml", "geometry_msgs/msg/Twist", wrong);
+        let problems = editor.problems("robot.toml");
+        let line = editor.text("robot.toml").lines().position(|line| line.contains(wrong)).unwrap() + 1;
+        let is_at_type = problems.len() == 1 && problems[0].starts_with(&format!("{line}: "));
+        assert!(is_at_type && problems[0].contains("did you mean `geometry_msgs/msg/Twist`"), "{problems:?}");
+        editor.replace("robot.toml", wrong, "geometry_msgs/msg/Twist");
+    }
+    // It is nobody's business here what other packages define.
+    editor.replace("robot.toml", "geometry_msgs/msg/Twist", "acme_msgs/msg/Twitch");
+    assert_eq!(editor.problems("robot.toml"), [""; 0]);
+}
+
+#[test]
 fn types_that_only_a_robot_tells_are_left_open_and_named() {
     let mut editor = opened();
     editor.replace("robot.toml", "type = \"geometry_msgs/msg/Twist\"\n", "");

@@ -51,13 +51,20 @@ pub enum Referent {
     Event,
     /// A type of messages of ROS 2: `PACKAGE/msg/NAME`.
     MessageType,
-    /// A datum of the machine of the leaf or component in whose table it is.
+    /// Something of the leaf or component in whose table it is.
+    Own(Own),
+}
+
+/// Something of a leaf or component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Own {
+    /// A datum of its machine.
     Datum,
-    /// An input port of the leaf in whose table it is: `{PORT}`.
+    /// An input port: `{PORT}`.
     InputPort,
-    /// An output port of the leaf in whose table it is.
+    /// An output port.
     OutputPort,
-    /// A field of what this leaf asks.
+    /// A field of what it asks.
     Argument,
     /// A field of the answer.
     AnswerField,

@@ -69,14 +69,9 @@ impl EditedFile<'_> {
                 found
             }
             Referent::Scenario => paths::scenarios(self.disk, self.file, written),
-            Referent::Datum
-            | Referent::InputPort
-            | Referent::OutputPort
-            | Referent::Argument
-            | Referent::AnswerField
-            | Referent::FeedbackField
-            | Referent::AnswerCondition => leaf_words::proposals(blank, text, known),
+            Referent::Own(own) => leaf_words::proposals(own, blank, text, known),
             // Of an assignment, `KEY=VALUE`, the key.
+            _ if written[..at].contains('=') => Vec::new(),
             _ => {
                 let word = 0..written.find('=').unwrap_or(written.len());
                 let names = known.named(what).into_iter();
@@ -104,6 +99,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::path::PathBuf;
 
+    use diagnostics::document::Own;
     use diagnostics::normal;
 
     use super::*;
@@ -138,8 +134,8 @@ mod tests {
                 let proposals = subject.proposals(text, written.range.start + name.len());
                 // An assignment may set an item of an array.
                 let array = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
-                let is_constant = what == Referent::InputPort && !name.starts_with('{');
-                let is_free = is_constant || matches!(what, Referent::Event | Referent::AnswerCondition);
+                let is_constant = what == Referent::Own(Own::InputPort) && !name.starts_with('{');
+                let is_free = is_constant || matches!(what, Referent::Event | Referent::Own(Own::AnswerCondition));
                 let is_known = proposals.iter().any(|proposal| [name, array].contains(&proposal.name.as_str()));
                 assert!(is_known || is_free || ["any", "."].contains(&name), "{file:?}: {what:?} {name}");
                 *seen.entry(format!("{what:?}")).or_insert(0) += 1;

@@ -211,13 +211,7 @@ impl Knowledge {
             | Referent::Interface
             | Referent::Machine
             | Referent::Event
-            | Referent::Datum
-            | Referent::InputPort
-            | Referent::OutputPort
-            | Referent::Argument
-            | Referent::AnswerField
-            | Referent::FeedbackField
-            | Referent::AnswerCondition => BTreeMap::new(),
+            | Referent::Own(_) => BTreeMap::new(),
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bt::Direction;
 use channels::FieldKind;
-use diagnostics::document::Referent;
+use diagnostics::document::Own;
 use scenarios::scenario::{Offer, OfferMessage};
 
 use crate::expressions::{compared, symbols, word_in};
@@ -14,28 +14,29 @@ use crate::toml_keys::Blank;
 use crate::toml_place::contents;
 
 /// What may be written in a blank of the table of a leaf or a component.
-pub(crate) fn proposals(blank: Blank<'_>, text: &str, known: &Knowledge) -> Vec<Proposal> {
+pub(crate) fn proposals(own: Own, blank: Blank<'_>, text: &str, known: &Knowledge) -> Vec<Proposal> {
     let [table, name, ..] = blank.path else { return Vec::new() };
     let offers = || asked([table, name], text, known);
     let fields = |of| listed(offers().iter().flat_map(|offer| offer.fields(of)));
-    let names = match blank.what {
-        Referent::Datum => {
+    let names = match own {
+        Own::Datum => {
             let scenarios = known.scenarios.iter();
             let machines = scenarios.flat_map(|scenario| scenario.machine_processes());
-            let own = machines.filter(|(process, _)| process == name);
-            own.flat_map(|(_, skill)| skill.machine.parameters())
+            let machines = machines.filter(|(process, _)| process == name);
+            machines
+                .flat_map(|(_, skill)| skill.machine.parameters())
                 .map(|id| (id.to_owned(), "a datum".to_owned()))
                 .collect()
         }
-        Referent::InputPort => {
+        Own::InputPort => {
             let ports = ports(name, Direction::Output, known).into_iter();
             ports.map(|(port, what)| (format!("{{{port}}}"), what)).collect()
         }
-        Referent::OutputPort => ports(name, Direction::Input, known),
-        Referent::Argument => fields(OfferMessage::Request),
-        Referent::AnswerField => fields(OfferMessage::Answer),
-        Referent::FeedbackField => fields(OfferMessage::Feedback),
-        _ => return condition(blank, name, &offers(), known),
+        Own::OutputPort => ports(name, Direction::Input, known),
+        Own::Argument => fields(OfferMessage::Request),
+        Own::AnswerField => fields(OfferMessage::Answer),
+        Own::FeedbackField => fields(OfferMessage::Feedback),
+        Own::AnswerCondition => return condition(blank, name, &offers(), known),
     };
     let whole = 0..blank.written.len();
     names.into_iter().map(|(name, what)| Proposal::new(name, ProposalKind::Name, what, &whole)).collect()

@@ -7,7 +7,7 @@ mod success;
 use std::time::Duration;
 
 use bt::{Direction, Kind, Node, Tree};
-use diagnostics::document::{Item, Referent, Table};
+use diagnostics::document::{Item, Own, Referent, Table};
 use diagnostics::{Span, Spanned};
 use serde_json::{Value, json};
 use skills::Datum;
@@ -77,9 +77,9 @@ impl Asking {
         let about = "A field of the request or goal: a constant, or `{PORT}`, the value of the leaf's port.";
         let arguments = fields(entry, "arguments", about, argument);
         let about = "The port to which a field of the answer is written.";
-        let outputs = fields(entry, "outputs", about, written(Referent::AnswerField));
+        let outputs = fields(entry, "outputs", about, written(Own::AnswerField));
         let about = "The port to which a field of an action's feedback is written.";
-        let feedback = fields(entry, "feedback", about, written(Referent::FeedbackField));
+        let feedback = fields(entry, "feedback", about, written(Own::FeedbackField));
         let (success_when, timeout) = (read_success(entry), read_timeout(entry));
         let about = "What is asked when the tree halts the leaf: `Door.close`, a service without fields.";
         let on_halt = endpoint(entry, "on_halt", Subject::Request, about);
@@ -150,7 +150,7 @@ fn read_success(entry: Table<'_>) -> Option<Spanned<String>> {
     let about = "When the answer means success, as an expression of its fields: `reply.level > 30` of a request, \
                  `result.…` of an action, `message.…` of a topic; `{PORT}` is the value of the leaf's port. If not \
                  given, always.";
-    let when = entry.text("success_when").about(about).refers_to(Referent::AnswerCondition);
+    let when = entry.text("success_when").about(about).refers_to(Referent::Own(Own::AnswerCondition));
     when.filled("not be empty").spanned().optional()
 }
 
@@ -185,7 +185,7 @@ fn fields<T>(
 
 fn argument(table: Table<'_>, field: &str, span: &Span, about: &str) -> Option<(Spanned<String>, Spanned<Argument>)> {
     let item = table.get::<Item<'_>>(field).about(about).rules(scalar);
-    let item = item.named_after(Referent::Argument).refers_to(Referent::InputPort).optional()?;
+    let item = item.named_after(Referent::Own(Own::Argument)).refers_to(Referent::Own(Own::InputPort)).optional()?;
     let port = item.as_text().and_then(|text| text.strip_prefix('{')?.strip_suffix('}').map(str::to_owned));
     let value = port.map(Argument::Port).or_else(|| datum(&item).map(Argument::Constant));
     if value.is_none() {
@@ -195,9 +195,10 @@ fn argument(table: Table<'_>, field: &str, span: &Span, about: &str) -> Option<(
     Some((field, Spanned { value: value?, span: item.span().clone() }))
 }
 
-fn written(field: Referent) -> impl Fn(Table<'_>, &str, &Span, &str) -> Option<Written> {
+fn written(field: Own) -> impl Fn(Table<'_>, &str, &Span, &str) -> Option<Written> {
     move |table, port, span, about| {
-        let text = table.text(port).about(about).named_after(Referent::OutputPort).refers_to(field);
+        let text =
+            table.text(port).about(about).named_after(Referent::Own(Own::OutputPort)).refers_to(Referent::Own(field));
         let field = text.filled("not be empty").spanned().optional()?;
         Some(Written { port: Spanned { value: port.to_owned(), span: span.clone() }, field })
     }

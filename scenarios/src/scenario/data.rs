@@ -1,6 +1,6 @@
 //! Values of machines' data in a scenario.
 
-use diagnostics::document::{Item, Referent, Table};
+use diagnostics::document::{Item, Own, Referent, Table};
 use diagnostics::{Span, Spanned};
 use serde_json::{Value, json};
 use skills::Datum;
@@ -13,7 +13,8 @@ pub(super) fn read_data(entry: Table<'_>, about: &str) -> Data {
     let table = entry.table("data").about("Initial values of the machine's data.").optional();
     let Some(table) = table else { return Vec::new() };
     let value = |(name, span): (&str, &Span)| {
-        let item = table.get::<Item<'_>>(name).about(about).rules(scalar).named_after(Referent::Datum).optional()?;
+        let item =
+            table.get::<Item<'_>>(name).about(about).rules(scalar).named_after(Referent::Own(Own::Datum)).optional()?;
         let value = datum(&item);
         if value.is_none() {
             // The numbers of machines are those of ECMAScript.
