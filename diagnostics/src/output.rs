@@ -412,6 +412,12 @@ mod tests {
         write_whole(&link, "new").unwrap();
         assert_eq!(fs::read_to_string(&file).unwrap(), "new");
         assert!(link.is_symlink());
+        // The target of a link is relative to the link's folder, and may not exist yet.
+        let dangling = folder.path().join("dangling");
+        std::os::unix::fs::symlink("later/target", &dangling).unwrap();
+        write_whole(&dangling, "begun").unwrap();
+        assert_eq!(fs::read_to_string(folder.path().join("later/target")).unwrap(), "begun");
+        assert!(dangling.is_symlink());
         write_whole(Path::new("/dev/null"), "gone").unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
     }
