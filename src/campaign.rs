@@ -15,6 +15,7 @@ use cockpit::{Board, Tally};
 use editor::counted;
 use recording::Detail;
 use reports::file_place::FilePlace;
+use reports::report::{OutcomeReport, Report};
 use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite};
 use reports::{Outputs, file_name};
 use runs::Run;
@@ -149,18 +150,15 @@ fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let plan = args.results.or_refused(COMMAND, args.file.as_slice(), plan)?;
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
+    let subject = args.file.as_slice();
     if let Some(k) = args.only {
-        let done = only(&plan, k, &out.join(format!("run-{k}")), args);
-        return args.results.or_refused(COMMAND, args.file.as_slice(), done);
+        return only(&plan, k, &out.join(format!("run-{k}")), args);
     }
-    let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)))?;
+    let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)));
+    let shard = args.results.or_refused(COMMAND, subject, shard)?;
     let folder = shard.map_or(out.clone(), |Shard { index, of }| out.join(format!("shard-{index}-of-{of}")));
     let part = shard.unwrap_or(Shard::ALL);
-    if args.fresh {
-        campaigns::start_over(&plan, part, &folder)?;
-    }
-    let ran = run_part(args, &plan, part, &folder);
-    let ran = args.results.or_refused(COMMAND, args.file.as_slice(), ran)?;
+    let ran = args.results.or_refused(COMMAND, subject, run_part(args, &plan, part, &folder))?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
         note(&format!("interrupted after {done} of {}; the same command resumes it", counted(all, "run")));
@@ -178,7 +176,7 @@ fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
             (Text::from(words), ExitCode::SUCCESS)
         }
         None => {
-            let summary = ran.finish()?;
+            let summary = args.results.or_refused(COMMAND, subject, ran.finish())?;
             args.results.write(COMMAND, || vec![suite(&summary, &folder, Some(plan.base()))])?;
             (in_words(&summary, &folder), status(&summary))
         }
@@ -191,6 +189,9 @@ fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
 
 /// Runs a part of a campaign, and shows its progress on the terminal and on its page.
 fn run_part(args: &CampaignArgs, plan: &Plan, part: Shard, folder: &Path) -> Result<Ran, Error> {
+    if args.fresh {
+        campaigns::start_over(plan, part, folder)?;
+    }
     let mut bar = CampaignProgress::new(args.quiet);
     let board = args.board.open(&format!("campaign {}", args.file.as_deref().unwrap_or_default()))?;
     let interrupted = interrupt::listen();
@@ -291,8 +292,22 @@ fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suit
     .with_paths(on_disk(&[&summary.campaign, argument]))
 }
 
-/// Repeats one run alone.
+/// Repeats one run alone, and writes and shows its results.
 fn only(plan: &Plan, k: u64, folder: &Path, args: &CampaignArgs) -> Result<ExitCode, Error> {
+    let (scenario, report) = args.results.or_refused(COMMAND, args.file.as_slice(), repeat(plan, k, folder))?;
+    if report.outcome == OutcomeReport::Interrupted {
+        args.results.none_yet("the run");
+    } else {
+        let suite = || {
+            Suite::of_run(&scenario.expected(), &report, folder, &places(&scenario))
+                .with_paths(on_disk(&[&scenario.origin.argument]))
+        };
+        args.results.write(COMMAND, || vec![suite()])?;
+    }
+    summary::print(&report, folder, args.quiet)
+}
+
+fn repeat(plan: &Plan, k: u64, folder: &Path) -> Result<(Arc<Scenario>, Report), Error> {
     if k >= plan.runs() {
         let help = format!("runs are counted from 0 to {}", plan.runs() - 1);
         return Err(Error::refused(format!("the campaign has no run {k}"), help));
@@ -301,20 +316,9 @@ fn only(plan: &Plan, k: u64, folder: &Path, args: &CampaignArgs) -> Result<ExitC
     let scenario = Arc::new(as_experiment(Scenario::load(plan.scenario(), &run.overrides(plan))?));
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
     let _ = interrupt::listen();
-    let report = run_and_report(
-        Run::new(Arc::clone(&scenario), run.seed, true)?,
-        Detail::Full,
-        &outputs,
-        None,
-        |_| {},
-        |_| interrupt::flow(),
-    )?;
-    let suite = || {
-        Suite::of_run(&scenario.expected(), &report, folder, &places(&scenario))
-            .with_paths(on_disk(&[&scenario.origin.argument]))
-    };
-    args.results.write(COMMAND, || vec![suite()])?;
-    summary::print(&report, folder, args.quiet)
+    let run = Run::new(Arc::clone(&scenario), run.seed, true)?;
+    let report = run_and_report(run, Detail::Full, &outputs, None, |_| {}, |_| interrupt::flow())?;
+    Ok((scenario, report))
 }
 
 /// The results of a campaign, for people.

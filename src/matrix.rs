@@ -20,7 +20,7 @@ use scenarios::scenario::{Scenario, find};
 use crate::live::BoardArgs;
 use crate::output::{print_json, print_wrapped};
 use crate::progress::CountProgress;
-use crate::results::{ResultsArgs, on_disk, places};
+use crate::results::{ResultsArgs, on_disk, places, refused};
 
 /// Counts in how many runs each property was violated, and of how many.
 fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Vec<Tally> {
@@ -40,10 +40,9 @@ fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Ve
 
 /// A suite per scenario: whether its run was as expected, and which verdicts say what about its fault. The last one
 /// is about the runs without a fault.
-fn suites(matrix: &Matrix, out: &Path, scenarios: &[Arc<Scenario>], fault_free: &Scenario) -> Vec<Suite> {
-    let page = Some(out.join("index.html"));
+fn suites(matrix: &Matrix, page: Option<&Path>, scenarios: &[Arc<Scenario>], fault_free: &Scenario) -> Vec<Suite> {
     let about = |scenario: &Scenario, suite: Suite| {
-        let suite = Suite { file: places(scenario).file, page: page.clone(), ..suite };
+        let suite = Suite { file: places(scenario).file, page: page.map(Path::to_owned), ..suite };
         suite.with_paths(on_disk(&[&scenario.origin.argument]))
     };
     let rows = matrix.rows.iter().zip(scenarios).map(|(row, scenario)| about(scenario, of_row(matrix, row, scenario)));
@@ -184,12 +183,16 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let matrix = args.results.or_refused("matrix", &names, matrix)?;
     drop(bar);
     board.into_iter().for_each(Board::finish);
-    args.results.or_refused("matrix", &names, matrix.write(&args.out))?;
-    args.results.write("matrix", || suites(&matrix, &args.out, &scenarios, &fault_free))?;
+    let (page, written) = (args.out.join("index.html"), matrix.write(&args.out));
+    args.results.write("matrix", || {
+        let page = written.is_ok().then_some(page.as_path());
+        let unwritten = written.as_ref().err().map(|error| refused(&args.out.display().to_string(), error));
+        suites(&matrix, page, &scenarios, &fault_free).into_iter().chain(unwritten).collect()
+    })?;
+    written?;
     if args.json {
         print_json(&matrix)?;
     } else {
-        let page = args.out.join("index.html");
         print_wrapped(format!("{}wrote {}\n", table(&matrix), page.display()))?;
     }
     let sound = matrix.false_alarms().is_empty() && matrix.rows.iter().all(|row| row.as_expected);

@@ -31,6 +31,9 @@ use crate::progress::{ProgressForm, ProofProgress};
 use crate::results::ResultsArgs;
 use crate::run::select::select;
 
+/// Why scenarios are left out after an error.
+const ENDED: &str = "an error about another scenario ended the proofs";
+
 /// What to prove, and how.
 #[derive(Debug, Args)]
 pub(crate) struct ProveArgs {
@@ -136,7 +139,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     for (found_here, proof) in found.iter().zip(proofs) {
         // What was found before an error is shown and written first, and what is left is named.
         if refused.is_some() {
-            all.push(Findings::none(proof, "an error about another scenario ended the proofs"));
+            all.push(Findings::none(proof, ENDED));
             continue;
         }
         let (findings, error) = args.explore_all(&proof, found_here, stop)?;
@@ -163,18 +166,27 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
 
 /// Looks for mistakes that no property detects.
 fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> Result<ExitCode, Error> {
-    let mut all = Vec::new();
+    let (mut all, mut refused) = (Vec::new(), None);
     for proof in proofs {
+        if refused.is_some() {
+            all.push(Mutants::none(proof, ENDED.to_owned()));
+            continue;
+        }
         let limits = args.limits(&proof, stop);
         args.print(table::head(&proof))?;
-        let argument = proof.scenario().origin.argument.clone();
-        let mutants = Mutants::of(proof, &limits, args.quiet, stop);
-        let mutants = args.results.or_refused("prove", &[argument], mutants)?;
-        args.print(mutants.in_words())?;
+        let (mutants, error) = Mutants::of(proof, &limits, args.quiet, stop);
+        if error.is_none() {
+            args.print(mutants.in_words())?;
+        }
         all.push(mutants);
+        refused = error;
     }
     args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
-    Ok(if interrupt::flow().is_break() { ExitCode::from(interrupt::STATUS) } else { ExitCode::SUCCESS })
+    match refused {
+        Some(error) => Err(error),
+        None if interrupt::flow().is_break() => Ok(ExitCode::from(interrupt::STATUS)),
+        None => Ok(ExitCode::SUCCESS),
+    }
 }
 
 impl ProveArgs {

@@ -96,6 +96,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         }
     }
     logs::sort(&mut lines);
+    args.results.write("verify", || lines.iter().map(Line::suite).collect())?;
     match reports.as_slice() {
         [report] if args.json && args.follow => print_json_line(report)?,
         [report] if args.json && !several => print_json(report)?,
@@ -106,7 +107,6 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     if let Some(out) = args.out.as_ref().filter(|_| several) {
         logs::write_index(&lines, out)?;
     }
-    args.results.write("verify", || lines.iter().map(Line::suite).collect())?;
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
 

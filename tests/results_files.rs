@@ -275,14 +275,51 @@ fn what_says_nothing_is_not_shown_as_passed() {
 }
 
 #[test]
-fn what_an_error_leaves_out_of_proofs_is_in_their_results() {
+fn what_an_error_leaves_out_is_in_results_beside_what_came_before() {
     let folder = tempdir().expect("a folder");
-    std::fs::write(folder.path().join("file"), "").expect("room for a file");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("room for a file");
+    write("file", "");
     let prove = ["prove", "nominal", "errand", "--property", "phi2", "--quiet", "--out", "file/x"];
     let (status, sarif, summary) = results(folder.path(), &prove);
     assert_eq!((status, &sarif["invocations"][0]["executionSuccessful"]), (Some(3), &json!(false)), "{sarif}");
     assert!(line(&summary, "| nominal | runs are written |").contains("**error**: cannot write file/x"), "{summary}");
     assert!(line(&summary, "| errand | phi2 |").contains("not searched | **error**: "), "{summary}");
+    // Mutants: the second scenario has more states than can be searched.
+    let leaf = "<root BTCPP_format=\"4\" main_tree_to_execute=\"t\"><BehaviorTree ID=\"t\"><Sequence><Action ID=\"Leaf\"/>                </Sequence></BehaviorTree></root>";
+    let scenario = "tree = \"tree.xml\"\nskills = \"SKILLS\"\nproperties = []\n[execution]\nmax_time_s = 5\n\
+                    [prove]\nproperties = [\"progress\"]\n";
+    let machine = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">\n\
+                   <datamodel><data id=\"n\" expr=\"0\"/></datamodel>\n<state id=\"here\">\n\
+                   <transition event=\"BT.tick\">COUNT<send type=\"channel\" target=\"BT\" event=\"success\"/></transition>\n\
+                   <transition event=\"BT.halt\"><send type=\"channel\" target=\"BT\" event=\"halted\"/></transition>\n\
+                   </state>\n</scxml>\n";
+    write("tree.xml", leaf);
+    for (name, count) in [("fine", ""), ("endless", "<assign location=\"n\" expr=\"n + 1\"/>")] {
+        write(&format!("{name}.toml"), &scenario.replace("SKILLS", name));
+        std::fs::create_dir(folder.path().join(name)).expect("room for a folder");
+        write(&format!("{name}/Leaf.scxml"), &machine.replace("COUNT", count));
+    }
+    let mutants = ["prove", "fine.toml", "endless.toml", "nominal", "--mutants", "--quiet"];
+    let (status, sarif, summary) = results(folder.path(), &mutants);
+    assert_eq!((status, &sarif["invocations"][0]["executionSuccessful"]), (Some(2), &json!(false)), "{sarif}");
+    assert!(summary.contains("| fine | Leaf: "), "{summary}");
+    let unsearched = "| mutants are searched | not searched | **error**: ";
+    assert!(summary.contains(&format!("| endless {unsearched}")) && summary.contains("65536 states"), "{summary}");
+    assert!(summary.contains(&format!("| nominal {unsearched}an error about another scenario")), "{summary}");
+    // A matrix whose page cannot be written.
+    let matrix = ["matrix", "battery_fault", "--fault-free", "nominal", "--runs", "1", "--quiet", "--out", "file/x"];
+    let (status, sarif, summary) = results(folder.path(), &matrix);
+    assert_eq!((status, &sarif["invocations"][0]["executionSuccessful"]), (Some(3), &json!(false)), "{sarif}");
+    assert!(line(&summary, "| battery\\_fault | phi1 |").ends_with("| passed |"), "{summary}");
+    assert!(line(&summary, "| file/x | file/x |").contains("**error**: cannot write file/x"), "{summary}");
+    assert!(!summary.contains("index.html"), "{summary}");
+    // A campaign that is not started over where something else is.
+    std::fs::create_dir(folder.path().join("camp")).expect("room for a folder");
+    write("camp/journal.jsonl", "{}\n");
+    write("camp.toml", "scenario = \"nominal\"\nruns = 1\n");
+    let (status, _, summary) = results(folder.path(), &["campaign", "camp.toml", "--fresh", "--out", "camp"]);
+    let line = line(&summary, "| camp.toml | camp.toml |");
+    assert!(status == Some(2) && line.contains("**error**: camp/journal.jsonl is not the journal"), "{summary}");
 }
 
 #[test]

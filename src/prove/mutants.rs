@@ -24,6 +24,8 @@ use crate::results::{on_disk, places};
 pub(super) struct Mutants {
     proof: Proof,
     mutants: Vec<(Mutant, Fate)>,
+    /// Why there are none, if an error has left them out.
+    unsearched: Option<String>,
 }
 
 /// The result for a mutant.
@@ -86,36 +88,18 @@ fn counts(question: &&Question) -> bool {
 }
 
 impl Mutants {
-    /// Proves the properties about each mutant, on all cores, until it is stopped.
-    pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Self, Error> {
-        let mutants = proof.mutants()?;
-        let threads = limits.threads;
-        // There are many mutants, so those that are not decided within these limits are left open. Nobody looks at
-        // their runs.
-        let memory = limits.memory / threads.max(4);
-        let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
-        // The answers about the scenario as it is, which hold for each mutant that never acts differently.
-        let sound = |question| {
-            let answer = proof.prove(question, &limits, &mut |_| ())?;
-            let is_proved = answer.outcome() == Some(ProofOutcome::Proved);
-            Ok(is_proved.then(|| Mutex::new(answer)))
-        };
-        let sound = proof.questions().iter().filter(counts).map(sound).collect::<Result<Vec<_>, Error>>()?;
-        let bar = CountProgress::new(silent, "mutants").or_lines(silent);
-        let mut fates = Vec::with_capacity(mutants.len());
-        batch::in_order(
-            0..mutants.len() as u64,
-            threads,
-            stop,
-            |index| fate(&proof, &sound, &mutants[index as usize], &limits),
-            |_, fate| {
-                fates.push(fate);
-                bar.show(fates.len(), mutants.len());
-                Ok::<bool, Error>(true)
-            },
-        )?;
-        drop(bar);
-        Ok(Self { proof, mutants: mutants.into_iter().zip(fates).collect() })
+    /// Proves the properties about each mutant, on all cores, until it is stopped. Also returns the error that has left
+    /// the mutants out, if there is one.
+    pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> (Self, Option<Error>) {
+        match search(&proof, limits, silent, stop) {
+            Ok(mutants) => (Self { proof, mutants, unsearched: None }, None),
+            Err(error) => (Self::none(proof, error.reasons()), Some(error)),
+        }
+    }
+
+    /// Those of a scenario whose mutants were not searched, and why.
+    pub(super) fn none(proof: Proof, why: String) -> Self {
+        Self { proof, mutants: Vec::new(), unsearched: Some(why) }
     }
 
     /// A table, and the mutants that survive.
@@ -213,6 +197,7 @@ impl Mutants {
             "assumptions": words(&self.proof.assumptions()),
             "properties": properties.collect::<Vec<_>>(),
             "mutants": self.mutants.iter().map(of).collect::<Vec<_>>(),
+            "not_searched": self.unsearched,
         })
     }
 
@@ -230,16 +215,54 @@ impl Mutants {
             },
             ..Case::default()
         };
+        let unsearched = self.unsearched.as_ref().map(|reason| Case {
+            group: "mutants",
+            name: "mutants are searched".to_owned(),
+            found: "not searched".to_owned(),
+            result: CaseResult::Error(reason.clone()),
+            ..Case::default()
+        });
         Suite {
             name: self.proof.scenario().name.clone(),
             facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
             notes: words(&self.proof.assumptions()),
-            cases: self.mutants.iter().map(case).collect(),
+            cases: self.mutants.iter().map(case).chain(unsearched).collect(),
             file: places(self.proof.scenario()).file,
             ..Suite::default()
         }
         .with_paths(on_disk(&[&self.proof.scenario().origin.argument]))
     }
+}
+
+/// The fate of each mutant, until it is stopped.
+fn search(proof: &Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Vec<(Mutant, Fate)>, Error> {
+    let mutants = proof.mutants()?;
+    let threads = limits.threads;
+    // There are many mutants, so those that are not decided within these limits are left open. Nobody looks at their
+    // runs.
+    let memory = limits.memory / threads.max(4);
+    let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
+    // The answers about the scenario as it is, which hold for each mutant that never acts differently.
+    let sound = |question| {
+        let answer = proof.prove(question, &limits, &mut |_| ())?;
+        let is_proved = answer.outcome() == Some(ProofOutcome::Proved);
+        Ok(is_proved.then(|| Mutex::new(answer)))
+    };
+    let sound = proof.questions().iter().filter(counts).map(sound).collect::<Result<Vec<_>, Error>>()?;
+    let bar = CountProgress::new(silent, "mutants").or_lines(silent);
+    let mut fates = Vec::with_capacity(mutants.len());
+    batch::in_order(
+        0..mutants.len() as u64,
+        threads,
+        stop,
+        |index| fate(proof, &sound, &mutants[index as usize], &limits),
+        |_, fate| {
+            fates.push(fate);
+            bar.show(fates.len(), mutants.len());
+            Ok::<bool, Error>(true)
+        },
+    )?;
+    Ok(mutants.into_iter().zip(fates).collect())
 }
 
 fn place(mutant: &Mutant) -> &str {
