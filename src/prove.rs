@@ -29,7 +29,7 @@ use crate::names::ScenarioName;
 use crate::output::{Text, print, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::results::ResultsArgs;
-use crate::run::select::select;
+use crate::run::select::{check_folders, select};
 
 /// Why scenarios are left out after an error.
 const ENDED: &str = "an error about another scenario ended the proofs";
@@ -132,6 +132,11 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
     let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
     args.results.or_refused("prove", &arguments, complaints.check())?;
+    for folder in args.out.iter().chain(&args.promela) {
+        let folders =
+            proofs.iter().map(|proof| (proof.scenario().origin.argument.as_str(), of_scenario(folder, proof)));
+        args.results.or_refused("prove", &arguments, check_folders(folders))?;
+    }
     if args.mutants {
         return mutants(args, proofs, stop);
     }
@@ -146,7 +151,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
         let written = args.out.as_ref().map_or(Ok(()), |out| {
-            let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
+            let folder = if found.len() > 1 { of_scenario(out, &proof) } else { out.clone() };
             args.write_runs(&proof, &findings, &folder)
         });
         let unwritten = written.as_ref().err().map(Error::reasons);
@@ -162,6 +167,11 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     }
     let is_as_expected = all.iter().flat_map(|it| &it.findings).all(Finding::is_as_expected);
     Ok(ExitCode::from(u8::from(!is_as_expected)))
+}
+
+/// What a scenario writes to a folder that it shares with others is in this one, or begins like it.
+fn of_scenario(folder: &Path, proof: &Proof) -> PathBuf {
+    folder.join(&proof.scenario().name)
 }
 
 /// Looks for mistakes that no property detects.

@@ -84,7 +84,7 @@ impl ResultsArgs {
         if !self.are_wanted() {
             return Ok(());
         }
-        let results = Results { command, suites: suites() };
+        let results = Results::new(command, suites());
         // One that cannot be written keeps no other from being written.
         let mut outcome = Ok(());
         for file in self.files() {

@@ -223,7 +223,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let jobs: Vec<Job> = found.iter().filter_map(|found| complaints.take(Job::load(found, options, true))).collect();
     let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
     options.results.or_refused(COMMAND, &arguments, complaints.check())?;
-    options.results.or_refused(COMMAND, &arguments, check_folders(&jobs))?;
+    let folders = jobs.iter().map(|job| (job.scenario.origin.argument.as_str(), job.folder.clone()));
+    options.results.or_refused(COMMAND, &arguments, select::check_folders(folders))?;
     several(&jobs, options)
 }
 
@@ -309,18 +310,6 @@ impl Job {
             interrupt::flow()
         })
     }
-}
-
-/// Refuses scenarios that would write to the same folder.
-fn check_folders(jobs: &[Job]) -> Result<(), Error> {
-    for (place, job) in jobs.iter().enumerate() {
-        if let Some(other) = jobs[..place].iter().find(|other| other.folder == job.folder) {
-            let [one, two] = [other, job].map(|job| job.scenario.origin.argument.as_str());
-            let message = format!("{one} and {two} would both write to {}", job.folder.display());
-            return Err(Error::refused(message, "run them separately, each with its own `--out`"));
-        }
-    }
-    Ok(())
 }
 
 /// Runs a scenario alone, with a summary.

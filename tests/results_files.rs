@@ -323,6 +323,32 @@ fn what_an_error_leaves_out_is_in_results_beside_what_came_before() {
 }
 
 #[test]
+fn results_of_the_same_name_are_told_apart() {
+    let folder = tempdir().expect("a folder");
+    for name in ["a", "b"] {
+        std::fs::create_dir(folder.path().join(name)).expect("room for a folder");
+        let text = "base = \"nominal\"\nexpect = {}\n";
+        std::fs::write(folder.path().join(name).join("x.toml"), text).expect("room for a file");
+    }
+    let prove = ["prove", "a/x.toml", "b/x.toml", "--property", "phi2", "--quiet"];
+    for arguments in [&prove[..], &["check", "a/x.toml", "a/x.toml", "nominal"]] {
+        let _ = results(folder.path(), arguments);
+        let junit = std::fs::read_to_string(folder.path().join("to/ci.XML")).expect("it was written");
+        let suites = junit.split("<testsuite name=\"").skip(1).filter_map(|suite| suite.split('"').next());
+        let expected = if arguments[0] == "prove" {
+            vec!["x (a/x.toml)", "x (b/x.toml)"]
+        } else {
+            vec!["a/x.toml", "a/x.toml (2)", "nominal"]
+        };
+        assert_eq!(suites.collect::<Vec<_>>(), expected);
+    }
+    for option in ["--out", "--promela"] {
+        let (status, sarif, summary) = results(folder.path(), &[&prove[..], &[option, "to/x"]].concat());
+        assert!(status == Some(2) && summary.contains("would both write to to/x/x"), "{sarif}");
+    }
+}
+
+#[test]
 fn the_name_of_a_file_says_the_format_of_its_results() {
     for name in ["results", "results.json"] {
         let said = refusal(&["run", "battery_fault", "--results", name]);

@@ -1,5 +1,6 @@
 //! Turns names, folders and patterns into scenarios.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use campaigns::Error;
@@ -99,4 +100,17 @@ fn in_folder(folder: &Path) -> Result<Vec<Found>, Error> {
         return Err(Error::refused(message, "a scenario is a TOML file with a tree, or a `base`"));
     }
     paths.iter().map(|path| Ok(find::find(&path.to_string_lossy())?)).collect()
+}
+
+/// Refuses scenarios, each named on the command line and with its folder, that would write to the same one.
+pub(crate) fn check_folders<'a>(scenarios: impl IntoIterator<Item = (&'a str, PathBuf)>) -> Result<(), Error> {
+    let mut taken: BTreeMap<PathBuf, &str> = BTreeMap::new();
+    for (scenario, folder) in scenarios {
+        if let Some(other) = taken.get(&folder) {
+            let message = format!("{other} and {scenario} would both write to {}", folder.display());
+            return Err(Error::refused(message, "name them in separate commands, each with a folder of its own"));
+        }
+        taken.insert(folder, scenario);
+    }
+    Ok(())
 }

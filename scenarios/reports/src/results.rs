@@ -20,8 +20,25 @@ use crate::report::{ExpectationReport, MonitorReport, Report};
 pub struct Results {
     /// The command's name: `run`.
     pub command: &'static str,
-    /// What it was about.
+    /// What it was about. No two have the same name.
     pub suites: Vec<Suite>,
+}
+
+impl Results {
+    /// What a command has found. Suites with the same name are told apart by their files, or else by numbers.
+    #[must_use]
+    pub fn new(command: &'static str, mut suites: Vec<Suite>) -> Self {
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        suites.iter().for_each(|suite| *counts.entry(suite.name.clone()).or_default() += 1);
+        let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+        for Suite { name, file, .. } in suites.iter_mut().filter(|suite| counts[&suite.name] > 1) {
+            let file = file.as_ref().map(ToString::to_string).filter(|file| file != name);
+            name.extend(file.map(|file| format!(" ({file})")));
+            let number = seen.entry(name.clone()).and_modify(|number| *number += 1).or_insert(1);
+            name.extend((*number > 1).then(|| format!(" ({number})")));
+        }
+        Self { command, suites }
+    }
 }
 
 /// What belongs together: the results of a run, of the proofs of a scenario, of a log or of a file.
