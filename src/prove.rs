@@ -147,12 +147,12 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             all.push(Findings::none(proof, ENDED));
             continue;
         }
-        let (findings, error) = args.explore_all(&proof, found_here, stop)?;
+        let (mut findings, error) = args.explore_all(&proof, found_here, stop)?;
         let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
         let written = args.out.as_ref().map_or(Ok(()), |out| {
             let folder = if found.len() > 1 { of_scenario(out, &proof) } else { out.clone() };
-            args.write_runs(&proof, &findings, &folder)
+            args.write_runs(&proof, &mut findings, &folder)
         });
         let unwritten = written.as_ref().err().map(Error::reasons);
         all.push(Findings { proof, findings, unsearched, unwritten });
@@ -232,15 +232,18 @@ impl ProveArgs {
     /// Shows what was found besides the table: runs that violate a property, errors, and what is never reached.
     fn show(&self, findings: &[Finding]) -> Result<(), Error> {
         for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
-            self.print(violation.in_words(&finding.question.property, self.messages) + &written::physics(finding))?;
+            let simulated = finding.in_simulation().map_or_else(String::new, |words| format!("  {words}\n"));
+            self.print(violation.in_words(&finding.question.property, self.messages) + &simulated)?;
         }
         self.print(table::mistakes(findings))?;
         self.print(table::unreached(findings, self.unreached))
     }
 
-    fn write_runs(&self, proof: &Proof, findings: &[Finding], folder: &Path) -> Result<(), Error> {
-        for written in findings.iter().filter_map(|finding| written::write(proof, finding, folder).transpose()) {
-            self.print(written?)?;
+    fn write_runs(&self, proof: &Proof, findings: &mut [Finding], folder: &Path) -> Result<(), Error> {
+        for finding in findings {
+            finding.written = written::write(proof, finding, folder)?;
+            let files = finding.written.as_ref().map(|run| format!("  wrote {}\n", run.files));
+            files.map_or(Ok(()), |words| self.print(words))?;
         }
         Ok(())
     }
@@ -316,6 +319,6 @@ impl ProveArgs {
             Outcome::Violated(run) if self.replay => proof.with_physics(question, &answer, run, found)?,
             _ => None,
         };
-        Ok(Finding { question: question.clone(), seconds, answer, violation, physical })
+        Ok(Finding { question: question.clone(), seconds, answer, violation, physical, written: None })
     }
 }

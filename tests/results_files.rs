@@ -323,6 +323,18 @@ fn what_an_error_leaves_out_is_in_results_beside_what_came_before() {
 }
 
 #[test]
+fn the_page_of_a_run_that_a_proof_found_is_linked() {
+    let folder = tempdir().expect("a folder");
+    let prove = ["prove", "nominal", "--property", "phi2", "--quiet", "--out", "runs", "--replay"];
+    let (_, sarif, summary) = results(folder.path(), &prove);
+    let files = ["report.html", "sequence-phi2.png"].map(|file| format!("runs/phi2/{file}"));
+    assert!(summary.contains(&format!("[report](../{}) · [picture](../{})", files[0], files[1])), "{summary}");
+    assert!(files.iter().all(|file| folder.path().join(file).is_file()));
+    let simulated = "phi2: run in the simulation: ";
+    assert!(summary.contains(simulated) && sarif["invocations"].to_string().contains(simulated), "{summary}");
+}
+
+#[test]
 fn results_of_the_same_name_are_told_apart() {
     let folder = tempdir().expect("a folder");
     for name in ["a", "b"] {

@@ -1,6 +1,7 @@
 //! The findings: as text, as a test case, and as JSON.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use campaigns::Error;
 use editor::counted;
@@ -23,6 +24,18 @@ pub(crate) struct Finding {
     pub(crate) violation: Option<Violation>,
     /// The result in the simulation, if that was requested.
     pub(crate) physical: Option<Physical>,
+    /// The files with the run, if they were requested.
+    pub(crate) written: Option<WrittenRun>,
+}
+
+/// A run in files.
+pub(crate) struct WrittenRun {
+    /// Its page.
+    pub(crate) page: PathBuf,
+    /// The picture of its sequence chart.
+    pub(crate) chart: PathBuf,
+    /// All its files, in words.
+    pub(crate) files: String,
 }
 
 /// The findings for a scenario.
@@ -118,6 +131,16 @@ impl Finding {
         })
     }
 
+    /// The result of following the run in the simulation, in words, if it was requested.
+    pub(super) fn in_simulation(&self) -> Option<String> {
+        let Physical { tick, difference, .. } = self.physical.as_ref()?;
+        let difference = difference.as_ref().map_or(String::new(), |difference| format!("; {difference}"));
+        Some(match tick {
+            Some(tick) => format!("run in the simulation: also violated, at tick {tick}"),
+            None => format!("run in the simulation: not violated{difference}"),
+        })
+    }
+
     fn as_case(&self, places: &WrittenPlaces) -> Case {
         let property = &self.question.property;
         let details = match &self.violation {
@@ -136,6 +159,8 @@ impl Finding {
             found: self.word().to_owned(),
             place: places.properties.get(property).cloned(),
             trail,
+            page: self.written.as_ref().map(|run| run.page.clone()),
+            picture: self.written.as_ref().map(|run| run.chart.clone()),
             ..Case::default()
         }
     }
@@ -238,11 +263,14 @@ impl Findings {
             place: None,
         };
         let mistakes = Self::mistakes(&self.findings).into_iter().map(wrong);
+        let simulated =
+            |finding: &Finding| Some(format!("{}: {}", finding.question.property, finding.in_simulation()?));
+        let simulated = self.findings.iter().filter_map(simulated);
         let unreached = unreached.into_iter().flatten().filter(|_| lists_unreached).map(never);
         Suite {
             name: scenario.name.clone(),
             facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
-            notes: words(&self.proof.assumptions()),
+            notes: words(&self.proof.assumptions()).into_iter().chain(simulated).collect(),
             cases: cases.collect(),
             findings: warnings(scenario).into_iter().chain(mistakes).chain(unreached).collect(),
             file: places.file,

@@ -6,18 +6,17 @@ use std::sync::Arc;
 
 use campaigns::{Error, run_and_report};
 use explorer::Outcome;
-use proofs::{COUNTEREXAMPLE, PHYSICS, Physical, Proof, SCHEDULE};
+use proofs::{COUNTEREXAMPLE, PHYSICS, Proof, SCHEDULE};
 use recording::Detail;
 use reports::report::OutcomeReport;
 use reports::{Outputs, file_name, html};
 use runs::Run;
 use scenarios::scenario::{Scenario, find};
 
-use super::finding::Finding;
+use super::finding::{Finding, WrittenRun};
 
-/// Writes a run that violates a property into its own folder, and then follows it. Returns a description of the files
-/// written, or `None` if no such run was found.
-pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<Option<String>, Error> {
+/// Writes a run that violates a property into its own folder, and then follows it; none if no such run was found.
+pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<Option<WrittenRun>, Error> {
     let Outcome::Violated(run) = &finding.answer.exploration.outcome else { return Ok(None) };
     if finding.answer.is_spurious {
         return Ok(None);
@@ -43,15 +42,5 @@ pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<O
         proof.write_physical(&finding.question, physical, &folder)?;
         files += &format!(", {PHYSICS}");
     }
-    Ok(Some(format!("  wrote {files}\n")))
-}
-
-/// The result of following a run in the simulation, in words; empty if it was not requested.
-pub(super) fn physics(finding: &Finding) -> String {
-    let Some(Physical { tick, difference, .. }) = &finding.physical else { return String::new() };
-    let difference = difference.as_ref().map_or(String::new(), |difference| format!("; {difference}"));
-    match tick {
-        Some(tick) => format!("  run in the simulation: also violated, at tick {tick}\n"),
-        None => format!("  run in the simulation: not violated{difference}\n"),
-    }
+    Ok(Some(WrittenRun { page, chart: folder.join(format!("sequence-{name}.png")), files }))
 }

@@ -85,13 +85,10 @@ fn write_suite(text: &mut String, suite: &Suite, folder: &Path) -> std::fmt::Res
     if told.is_empty() && suite.findings.is_empty() && suite.notes.is_empty() && suite.page.is_none() {
         return Ok(());
     }
-    writeln!(text, "\n## {}\n", escaped(&suite.name))?;
+    writeln!(text, "\n## {}", escaped(&suite.name))?;
     let page = suite.page.iter().map(|page| ("report", page.as_path()));
     let pictures = suite.pictures.iter().map(|(picture, about)| (about.as_str(), picture.as_path()));
-    let links: Vec<String> = page.chain(pictures).map(|(name, path)| link(name, path, folder)).collect();
-    if !links.is_empty() {
-        writeln!(text, "{}", links.join(" · "))?;
-    }
+    write_links(text, page.chain(pictures), folder)?;
     let facts = suite.facts.iter().map(|(name, value)| format!("{} {}", escaped(name), escaped(value)));
     if !suite.facts.is_empty() {
         writeln!(text, "\n{}", facts.collect::<Vec<_>>().join(" · "))?;
@@ -141,10 +138,18 @@ fn write_case(text: &mut String, case: &Case, folder: &Path) -> std::fmt::Result
             }
         }
     }
-    match &case.picture {
-        Some(picture) => writeln!(text, "\n{}", link("picture", picture, folder)),
-        None => Ok(()),
-    }
+    let links = [("report", &case.page), ("picture", &case.picture)];
+    write_links(text, links.into_iter().filter_map(|(name, path)| Some((name, path.as_deref()?))), folder)
+}
+
+/// A paragraph of links; nothing if there are none.
+fn write_links<'l>(
+    text: &mut String,
+    links: impl Iterator<Item = (&'l str, &'l Path)>,
+    folder: &Path,
+) -> std::fmt::Result {
+    let links: Vec<String> = links.map(|(name, path)| link(name, path, folder)).collect();
+    if links.is_empty() { Ok(()) } else { writeln!(text, "\n{}", links.join(" · ")) }
 }
 
 /// A link, relative to the folder of the summary.

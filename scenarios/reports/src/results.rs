@@ -81,6 +81,8 @@ pub struct Case {
     pub trail: Vec<TrailStep>,
     /// The same for people, in sentences; code is in backquotes.
     pub story: Vec<String>,
+    /// The page that shows how it came to it, if that is not the page of its suite.
+    pub page: Option<PathBuf>,
     /// A picture of it.
     pub picture: Option<PathBuf>,
     /// Whether another case of the suite tells the same in more detail.
@@ -231,6 +233,7 @@ impl Case {
             place: places.properties.get(&monitor.name).cloned(),
             trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),
             story: monitor.story.clone(),
+            page: None,
             picture: None,
             is_repeated: false,
         }
