@@ -170,7 +170,8 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let bar = CountProgress::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
     let counts = Mutex::default();
-    let matrix = Matrix::run(scenarios.clone(), &fault_free, args.runs, |done, all, report| {
+    let stories = args.results.have_stories();
+    let matrix = Matrix::run(scenarios.clone(), &fault_free, args.runs, stories, |done, all, report| {
         bar.show(done, all);
         let unexpected = report.filter(|report| !report.differences.is_empty());
         let named =

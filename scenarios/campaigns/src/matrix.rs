@@ -3,16 +3,20 @@
 mod page;
 mod table;
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use monitors::Outcome;
+use recording::Detail;
+use reports::Outputs;
 use reports::report::{MonitorReport, Report};
+use runs::Run;
 use scenarios::scenario::Scenario;
 use serde::Serialize;
 
 use crate::Error;
-use crate::report_of;
+use crate::run_and_report;
 
 pub use table::table;
 
@@ -20,6 +24,14 @@ pub use table::table;
 struct Job {
     scenario: Arc<Scenario>,
     seed: u64,
+}
+
+impl Job {
+    fn conduct(&self, stories: bool) -> Result<Report, Error> {
+        let run = Run::new(Arc::clone(&self.scenario), self.seed, true)?;
+        let outputs = Outputs { stories, ..Outputs::default() };
+        run_and_report(run, Detail::Verdicts, &outputs, None, |_| {}, |_| ControlFlow::Continue(()))
+    }
 }
 
 /// The results of scenarios with faults, and of runs in the same world without faults.
@@ -147,7 +159,7 @@ pub struct Alarm {
 impl Matrix {
     /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. Calls `progress`
     /// with the number of finished runs, the total, and the report of the run that has just finished, if it reached its
-    /// end.
+    /// end. With `stories`, what the monitors say includes the story of each violation.
     ///
     /// # Errors
     /// What is wrong with a scenario, why a run cannot continue, or that the scenario without faults has some.
@@ -155,6 +167,7 @@ impl Matrix {
         scenarios: Vec<Arc<Scenario>>,
         fault_free: &Arc<Scenario>,
         runs: u64,
+        stories: bool,
         progress: impl Fn(usize, usize, Option<&Report>) + Sync,
     ) -> Result<Self, Error> {
         if !fault_free.file.faults.is_empty() {
@@ -168,7 +181,7 @@ impl Matrix {
         let jobs: Vec<Job> = faulty.chain(sound).collect();
         let done = AtomicUsize::new(0);
         let one = |job: &Job| {
-            let report = report_of(Arc::clone(&job.scenario), job.seed);
+            let report = job.conduct(stories);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len(), report.as_ref().ok());
             report
         };

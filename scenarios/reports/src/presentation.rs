@@ -31,10 +31,10 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Whether only a report is wanted, and not in a file.
+    /// Whether only a report is wanted, without stories, and not in a file.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
-        self.folder.is_none() && self.gif.is_none()
+        self.folder.is_none() && self.gif.is_none() && !self.stories
     }
 }
 
