@@ -14,7 +14,6 @@ use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
 use editor::counted;
 use recording::Detail;
-use reports::file_place::FilePlace;
 use reports::report::{OutcomeReport, Report};
 use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite};
 use reports::{Outputs, file_name};
@@ -25,7 +24,7 @@ use crate::live::BoardArgs;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
-use crate::results::{ResultsArgs, on_disk, places};
+use crate::results::{ResultsArgs, file_of, on_disk, places};
 use crate::{interrupt, summary};
 
 /// The command's name in results.
@@ -285,7 +284,7 @@ fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suit
         facts: vec![("version", summary.version.clone()), ("runs", runs.to_string())],
         cases: std::iter::once(of_runs).chain(summary.properties.iter().map(of_property)).chain(of_goal).collect(),
         findings: violated.map(finding).collect(),
-        file: Some(FilePlace::whole(&summary.campaign)),
+        file: file_of(&summary.campaign),
         page: Some(folder.join("report.html")),
         ..Suite::default()
     }

@@ -8,7 +8,6 @@ use clap::Args;
 use diagnostics::Disk;
 use editor::check::{Checked, examine};
 use editor::{counted, parts};
-use reports::file_place::FilePlace;
 use reports::results::{Case, CaseResult, Suite};
 use scenarios::files::shipped_campaigns;
 use scenarios::scenario::find;
@@ -107,9 +106,11 @@ pub(crate) fn each<F: AsRef<Path>>(
     Ok(ExitCode::from(if refused > 0 { 2 } else { 0 }))
 }
 
-/// A file as a test case, with everything that was found in it.
+/// A file as a test case, with everything that was found in it. One that is missing was not checked.
 fn suite(file: &str, checked: &Result<Checked, Error>) -> Suite {
+    let place = results::file_of(file);
     let (result, found, findings) = match checked {
+        Err(error) if place.is_none() => return results::refused(file, error),
         Ok(checked) => {
             let concerns = checked.concerns.iter().flat_map(|concern| results::findings(concern.as_ref()));
             (CaseResult::Passed, checked.words(), concerns.collect())
@@ -125,7 +126,7 @@ fn suite(file: &str, checked: &Result<Checked, Error>) -> Suite {
         name: file.to_owned(),
         cases: vec![Case { group: "files", name: file.to_owned(), result, found, ..Case::default() }],
         findings,
-        file: Some(FilePlace::whole(find::shipped(file).unwrap_or(file))),
+        file: place,
         ..Suite::default()
     }
     .with_paths(results::on_disk(&[file]))

@@ -14,7 +14,7 @@ use reports::file_place::{FilePlace, FileText};
 use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
 use reports::{ResultsFile, ResultsFormat};
 use runs::topology;
-use scenarios::files::shipped_paths;
+use scenarios::files::{shipped_campaigns, shipped_paths};
 use scenarios::scenario::{Monitoring, Scenario, find};
 
 use crate::output::note;
@@ -169,6 +169,15 @@ pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<FileFinding> {
         }));
     }
     found
+}
+
+/// The file that an argument names, as a whole: on disk, or one that comes with the program. A file that is missing is
+/// no place.
+pub(crate) fn file_of(argument: &str) -> Option<FilePlace> {
+    let is_campaign = || shipped_campaigns().any(|(name, _)| name == argument);
+    let campaign = || is_campaign().then(|| format!("scenarios/campaigns/{argument}.toml"));
+    let shipped = find::shipped(argument).map(str::to_owned).or_else(campaign);
+    shipped.or_else(|| Path::new(argument).exists().then(|| argument.to_owned())).map(FilePlace::whole)
 }
 
 /// Finds these files themselves, and those that they name, by their names in diagnostics: beside the file that names

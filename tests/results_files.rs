@@ -126,6 +126,11 @@ fn the_rates_of_merged_shards_are_at_their_properties() {
     let expected = json!({ "uri": "robot/properties/phi1.scope", "uriBaseId": "%SRCROOT%" });
     assert_eq!((&place["artifactLocation"], &place["region"]["startLine"]), (&expected, &json!(3)));
     assert!(summary.contains("robot/properties/phi1.scope:3:10"), "{summary}");
+    // Where the campaign's file is not, the rate has no place.
+    std::fs::remove_file(folder.path().join("camp.toml")).expect("it is there");
+    let (status, sarif, _) = results(folder.path(), &["campaign", "merge", "out/camp", "--out", "again"]);
+    assert_eq!((status, &sarif["results"]), (Some(0), &json!([])), "{sarif}");
+    assert!(sarif["invocations"].to_string().contains("phi1: violated"), "{sarif}");
 }
 
 #[test]
@@ -210,10 +215,18 @@ fn results_show_where_a_file_is_wrong_by_which_a_log_is_judged() {
     let (status, sarif, summary) = results(folder.path(), &["verify", "run.jsonl", "--property", "foo.scope"]);
     assert_eq!((status, &sarif["results"][0]["ruleId"]), (Some(2), &json!("file-error")), "{sarif}");
     assert!(line(&summary, "| run.jsonl | run.jsonl |").contains("foo.scope:1:"), "{summary}");
-    // A log that is missing is no place.
-    let (status, sarif, _) = results(folder.path(), &["verify", "nosuch.btlog", "--property", "phi1"]);
-    assert_eq!((status, &sarif["results"]), (Some(2), &json!([])), "{sarif}");
-    assert!(sarif["invocations"].to_string().contains("cannot read the log nosuch.btlog"), "{sarif}");
+    // A file that is missing is no place, and nothing was judged.
+    let verify = ["verify", "nosuch.btlog", "--property", "phi1"];
+    for (arguments, said) in
+        [(&verify[..], "cannot read the log nosuch.btlog"), (&["check", "nosuch.toml"], "nosuch.toml")]
+    {
+        let (status, sarif, _) = results(folder.path(), arguments);
+        assert_eq!((status, &sarif["results"]), (Some(2), &json!([])), "{sarif}");
+        let invocation = &sarif["invocations"][0];
+        let notification = &invocation["toolExecutionNotifications"][0];
+        assert_eq!((&invocation["executionSuccessful"], &notification["level"]), (&json!(false), &json!("error")));
+        assert!(notification["message"]["text"].as_str().is_some_and(|text| text.contains(said)), "{sarif}");
+    }
 }
 
 /// The line of the summary's table that begins like this.

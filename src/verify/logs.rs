@@ -100,7 +100,7 @@ impl Line {
     /// The verdicts as test cases.
     pub(super) fn suite(&self) -> Suite {
         let name = self.log.display().to_string();
-        // Standard input is no file, and neither is one that is missing.
+        // Standard input is no file.
         let file = self.log.exists().then(|| FilePlace::whole(&name));
         match &self.result {
             Ok(checked) => {
