@@ -9,6 +9,7 @@ use diagnostics::Disk;
 use editor::named_files;
 use recording::{BagTree, Recording};
 use reports::html::quoted;
+use scenarios::files::Kind;
 
 /// The tree of a bag that Nav2 wrote.
 #[derive(Clone, Debug, Default, Args)]
@@ -42,6 +43,11 @@ impl BagTreeArgs {
             return Err(Error::refused("`--tree` is for a ROS 2 bag", help));
         }
         Ok(Some(BagTree { topic: topic.clone(), ..named_files::tree(&Disk::default(), file)?.into() }))
+    }
+
+    /// The path of its file, which may be shipped.
+    pub(crate) fn path(&self) -> Option<PathBuf> {
+        self.tree.as_ref().map(|tree| Kind::Tree.path(&tree.file, &Disk::default()))
     }
 
     /// Whether one is named.

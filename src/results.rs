@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bt::Tree;
 use campaigns::Error;
 use clap::Args;
 use diagnostics::{Disk, Span};
 use editor::{PartsOfText, parts_by_text};
 use miette::{Diagnostic, Severity};
 use monitors::Property;
-use recording::Origin;
+use recording::{Header, Origin};
 use reports::file_place::{FilePlace, FileText};
 use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
 use reports::{ResultsFile, ResultsFormat};
@@ -196,8 +197,8 @@ pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<Str
 
 /// Where the parts of the scenario of an earlier run are written now, as far as its texts are still the same, and a
 /// note for each that is not. `judged` are the properties of that run.
-pub(crate) fn places_now(origin: &Origin, judged: &[Property]) -> (WrittenPlaces, Vec<String>) {
-    let Origin { argument, text, overrides, .. } = origin;
+pub(crate) fn places_now(run: &Header, judged: &[Property]) -> (WrittenPlaces, Vec<String>) {
+    let Origin { argument, text, overrides, .. } = &run.origin;
     let Ok(scenario) = find::find(argument).and_then(|found| Scenario::load(&found, overrides)) else {
         return Default::default();
     };
@@ -214,7 +215,29 @@ pub(crate) fn places_now(origin: &Origin, judged: &[Property]) -> (WrittenPlaces
     };
     let names: Vec<&str> = judged.iter().filter(differs).map(|property| property.name.as_str()).collect();
     places.properties.retain(|name, _| !names.contains(&name.as_str()));
-    (places, names.into_iter().map(changed).collect())
+    let tree = scenario.tree().filter(|tree| !text.is_empty() && !was_in(tree, run));
+    if let Some(tree) = tree {
+        places.processes.remove(recording::TREE);
+        tree.leaves().for_each(|leaf| _ = places.processes.remove(leaf.process()));
+    }
+    let tree = tree.map(|tree| tree.source().name());
+    (places, names.into_iter().chain(tree).map(changed).collect())
+}
+
+/// Whether this was the tree of an earlier run.
+fn was_in(tree: &Tree, run: &Header) -> bool {
+    let nodes = tree.nodes().iter().map(recording::Node::from);
+    nodes.eq(run.tree.iter().cloned()) && run.tree_xml.as_ref().is_none_or(|xml| *xml == tree.to_instance_xml())
+}
+
+/// Where each node of a tree is written.
+pub(crate) fn node_places(tree: &Tree) -> impl Iterator<Item = FilePlace> {
+    let texts = tree.sources().iter().map(|source| FileText::new(source.name().to_owned(), source.text()));
+    let texts: Vec<FileText<'_>> = texts.collect();
+    tree.nodes().iter().map(move |node| {
+        let (offset, length) = (node.span().offset(), node.span().len());
+        texts[node.file()].place(offset..offset + length)
+    })
 }
 
 /// The properties of a scenario with their monitors, if they can be loaded.
@@ -233,11 +256,8 @@ pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
         .machine_processes()
         .map(|(name, skill)| (name.to_owned(), FilePlace::whole(skill.machine.file().name())));
     let leaves = scenario.tree().into_iter().flat_map(|tree| {
-        tree.leaves().filter_map(|leaf| {
-            let (offset, length) = (leaf.span().offset(), leaf.span().len());
-            let span = tree.sources()[leaf.file()].span(offset..offset + length);
-            Some((leaf.process().to_owned(), FilePlace::of(&span)?))
-        })
+        let places = tree.nodes().iter().zip(node_places(tree));
+        places.filter(|(node, _)| node.kind().is_leaf()).map(|(leaf, place)| (leaf.process().to_owned(), place))
     });
     let tree = scenario.tree().map(|tree| (recording::TREE.to_owned(), FilePlace::whole(tree.source().name())));
     WrittenPlaces {

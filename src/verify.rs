@@ -5,6 +5,7 @@ mod answers;
 pub(crate) mod args;
 pub(crate) mod around;
 pub(crate) mod bag;
+mod description;
 pub(crate) mod growing;
 pub(crate) mod judge;
 pub(crate) mod live_page;
@@ -25,7 +26,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Duration;
 
 use bags::{Contents, Found};
 use campaigns::Error;
@@ -34,13 +34,14 @@ use editor::counted;
 use monitors::{Channels, EventLog, LogError, Property};
 use recording::{BagTree, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
 use reports::report::ViolationsReport;
-use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::interrupt;
 use crate::output::{complain, note, print, print_json, print_json_line, print_wrapped};
+use crate::results::node_places;
 use answers::Answers;
 use around::Around;
+use description::Description;
 use editor::System;
 use growing::{Growing, STILL_WRITTEN};
 use judge::{Judged, Judgment, NO_FORMULA, Verified, load, recorded, unheard};
@@ -181,7 +182,7 @@ fn verify_event_log(
     let described = Description::of(&first);
     described.check_version()?;
     let of_recording = header(path, tree);
-    let Subject { system, origin, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
+    let Subject { system, run, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
     let tree_log = of_recording.as_ref().filter(|header| !header.knows_ticks());
     if tree_log.is_some() {
         tree_log::refuse_unknown(&properties)?;
@@ -236,7 +237,21 @@ fn verify_event_log(
     let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
     let notes = notes.collect();
     let knows_ticks = tree_log.is_none();
-    Ok(Verified { properties, unjudged, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks, notes })
+    let nodes = tree.iter().flat_map(|named| node_places(&named.tree));
+    let processes = run.tree.iter().map(|node| node.process.clone()).zip(nodes).collect();
+    Ok(Verified {
+        properties,
+        unjudged,
+        end,
+        unsure,
+        unheard,
+        stories,
+        header: run,
+        processes,
+        start_ns: None,
+        knows_ticks,
+        notes,
+    })
 }
 
 /// The gaps of a log, in words: the first few, and how many more there are.
@@ -280,8 +295,8 @@ fn events_of<R: BufRead>(
 /// What a log is judged by.
 struct Subject {
     system: System,
-    /// The scenario whose system it is, if it is one.
-    origin: Origin,
+    /// What is known of the run.
+    run: Header,
     properties: Vec<Property>,
     /// The properties of a recording that no formula describes.
     unjudged: Vec<String>,
@@ -291,11 +306,12 @@ impl Subject {
     /// A recording brings its own system and properties; arguments that name others come first.
     fn of(args: &VerifyArgs, described: &Description, header: Option<&Header>) -> Result<Self, Error> {
         let header = header.filter(|_| args.scenario.is_none());
-        let (mut system, origin) = match header {
-            Some(header) => (System::new(Arc::clone(&header.topology), header.tick), header.origin.clone()),
+        let (mut system, run) = match header {
+            Some(header) => (System::new(Arc::clone(&header.topology), header.tick), header.clone()),
             None => {
                 let argument = described.scenario(args.scenario.as_deref())?;
-                (System::of_runs(argument)?, Origin { argument: argument.to_owned(), ..Origin::default() })
+                let origin = Origin { argument: argument.to_owned(), ..Origin::default() };
+                (System::of_runs(argument)?, Header { origin, ..Header::default() })
             }
         };
         system.tick = described.tick.unwrap_or(system.tick);
@@ -303,7 +319,7 @@ impl Subject {
             Some(header) if args.properties.is_empty() => recorded(header)?,
             _ => (load(&args.properties, &system)?, Vec::new()),
         };
-        Ok(Self { system, origin, properties, unjudged })
+        Ok(Self { system, run, properties, unjudged })
     }
 }
 
@@ -347,65 +363,6 @@ fn open(log: &Path, tree: Option<&BagTree>, follow: bool, truncated: &Truncated)
             Ok(Box::new(logged.map_err(std::io::Error::other)?))
         }
     }
-}
-
-/// The first line of a log, which describes the run.
-#[derive(Debug, PartialEq, Eq)]
-struct Description {
-    scenario: Option<String>,
-    /// The version of the program that wrote the log.
-    version: Option<String>,
-    /// Time between ticks.
-    tick: Option<Duration>,
-}
-
-impl Description {
-    /// The contents of a log's first line; nothing if it is not JSON.
-    fn of(line: &[u8]) -> Self {
-        let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
-        let text = |key: &str| match &described[key] {
-            serde_json::Value::Null => None,
-            serde_json::Value::String(text) => Some(text.clone()),
-            other => Some(other.to_string()),
-        };
-        let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
-        Self { scenario: text("scenario"), version: text("version"), tick: tick.filter(|tick| !tick.is_zero()) }
-    }
-
-    /// Rejects a log of a newer format, which is unknown.
-    fn check_version(&self) -> Result<(), Error> {
-        const THIS: &str = env!("CARGO_PKG_VERSION");
-        let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
-            return Ok(());
-        };
-        let message = format!("the log was written by version {version} of steward, and this is {THIS}");
-        Err(Error::refused(message, "use that version, or a newer one"))
-    }
-
-    /// The scenario to which the log belongs, unless another one is given.
-    fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
-        match (asked_for, self.scenario.as_deref()) {
-            (Some(name), _) => Ok(name),
-            (None, Some(name)) if find::shipped(name).is_some() => Ok(name),
-            (None, Some(name)) => {
-                let message =
-                    format!("the log belongs to the scenario `{name}`, which is not shipped with the program");
-                Err(Error::refused(message, "name the scenario's file: `--scenario FILE`"))
-            }
-            (None, None) => {
-                note(
-                    "the log does not say which scenario it belongs to; its channels are assumed to be those of \
-                     `nominal`",
-                );
-                Ok("nominal")
-            }
-        }
-    }
-}
-
-/// The numbers of a version, so that versions can be compared; an invalid one is greater than all of them.
-fn numbers(version: &str) -> Vec<u64> {
-    version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
 pub(crate) fn in_words(verified: &Verified) -> String {
@@ -547,19 +504,6 @@ mod tests {
         let verdict = |name: &str| format!("{:?}", verify(&args(file.path(), name)).expect("a readable log"));
         assert_eq!(verdict("phi1"), format!("{:?}", ExitCode::from(1)));
         assert_eq!(verdict("phi2"), format!("{:?}", ExitCode::SUCCESS));
-    }
-
-    #[test]
-    fn the_log_names_its_scenario_and_its_tick_period() {
-        let described = |line: &str| {
-            let Description { scenario, tick, .. } = Description::of(line.as_bytes());
-            (scenario, tick.map(|tick| tick.as_millis()))
-        };
-        let battery_fault = || Some("battery_fault".to_owned());
-        assert_eq!(described(r#"{"scenario":"battery_fault","tick_s":0.5}"#), (battery_fault(), Some(500)));
-        assert_eq!(described(r#"{"scenario":"battery_fault"}"#), (battery_fault(), None));
-        assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (Some("unheard of".to_owned()), None));
-        assert_eq!(described("no JSON"), (None, None));
     }
 
     #[test]

@@ -80,7 +80,21 @@ fn a_violation_in_a_log_is_at_its_property_and_its_steps_are_at_leaves() {
         assert_eq!((status, &place), (Some(1), &property), "{arguments:?}");
         assert_eq!(steps, ["robot/trees/recharge.xml:13".to_owned(), property], "{arguments:?}");
     }
-    // A property that has changed since is not where it was; and a scenario that has, nowhere.
+    // A tree or a property that has changed since is not where it was; and a scenario that has, nowhere.
+    let tree = folder.path().join("robot/trees/recharge.xml");
+    let text = std::fs::read_to_string(&tree).expect("it is there");
+    for (changed, is_same) in [
+        (text.replacen("<root", "<!-- only a comment -->\n<root", 1), true),
+        (text.replacen("<ReactiveFallback>", "<ReactiveFallback name=\"or\">", 1), false),
+    ] {
+        assert_ne!(changed, text);
+        std::fs::write(&tree, changed).expect("room for a file");
+        let (_, sarif, summary) = results(folder.path(), &["verify", "run.mcap"]);
+        let leaf = if is_same { "robot/trees/recharge.xml:14" } else { "run.mcap:1" };
+        assert_eq!(places(&sarif, "phi1"), (format!("{phi1}:3"), vec![leaf.to_owned(), format!("{phi1}:3")]));
+        assert_eq!(summary.contains("trees/recharge.xml has changed since"), !is_same, "{summary}");
+    }
+    std::fs::write(&tree, text).expect("room for a file");
     let before = std::fs::read(folder.path().join(phi1)).expect("it is there");
     std::fs::write(folder.path().join(phi1), "property phi1 := always (BatteryReader, BatteryLevel, m[2] > 1)\n")
         .expect("room for a file");

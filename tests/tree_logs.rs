@@ -1,8 +1,10 @@
 //! Logs of BehaviorTree.CPP as recordings: what is said of them, and what is refused.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use ros_messages::{CdrWriter, RosMessage as _, RosType as _, messages};
 use serde_json::Value;
 use tempfile::tempdir;
 use tree_logs::{Log, LogEntry, NodeStatus, StatusChange};
@@ -122,6 +124,61 @@ fn a_tree_is_named_only_for_a_bag() {
         let refused = refusal(&[command, log, "--tree", &tree]);
         assert!(refused.contains(reason), "{command} {log}: {refused}");
     }
+}
+
+messages! {
+    Time = "builtin_interfaces/Time" { sec: i32, nanosec: u32 }
+    Change = "nav2_msgs/BehaviorTreeStatusChange" {
+        timestamp: Time,
+        node_name: String,
+        uid: u16,
+        previous_status: String,
+        current_status: String,
+    }
+    Changes = "nav2_msgs/BehaviorTreeLog" { timestamp: Time, event_log: Vec<Change> }
+}
+
+/// Writes a bag in which the nodes with these names and numbers begin to run.
+fn write_bag(path: &Path, nodes: &[(&str, u16)]) {
+    let timestamp = || Time { sec: 1_000_000_000, nanosec: 0 };
+    let change = |&(name, uid): &(&str, u16)| Change {
+        timestamp: timestamp(),
+        node_name: name.to_owned(),
+        uid,
+        previous_status: "IDLE".to_owned(),
+        current_status: "RUNNING".to_owned(),
+    };
+    let mut cdr = CdrWriter::reusing(Vec::new());
+    Changes { timestamp: timestamp(), event_log: nodes.iter().map(change).collect() }.write(&mut cdr);
+    let mut writer = mcap::WriteOptions::new().compression(None).create(fs::File::create(path).unwrap()).unwrap();
+    let definition = Changes::definition().to_string();
+    let schema = writer.add_schema("nav2_msgs/msg/BehaviorTreeLog", "ros2msg", definition.as_bytes()).unwrap();
+    let channel_id = writer.add_channel(schema, "/behavior_tree_log", "cdr", &BTreeMap::new()).unwrap();
+    let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time: 1, publish_time: 1 };
+    writer.write_to_known_channel(&header, &cdr.bytes()).unwrap();
+    writer.finish().unwrap();
+}
+
+#[test]
+fn the_steps_of_a_bag_are_at_the_nodes_of_the_tree_that_is_named() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    write_bag(Path::new(&path("bag.mcap")), &[("Navigate", 1), ("FollowPath", 2)]);
+    let tree = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">\n<Sequence name=\"Navigate\">\n<FollowPath/>\n\
+                </Sequence></BehaviorTree></root>";
+    fs::write(path("tree.xml"), tree).unwrap();
+    fs::write(path("p.scope"), "property stays := always not (FollowPath, BT, reply = <running>)").unwrap();
+    let [bag, tree, property, sarif] = ["bag.mcap", "tree.xml", "p.scope", "ci.sarif"].map(path);
+    let verified = steward(&["verify", &bag, "--tree", &tree, "--property", &property, "--results", &sarif]);
+    assert_eq!(verified.status.code(), Some(1), "{}", String::from_utf8_lossy(&verified.stderr));
+    let sarif: Value = serde_json::from_str(&fs::read_to_string(&sarif).unwrap()).unwrap();
+    let steps = sarif["runs"][0]["results"][0]["codeFlows"][0]["threadFlows"][0]["locations"].as_array().unwrap();
+    let place = |step: &Value| {
+        let place = &step["location"]["physicalLocation"];
+        (place["artifactLocation"]["uri"].as_str().unwrap().to_owned(), place["region"]["startLine"].as_u64())
+    };
+    let at = |file: &str, line| (format!("file://{file}"), Some(line));
+    assert_eq!(steps.iter().map(place).collect::<Vec<_>>(), [at(&tree, 3), at(&property, 1)]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use scenarios::files::Kind;
 
 use super::announcer::{Announcer, Reactions};
 use crate::bag_tree::BagTreeArgs;
-use crate::results::{ResultsArgs, on_disk};
+use crate::results::{self, ResultsArgs};
 use crate::ros_names::{namespace, remapping};
 
 /// Whose messages they are.
@@ -94,14 +94,15 @@ impl VerifyArgs {
         self.follow.then(|| Announcer::new(self.json, Reactions::default()))
     }
 
-    /// Finds the files by which the logs are judged by their names in diagnostics. A shipped property is none of them,
-    /// even if a file beside the scenario has its name.
+    /// Finds the files by which the logs are judged by their names in diagnostics. A shipped property or tree is none
+    /// of them, even if a file beside the scenario has its name.
     pub(super) fn on_disk(&self) -> impl Fn(&str) -> Option<String> {
         let properties = self.properties.iter().map(|file| Kind::Properties.path(file, &Disk::default()));
-        let (properties, shipped): (Vec<PathBuf>, Vec<PathBuf>) = properties.partition(|file| file.is_file());
+        let named = properties.chain(self.tree.path());
+        let (on_disk, shipped): (Vec<PathBuf>, Vec<PathBuf>) = named.partition(|file| file.is_file());
         let scenario = self.scenario.iter().map(Path::new);
-        let files = properties.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
-        let on_disk = on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());
+        let files = on_disk.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
+        let on_disk = results::on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());
         move |name| if shipped.iter().any(|file| file == Path::new(name)) { None } else { on_disk(name) }
     }
 

@@ -1,6 +1,7 @@
 //! Properties checked against recorded events, and the report of the results.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -10,6 +11,7 @@ use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
+use reports::file_place::FilePlace;
 use reports::{Outputs, Presentation};
 use runs::FITS;
 use trials::replay::sight::Sight;
@@ -40,8 +42,10 @@ pub(crate) struct Verified {
     pub(crate) unheard: Vec<Option<String>>,
     /// For each property the story of its violation, as its page tells it; empty if nothing tells it.
     pub(crate) stories: Vec<Vec<String>>,
-    /// The scenario to which its processes belong; none if its argument is empty.
-    pub(crate) origin: Origin,
+    /// What is known of its run: of an event log only the argument of its scenario, and of others not even that.
+    pub(crate) header: Header,
+    /// Where the processes of a bag's tree are written, if the command line names it.
+    pub(crate) processes: BTreeMap<String, FilePlace>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(crate) start_ns: Option<i64>,
     /// Whether it is known when the tree was ticked.
@@ -76,9 +80,19 @@ impl Verified {
         let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
         let unheard = vec![None; properties.len()];
         let Judgment { unsure, stories, .. } = judgment;
-        let origin = Origin::default();
-        let unjudged = Vec::new();
-        Self { properties, unjudged, end, unsure, unheard, stories, origin, start_ns: None, knows_ticks: false, notes }
+        Self {
+            properties,
+            unjudged: Vec::new(),
+            end,
+            unsure,
+            unheard,
+            stories,
+            header: Header::default(),
+            processes: BTreeMap::new(),
+            start_ns: None,
+            knows_ticks: false,
+            notes,
+        }
     }
 
     /// What a monitor still waits for, in words.

@@ -212,16 +212,19 @@ impl Judgment {
 }
 
 /// Where properties and processes of a log are written, if results are wanted: properties without a file are those of
-/// its scenario. Also what has changed since, in words.
+/// its scenario, and so are the processes unless the command line names the tree. Also what has changed since, in
+/// words.
 fn written(args: &VerifyArgs, verified: &Verified) -> (WrittenPlaces, Vec<String>) {
     if !args.results.are_wanted() {
         return Default::default();
     }
     let named = |property: &Property| Some((property.name.clone(), FilePlace::of(property.place.as_ref()?)?));
     let properties = verified.properties.iter().filter_map(named).collect();
-    let given = WrittenPlaces { properties, ..WrittenPlaces::default() }.with_paths(args.on_disk());
-    let (mut places, changed) = places_now(&verified.origin, &verified.properties);
+    let given = WrittenPlaces { file: None, properties, processes: verified.processes.clone() };
+    let given = given.with_paths(args.on_disk());
+    let (mut places, changed) = places_now(&verified.header, &verified.properties);
     places.properties.extend(given.properties);
+    places.processes.extend(given.processes);
     (places, changed)
 }
 

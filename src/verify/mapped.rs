@@ -1,6 +1,7 @@
 //! Properties judged on messages of ROS 2, wherever they come from: a bag, one that is being written, or a robot.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -12,7 +13,7 @@ use campaigns::Error;
 use diagnostics::from_disk;
 use editor::System;
 use monitors::{Property, Violation};
-use recording::{Doubts, Origin};
+use recording::{Doubts, Header, Origin};
 use trials::replay::sight::Sight;
 use trials::replay::way::Way;
 
@@ -126,7 +127,8 @@ impl Mapped<'_> {
             unsure,
             unheard,
             stories,
-            origin,
+            header: Header { origin, ..Header::default() },
+            processes: BTreeMap::new(),
             start_ns,
             knows_ticks: true,
             notes,

@@ -1,0 +1,85 @@
+//! What the first line of an event log says.
+
+use std::time::Duration;
+
+use campaigns::Error;
+use scenarios::scenario::find;
+
+use crate::output::note;
+
+/// The first line of a log, which describes the run.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Description {
+    pub(super) scenario: Option<String>,
+    /// The version of the program that wrote the log.
+    version: Option<String>,
+    /// Time between ticks.
+    pub(super) tick: Option<Duration>,
+}
+
+impl Description {
+    /// The contents of a log's first line; nothing if it is not JSON.
+    pub(super) fn of(line: &[u8]) -> Self {
+        let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
+        let text = |key: &str| match &described[key] {
+            serde_json::Value::Null => None,
+            serde_json::Value::String(text) => Some(text.clone()),
+            other => Some(other.to_string()),
+        };
+        let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
+        Self { scenario: text("scenario"), version: text("version"), tick: tick.filter(|tick| !tick.is_zero()) }
+    }
+
+    /// Rejects a log of a newer format, which is unknown.
+    pub(super) fn check_version(&self) -> Result<(), Error> {
+        const THIS: &str = env!("CARGO_PKG_VERSION");
+        let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
+            return Ok(());
+        };
+        let message = format!("the log was written by version {version} of steward, and this is {THIS}");
+        Err(Error::refused(message, "use that version, or a newer one"))
+    }
+
+    /// The scenario to which the log belongs, unless another one is given.
+    pub(super) fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
+        match (asked_for, self.scenario.as_deref()) {
+            (Some(name), _) => Ok(name),
+            (None, Some(name)) if find::shipped(name).is_some() => Ok(name),
+            (None, Some(name)) => {
+                let message =
+                    format!("the log belongs to the scenario `{name}`, which is not shipped with the program");
+                Err(Error::refused(message, "name the scenario's file: `--scenario FILE`"))
+            }
+            (None, None) => {
+                note(
+                    "the log does not say which scenario it belongs to; its channels are assumed to be those of \
+                     `nominal`",
+                );
+                Ok("nominal")
+            }
+        }
+    }
+}
+
+/// The numbers of a version, so that versions can be compared; an invalid one is greater than all of them.
+fn numbers(version: &str) -> Vec<u64> {
+    version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_log_names_its_scenario_and_its_tick_period() {
+        let described = |line: &str| {
+            let Description { scenario, tick, .. } = Description::of(line.as_bytes());
+            (scenario, tick.map(|tick| tick.as_millis()))
+        };
+        let battery_fault = || Some("battery_fault".to_owned());
+        assert_eq!(described(r#"{"scenario":"battery_fault","tick_s":0.5}"#), (battery_fault(), Some(500)));
+        assert_eq!(described(r#"{"scenario":"battery_fault"}"#), (battery_fault(), None));
+        assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (Some("unheard of".to_owned()), None));
+        assert_eq!(described("no JSON"), (None, None));
+    }
+}
