@@ -44,7 +44,7 @@ use around::Around;
 use description::Description;
 use editor::System;
 use growing::{Growing, STILL_WRITTEN};
-use judge::{Judged, Judgment, NO_FORMULA, Verified, load, recorded, unheard};
+use judge::{Judged, NO_FORMULA, Verified, load, recorded, unheard};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
@@ -222,35 +222,25 @@ fn verify_event_log(
     };
     let judgment = judged.judge(events.chain(rest), &mut properties, doubts)?;
     let later = judgment.notes(&properties);
-    let Judgment { end, unsure, stories, .. } = judgment;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let Gaps { first, more } = gaps.into_inner();
     let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
     let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
-    let unheard = match of_recording {
-        Some(_) => unheard(path, &properties, &system.topology),
-        None => vec![None; properties.len()],
-    };
+    let unheard = of_recording.as_ref().map(|_| unheard(path, &properties, &system.topology));
     let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
     let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
-    let notes = notes.collect();
-    let knows_ticks = tree_log.is_none();
     let nodes = tree.iter().flat_map(|named| node_places(&named.tree));
     let processes = run.tree.iter().map(|node| node.process.clone()).zip(nodes).collect();
+    let verified = Verified::judged(properties, judgment, notes.collect());
     Ok(Verified {
-        properties,
         unjudged,
-        end,
-        unsure,
-        unheard,
-        stories,
+        unheard: unheard.unwrap_or(verified.unheard),
         header: run,
         processes,
-        start_ns: None,
-        knows_ticks,
-        notes,
+        knows_ticks: tree_log.is_none(),
+        ..verified
     })
 }
 

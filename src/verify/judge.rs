@@ -78,14 +78,18 @@ impl Verified {
     pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts, left_open: String) -> Self {
         let judgment = Judgment::of(end, doubts);
         let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
-        let unheard = vec![None; properties.len()];
-        let Judgment { unsure, stories, .. } = judgment;
+        Self::judged(properties, judgment, notes)
+    }
+
+    /// The same of a log about which nothing else is known.
+    pub(super) fn judged(properties: Vec<Property>, judgment: Judgment, notes: Vec<String>) -> Self {
+        let Judgment { end, unsure, stories, .. } = judgment;
         Self {
+            unheard: vec![None; properties.len()],
             properties,
             unjudged: Vec::new(),
             end,
             unsure,
-            unheard,
             stories,
             header: Header::default(),
             processes: BTreeMap::new(),

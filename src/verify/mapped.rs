@@ -1,7 +1,6 @@
 //! Properties judged on messages of ROS 2, wherever they come from: a bag, one that is being written, or a robot.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -20,7 +19,7 @@ use trials::replay::way::Way;
 use super::announcer::Announcer;
 use super::args::RobotsArgs;
 use super::around::Around;
-use super::judge::{Judged, Judgment, Verified, load};
+use super::judge::{Judged, Verified, load};
 use crate::live::BoardArgs;
 use crate::output::note;
 
@@ -116,22 +115,12 @@ impl Mapped<'_> {
             write_violations(&properties, start_ns, folder)?;
         }
         let notes = survey.lost.iter().cloned().chain(events.notes()).chain(judgment.notes(&properties)).collect();
-        let unheard = vec![None; properties.len()];
-        let Judgment { end, unsure, stories, .. } = judgment;
-        let start_ns = events.start_ns();
         let origin = Origin { argument: self.scenario.unwrap_or_default().to_owned(), ..Origin::default() };
         Ok(Verified {
-            properties,
-            unjudged: Vec::new(),
-            end,
-            unsure,
-            unheard,
-            stories,
             header: Header { origin, ..Header::default() },
-            processes: BTreeMap::new(),
-            start_ns,
+            start_ns: events.start_ns(),
             knows_ticks: true,
-            notes,
+            ..Verified::judged(properties, judgment, notes)
         })
     }
 }

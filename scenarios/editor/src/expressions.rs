@@ -1,4 +1,4 @@
-//! Expressions of ECMAScript, complete or not.
+//! Expressions and their words, complete or not.
 
 use std::ops::Range;
 
@@ -11,6 +11,11 @@ pub(crate) fn word_in(text: &str, range: &Range<usize>, at: usize, is_word: fn(c
         before.rfind(|c| !is_word(c)).map_or(0, |end| end + before[end..].chars().next().map_or(1, char::len_utf8));
     let end = after.find(|c| !is_word(c)).unwrap_or(after.len());
     range.start + start..at + end
+}
+
+/// Whether a text begins before a place and does not end there.
+pub(crate) fn is_in_text(before: &str) -> bool {
+    ['\'', '"'].iter().any(|quote| before.matches(*quote).count() % 2 == 1)
 }
 
 /// The field of this object with which a text that has just begun is compared.

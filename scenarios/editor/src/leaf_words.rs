@@ -7,7 +7,7 @@ use channels::FieldKind;
 use diagnostics::document::Own;
 use scenarios::scenario::{Offer, OfferMessage};
 
-use crate::expressions::{compared, symbols, word_in};
+use crate::expressions::{compared, is_in_text, symbols, word_in};
 use crate::knowledge::Knowledge;
 use crate::proposal::{Proposal, ProposalKind};
 use crate::toml_keys::Blank;
@@ -73,11 +73,10 @@ fn condition(blank: Blank<'_>, leaf: &str, offers: &[Offer], known: &Knowledge) 
     let word = word_in(written, &(0..written.len()), at, |c| c.is_alphanumeric() || c == '_');
     let before = &written[..word.start];
     let fields = || offers.iter().flat_map(|offer| offer.fields(OfferMessage::Answer));
-    let is_in_text = |quote| before.matches(quote).count() % 2 == 1;
     let answers = || offers.iter().map(Offer::answer);
     let names = match answers().find_map(|answer| compared(before, answer)) {
         Some(field) => symbols(fields(), field).map(|symbol| (symbol.name().to_owned(), field.to_owned())).collect(),
-        None if is_in_text("'") || is_in_text("\"") => BTreeMap::new(),
+        None if is_in_text(before) => BTreeMap::new(),
         None if before.ends_with('{') => ports(leaf, Direction::Output, known),
         None if answers().any(|answer| before.strip_suffix('.').is_some_and(|before| before.ends_with(answer))) => {
             listed(fields())

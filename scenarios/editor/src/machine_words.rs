@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use skills::{MessageForm, Vocabulary};
 
-use crate::expressions::{compared, symbols, word_in};
+use crate::expressions::{compared, is_in_text, symbols, word_in};
 use crate::knowledge::Knowledge;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
 use crate::xml_place::{Tag, XmlCursor, XmlPlace, elements, inside, place};
@@ -167,8 +167,7 @@ impl Value<'_> {
         if before.ends_with(['\'', '"']) && call.is_some_and(|call| call.ends_with("In")) {
             return ids(self.text, &STATES).iter().map(|id| name(id, "a state")).collect();
         }
-        let is_in_text = |quote| before.matches(quote).count() % 2 == 1;
-        if before.ends_with('.') || is_in_text("'") || is_in_text("\"") {
+        if before.ends_with('.') || is_in_text(before) {
             return Vec::new();
         }
         let data = ids(self.text, &["data"]);

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::expressions::word_in;
+
 /// What the text at a cursor is, or will be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum ScopePlace {
@@ -25,12 +27,8 @@ pub(crate) enum ScopePlace {
 
 /// The place at a cursor, and the range of the word there. Nothing in comments and texts.
 pub(crate) fn place(text: &str, at: usize) -> Option<(ScopePlace, Range<usize>)> {
-    let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    let start =
-        text[..at].rfind(|c| !is_word(c)).map_or(0, |end| end + text[end..].chars().next().map_or(1, char::len_utf8));
-    let end = text[at..].find(|c| !is_word(c)).map_or(text.len(), |length| at + length);
-    let word = start..end;
-    let before = code(&text[..start])?;
+    let word = word_in(text, &(0..text.len()), at, |c| c.is_alphanumeric() || c == '_');
+    let before = code(&text[..word.start])?;
     // Brackets that are still open, each with what is between its commas so far.
     let mut open: Vec<Vec<String>> = Vec::new();
     for c in before.chars() {
