@@ -7,7 +7,7 @@ use diagnostics::document::{Key, Referent};
 use serde_json::{Value, json};
 
 use crate::proposal::{Explanation, Proposal, ProposalKind};
-use crate::toml_place::{TomlPlace, place};
+use crate::toml_place::{Present, TomlPlace, place};
 
 /// A text that stands for something, or a key that the file chooses.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub(crate) type Lookup<'n> = dyn Fn(Blank<'_>) -> Vec<Proposal> + 'n;
 /// What may be written at a place of a file with these keys.
 pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>) -> Vec<Proposal> {
     let Some((place, word)) = place(text, at) else { return Vec::new() };
-    let chosen = |table: &[String], is_table: bool, present: &[String]| {
+    let chosen = |table: &[String], is_table: bool, present: &[Present]| {
         let keys = keys.iter().filter(|key| key.is_table() || !is_table);
         let chosen = keys.filter(|key| is_at(key.split().0, table) && is_chosen(key.split().1));
         let named = |key: &Key| {
@@ -35,7 +35,8 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             let assigned = if key.is_table() { "" } else { " = " };
             names.map(move |name| Proposal { insert: format!("{}{assigned}", as_key(&name.name)), ..name })
         };
-        let missing = chosen.flat_map(named).filter(|proposal| !present.contains(&proposal.name));
+        let is_missing = |proposal: &Proposal| !present.iter().any(|key| key.name == proposal.name);
+        let missing = chosen.flat_map(named).filter(is_missing);
         missing.map(|proposal| Proposal { replaces: word.clone(), ..proposal }).collect::<Vec<_>>()
     };
     match place {
@@ -52,13 +53,14 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             };
             let fits = |key: &&Key| match key.split().1.ends_with("[]") {
                 is_list if is_list != is_item => leads_on(key),
-                false if present.iter().any(|name| name == name_of(key)) => leads_on(key),
+                false if present.iter().any(|present| present.name == name_of(key)) => leads_on(key),
                 _ => true,
             };
             let tables = keys.iter().filter(|key| key.is_table() && is_at(key.split().0, &table));
             let mut found: Vec<_> = tables
                 .filter(|key| !is_chosen(key.split().1))
                 .filter(fits)
+                .filter(|key| is_allowed(name_of(key), keys, &table, &present))
                 .map(|key| of_key(key, name_of(key).to_owned(), &word))
                 .collect();
             found.extend(chosen(&table, true, &[]));
@@ -124,9 +126,10 @@ pub(crate) fn explanation(text: &str, at: usize, keys: &[Key]) -> Option<Explana
 }
 
 /// The keys and tables below a table that the file does not have yet.
-fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[String], word: &Range<usize>) -> Vec<Proposal> {
+fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[Present], word: &Range<usize>) -> Vec<Proposal> {
     let here = keys.iter().filter(|key| is_at(key.split().0, table) && !is_chosen(key.split().1));
-    let missing = here.filter(|key| !present.iter().any(|name| name == name_of(key)));
+    let missing = here.filter(|key| !present.iter().any(|present| present.name == name_of(key)));
+    let missing = missing.filter(|key| is_allowed(name_of(key), keys, table, present));
     let proposal = |key: &Key| {
         let name = name_of(key);
         let is_list = key.split().1.ends_with("[]");
@@ -142,6 +145,47 @@ fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[String], 
         of_key(key, insert, word)
     };
     missing.map(proposal).collect()
+}
+
+/// Whether a table with these keys may have another one: not if the rules of the table forbid it beside them.
+fn is_allowed(name: &str, keys: &[Key], table: &[String], present: &[Present]) -> bool {
+    let Some(rules) = key_at(keys, table).map(|key| &key.takes) else { return true };
+    let mut with_it: Vec<(&str, Option<&Value>)> =
+        present.iter().map(|key| (key.name.as_str(), key.value.as_ref())).collect();
+    if !with_it.iter().any(|(present, _)| *present == name) {
+        with_it.push((name, None));
+    }
+    !forbid(rules, &with_it)
+}
+
+/// Whether rules forbid a table that has these keys, whatever is added to it.
+fn forbid(rules: &Value, table: &[(&str, Option<&Value>)]) -> bool {
+    let all = |key: &str| rules[key].as_array().into_iter().flatten();
+    let has = |list: &Value, name: &str| list.as_array().is_some_and(|list| list.iter().any(|item| item == name));
+    let has_all = |list: &Value| {
+        list.as_array().is_some_and(|list| list.iter().all(|item| table.iter().any(|(name, _)| item == name)))
+    };
+    let names = &rules["propertyNames"];
+    let by_name = table
+        .iter()
+        .any(|(name, _)| !names["enum"].is_null() && !has(&names["enum"], name) || has(&names["not"]["enum"], name));
+    let by_condition = || {
+        let condition = &rules["if"];
+        let value = |key: &str| table.iter().find(|(name, _)| *name == key).and_then(|(_, value)| *value);
+        let wanted = condition["properties"].as_object().into_iter().flatten();
+        let wanted = wanted.filter_map(|(name, takes)| Some((name, takes.get("const")?)));
+        let (mut holds, mut fails) = (has_all(&condition["required"]), false);
+        for (name, wanted) in wanted {
+            holds &= value(name) == Some(wanted);
+            fails |= value(name).is_some_and(|value| value != wanted);
+        }
+        // What is not written yet may still come.
+        (fails || forbid(&rules["then"], table)) && (holds || forbid(&rules["else"], table))
+    };
+    by_name
+        || rules["not"]["anyOf"].as_array().is_some_and(|sets| sets.iter().any(|set| has_all(&set["required"])))
+        || all("allOf").any(|rules| forbid(rules, table))
+        || !rules["if"].is_null() && by_condition()
 }
 
 fn of_key(key: &Key, insert: String, replaces: &Range<usize>) -> Proposal {
@@ -347,6 +391,36 @@ mod tests {
         assert_eq!(proposed("[battery]\n[|]", &keys), [""; 0]);
         assert_eq!(proposed("[[|]]", &keys), [""; 0]);
         assert_eq!(proposed("battery = { charge_pct = 1, | }", &keys), [""; 0]);
+    }
+
+    #[test]
+    fn keys_of_other_forms_are_not_proposed() {
+        let names = |kind: Toml, text: &str| -> Vec<String> {
+            let found = proposals(text, text.len(), &kind.keys(), &|_| Vec::new());
+            found.into_iter().map(|proposal| proposal.name).collect()
+        };
+        let component = |written: &str| names(Toml::Scenario, &format!("[components.Door]\n{written}\n"));
+        assert_eq!(component("builtin = \"door\""), ["door"]);
+        assert_eq!(component("ros = \"/robot\""), ["interface"]);
+        assert_eq!(component("machine = \"door.scxml\""), ["interface", "data"]);
+        let of_sensor = component("within_m = 3");
+        assert!(of_sensor.contains(&"builtin".into()) && !of_sensor.contains(&"machine".into()));
+        let headers = |builtin: &str| {
+            names(Toml::Scenario, &format!("[components.Ear]\nbuiltin = \"{builtin}\"\n[[components.Ear."))
+        };
+        assert_eq!((headers("microphone"), headers("tray")), (vec!["hears".to_owned()], Vec::new()));
+        let monitor = |written: &str| names(Toml::Scenario, &format!("[[monitors]]\n{written}\n"));
+        assert_eq!(
+            (monitor("zone = \"a\""), monitor("figure = \"5 (a)\"")),
+            (vec!["name".into()], vec!["name".into()])
+        );
+        let place = |written: &str| names(Toml::Places, &format!("[Dock]\n{written}\n"));
+        assert_eq!(place("position_m = [1, 2]"), ["heading_deg", "position_tolerance_m", "heading_tolerance_deg"]);
+        assert_eq!(place("keep_out = true"), ["speed_mps", "corners_m"]);
+        let leaf = |written: &str| names(Toml::Scenario, &format!("[leaves.Pick]\n{written}\n"));
+        assert!(
+            leaf("request = \"Arm.pick\"").iter().all(|name| !["machine", "action", "topic"].contains(&name.as_str()))
+        );
     }
 
     #[test]

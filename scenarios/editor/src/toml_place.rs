@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use serde_json::Value;
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
 
@@ -15,7 +16,7 @@ pub(crate) enum TomlPlace {
         /// Whether it begins a line outside of all brackets.
         begins_line: bool,
         /// Keys that the table has already.
-        present: Vec<String>,
+        present: Vec<Present>,
     },
     /// The path of a table, in a header, up to the part at the cursor.
     Header {
@@ -23,8 +24,8 @@ pub(crate) enum TomlPlace {
         table: Vec<String>,
         /// Whether it is that of an item of an array: `[[…]]`.
         is_item: bool,
-        /// What other headers have here.
-        present: Vec<String>,
+        /// Keys that the table has already, and what other headers have here.
+        present: Vec<Present>,
     },
     /// The value of the key with this path, or an item of it.
     Value {
@@ -35,6 +36,13 @@ pub(crate) enum TomlPlace {
     },
 }
 
+/// A key that a table has, and its value if that is a string or a Boolean value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Present {
+    pub(crate) name: String,
+    pub(crate) value: Option<Value>,
+}
+
 /// The place at a cursor, and the range of the word or string there, without quotes. Nothing in comments and between
 /// values.
 pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> {
@@ -43,13 +51,15 @@ pub(crate) fn place(text: &str, at: usize) -> Option<(TomlPlace, Range<usize>)> 
         TomlPlace::Key { table, present, .. } => {
             let beside =
                 walk.keys.iter().filter(|key| key.instance == instance && key.table == *table && key.at != word.start);
-            present.extend(beside.map(|key| key.name.clone()));
+            present.extend(beside.map(|key| key.present.clone()));
         }
         TomlPlace::Header { table, is_item, present } => {
             let begun = text[..word.start].rsplit(['\n', '\r']).next().unwrap_or_default();
             *is_item = begun.trim_start().starts_with("[[");
             let others = walk.parts.iter().filter(|part| part.is_header && part.table == *table);
-            present.extend(others.filter(|part| part.range.start != word.start).map(|part| part.name.clone()));
+            let others = others.filter(|part| part.range.start != word.start).map(|part| part.name.clone());
+            present.extend(others.map(|name| Present { name, value: None }));
+            present.extend(walk.keys.iter().filter(|key| key.table == *table).map(|key| key.present.clone()));
         }
         TomlPlace::Value { .. } => {}
     }
@@ -181,9 +191,9 @@ fn tokens(text: &str) -> Vec<Token> {
 
 /// A key of a table, for what is present there.
 #[derive(Debug)]
-struct Present {
+struct TableKey {
     table: Vec<String>,
-    name: String,
+    present: Present,
     at: usize,
     instance: usize,
 }
@@ -216,7 +226,7 @@ struct TokenWalk {
     /// Tables so far: each header and each bracket begins another one.
     instances: usize,
     of_header: usize,
-    keys: Vec<Present>,
+    keys: Vec<TableKey>,
     parts: Vec<KeyPart>,
     texts: Vec<Text>,
     started: bool,
@@ -326,15 +336,15 @@ impl TokenWalk {
         self.frames.clear();
         if let Some(text) = self.texts.pop() {
             let part = KeyPart { table: self.path(), name: text.value.clone(), range: text.range, is_header: false };
-            self.keys.push(Present {
-                table: self.path(),
-                name: text.value.clone(),
-                at: part.range.start,
-                instance: self.instance(),
-            });
+            self.key_of(self.path(), text.value.clone(), part.range.start);
             self.parts.push(part);
             self.key = vec![text.value];
         }
+    }
+
+    fn key_of(&mut self, table: Vec<String>, name: String, at: usize) {
+        let present = Present { name, value: None };
+        self.keys.push(TableKey { table, present, at, instance: self.instance() });
     }
 
     fn word(&mut self, text: &str, token: &Token, begins_line: bool) {
@@ -342,6 +352,10 @@ impl TokenWalk {
         let name = text[range.clone()].to_owned();
         let is_array = self.frames.last().is_some_and(|frame| !frame.is_table);
         if self.is_in_value() {
+            if let Some(key) = self.keys.last_mut().filter(|_| !is_array) {
+                let boolean = || name.parse().ok().map(Value::Bool);
+                key.present.value = if token.kind == Kind::Word { boolean() } else { Some(name.as_str().into()) };
+            }
             // Words are kept for `recover` only.
             if token.kind != Kind::Word || begins_line && is_array {
                 let key = if is_array { self.path() } else { [self.path(), self.key.clone()].concat() };
@@ -357,7 +371,7 @@ impl TokenWalk {
             is_header: self.is_header,
         });
         if !self.is_header {
-            self.keys.push(Present { table: before, name: name.clone(), at: range.start, instance: self.instance() });
+            self.key_of(before, name.clone(), range.start);
         }
         self.key.push(name);
     }
@@ -375,8 +389,12 @@ mod tests {
     }
 
     fn key(table: &[&str], begins_line: bool, present: &[&str]) -> TomlPlace {
-        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-        TomlPlace::Key { table: owned(table), begins_line, present: owned(present) }
+        let table = table.iter().map(|part| (*part).to_owned()).collect();
+        let present = present.iter().map(|key| match key.split_once('=') {
+            Some((name, value)) => Present { name: name.to_owned(), value: value.parse().ok() },
+            None => Present { name: (*key).to_owned(), value: None },
+        });
+        TomlPlace::Key { table, begins_line, present: present.collect() }
     }
 
     fn value(path: &[&str], is_quoted: bool) -> TomlPlace {
@@ -388,6 +406,7 @@ mod tests {
         let cases = [
             ("|", key(&[], true, &[]), ""),
             ("a = 1\nb|\n", key(&[], true, &["a"]), "b"),
+            ("a = \"x\"\nb = true\n|", key(&[], true, &["a=\"x\"", "b=true"]), ""),
             ("a = 1\n[x.y]\nb = 2\nc|", key(&["x", "y"], true, &["b"]), "c"),
             ("[[x]]\nb = 2\n[[x]]\n|", key(&["x"], true, &[]), ""),
             ("x.y.|", key(&["x", "y"], false, &[]), ""),
@@ -419,11 +438,9 @@ mod tests {
 
     #[test]
     fn headers_and_comments_are_recognized() {
-        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-        let header = |table: &[&str], is_item, present: &[&str]| TomlPlace::Header {
-            table: owned(table),
-            is_item,
-            present: owned(present),
+        let header = |table: &[&str], is_item, present: &[&str]| match key(table, false, present) {
+            TomlPlace::Key { table, present, .. } => TomlPlace::Header { table, is_item, present },
+            other => other,
         };
         assert_eq!(at("[a]\n[bat|]\n[b.c]"), Some((header(&[], false, &["a", "b"]), "bat".to_owned())));
         assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"], true, &[]), String::new())));
