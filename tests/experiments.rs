@@ -58,30 +58,6 @@ fn battery_fault_violates_phi1_at_the_first_reading_below_twenty() {
     }
 }
 
-/// Every scheduler and both forms of the tree, alternating between scenarios; `.ci/seeds` runs them all.
-#[test]
-#[ignore = "long: .ci/run runs it"]
-fn verdicts_do_not_depend_on_the_scheduler() {
-    let variants: [&[&str]; 8] = [
-        &["execution.policy=round-robin"],
-        &["execution.starve=BT"],
-        &["execution.starve=BatteryReader"],
-        &["execution.starve=Navigation"],
-        &["execution.starve=GotoRechargingStation", "execution.policy=round-robin"],
-        &["execution.starve=GoToDestination"],
-        &["execution.tree=nodes"],
-        &["execution.tree=nodes", "execution.starve=BT"],
-    ];
-    let scenarios =
-        ["battery_fault", "skill_bug", "joypad", "never_arrives", "already_there", "late_halt", "early_release"];
-    for (index, scenario) in scenarios.into_iter().enumerate() {
-        for variant in variants.into_iter().skip(index % 2).step_by(2) {
-            let report = changed(scenario, variant);
-            assert_eq!(report["outcome"], "as_expected", "{scenario} {variant:?}: {}", report["differences"]);
-        }
-    }
-}
-
 /// The report of a scenario with these settings.
 fn changed(scenario: &str, changes: &[&str]) -> Value {
     let out = tempdir().unwrap();

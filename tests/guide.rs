@@ -31,11 +31,20 @@ fn every_tour_ends_as_expected_and_every_property_is_violated_in_one() {
     if !has_python() {
         return;
     }
+    // One of the policies for each, in turn.
+    let policies = [
+        "execution.policy=random",
+        "execution.policy=round-robin",
+        "execution.tree=nodes",
+        "execution.starve=TourPlanner",
+    ];
+    let tours: Vec<_> = [faulty(), vec!["guide"]].concat().into_iter().zip(policies.into_iter().cycle()).collect();
     let broken = std::sync::Mutex::new(BTreeMap::new());
-    check_each([faulty(), vec!["guide"]].concat(), |name| {
-        let report = run(name, &["--seed", "2"]);
+    check_each(tours, |(name, policy)| {
+        let report = run(name, &["--seed", "2", "--set", policy]);
         broken.lock().unwrap().insert(name, violated(&report));
-        if report["outcome"] == "as_expected" { Ok(()) } else { Err(format!("{name}: {}", report["differences"])) }
+        let wrong = || format!("{name}, {policy}: {}", report["differences"]);
+        if report["outcome"] == "as_expected" { Ok(()) } else { Err(wrong()) }
     });
     let broken = broken.into_inner().unwrap();
     let by_some: BTreeSet<&str> = broken.values().flatten().map(String::as_str).collect();

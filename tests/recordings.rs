@@ -92,7 +92,7 @@ fn a_recording_in_either_format_gives_the_report_page_and_pictures_of_its_run() 
         let folder = tempdir().unwrap();
         let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
         let gif =
-            |name: &str| if scenario == "battery_fault" { vec!["--gif".to_owned(), at(name)] } else { Vec::new() };
+            |name: &str| if scenario == "already_there" { vec!["--gif".to_owned(), at(name)] } else { Vec::new() };
         let (run_gif, report_gif) = (gif("run.gif"), gif("report.gif"));
         let run = ["--scenario", scenario, "--quiet", "--out", &at("run"), "--record", &at("run.rec")];
         let run: Vec<&str> =
