@@ -35,8 +35,7 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             let assigned = if key.is_table() { "" } else { " = " };
             names.map(move |name| Proposal { insert: format!("{}{assigned}", as_key(&name.name)), ..name })
         };
-        let is_missing = |proposal: &Proposal| !present.iter().any(|key| key.name == proposal.name);
-        let missing = chosen.flat_map(named).filter(is_missing);
+        let missing = chosen.flat_map(named).filter(|proposal| !has(present, &proposal.name));
         missing.map(|proposal| Proposal { replaces: word.clone(), ..proposal }).collect::<Vec<_>>()
     };
     match place {
@@ -53,7 +52,7 @@ pub(crate) fn proposals(text: &str, at: usize, keys: &[Key], names: &Lookup<'_>)
             };
             let fits = |key: &&Key| match key.split().1.ends_with("[]") {
                 is_list if is_list != is_item => leads_on(key),
-                false if present.iter().any(|present| present.name == name_of(key)) => leads_on(key),
+                false if has(&present, name_of(key)) => leads_on(key),
                 _ => true,
             };
             let tables = keys.iter().filter(|key| key.is_table() && is_at(key.split().0, &table));
@@ -128,7 +127,7 @@ pub(crate) fn explanation(text: &str, at: usize, keys: &[Key]) -> Option<Explana
 /// The keys and tables below a table that the file does not have yet.
 fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[Present], word: &Range<usize>) -> Vec<Proposal> {
     let here = keys.iter().filter(|key| is_at(key.split().0, table) && !is_chosen(key.split().1));
-    let missing = here.filter(|key| !present.iter().any(|present| present.name == name_of(key)));
+    let missing = here.filter(|key| !has(present, name_of(key)));
     let missing = missing.filter(|key| is_allowed(name_of(key), keys, table, present));
     let proposal = |key: &Key| {
         let name = name_of(key);
@@ -147,44 +146,45 @@ fn below(keys: &[Key], table: &[String], begins_line: bool, present: &[Present],
     missing.map(proposal).collect()
 }
 
+fn has(present: &[Present], name: &str) -> bool {
+    present.iter().any(|key| key.name == name)
+}
+
 /// Whether a table with these keys may have another one: not if the rules of the table forbid it beside them.
 fn is_allowed(name: &str, keys: &[Key], table: &[String], present: &[Present]) -> bool {
     let Some(rules) = key_at(keys, table).map(|key| &key.takes) else { return true };
-    let mut with_it: Vec<(&str, Option<&Value>)> =
-        present.iter().map(|key| (key.name.as_str(), key.value.as_ref())).collect();
-    if !with_it.iter().any(|(present, _)| *present == name) {
-        with_it.push((name, None));
-    }
-    !forbid(rules, &with_it)
+    let another = Present { name: name.to_owned(), value: None };
+    // Nothing can be said beside what is wrong already.
+    forbid(rules, present) || !forbid(rules, &[present, &[another]].concat())
 }
 
 /// Whether rules forbid a table that has these keys, whatever is added to it.
-fn forbid(rules: &Value, table: &[(&str, Option<&Value>)]) -> bool {
-    let all = |key: &str| rules[key].as_array().into_iter().flatten();
-    let has = |list: &Value, name: &str| list.as_array().is_some_and(|list| list.iter().any(|item| item == name));
-    let has_all = |list: &Value| {
-        list.as_array().is_some_and(|list| list.iter().all(|item| table.iter().any(|(name, _)| item == name)))
-    };
+fn forbid(rules: &Value, table: &[Present]) -> bool {
+    fn items(list: &Value) -> &[Value] {
+        list.as_array().map_or(&[], Vec::as_slice)
+    }
+    let has_all = |names: &Value| items(names).iter().all(|name| table.iter().any(|key| *name == key.name));
     let names = &rules["propertyNames"];
-    let by_name = table
-        .iter()
-        .any(|(name, _)| !names["enum"].is_null() && !has(&names["enum"], name) || has(&names["not"]["enum"], name));
+    let is_forbidden = |key: &Present| {
+        let is_in = |list: &Value| items(list).iter().any(|name| *name == key.name);
+        !names["enum"].is_null() && !is_in(&names["enum"]) || is_in(&names["not"]["enum"])
+    };
     let by_condition = || {
         let condition = &rules["if"];
-        let value = |key: &str| table.iter().find(|(name, _)| *name == key).and_then(|(_, value)| *value);
         let wanted = condition["properties"].as_object().into_iter().flatten();
         let wanted = wanted.filter_map(|(name, takes)| Some((name, takes.get("const")?)));
         let (mut holds, mut fails) = (has_all(&condition["required"]), false);
         for (name, wanted) in wanted {
-            holds &= value(name) == Some(wanted);
-            fails |= value(name).is_some_and(|value| value != wanted);
+            let value = table.iter().find(|key| key.name == *name).and_then(|key| key.value.as_ref());
+            holds &= value == Some(wanted);
+            fails |= value.is_some_and(|value| value != wanted);
         }
         // What is not written yet may still come.
         (fails || forbid(&rules["then"], table)) && (holds || forbid(&rules["else"], table))
     };
-    by_name
-        || rules["not"]["anyOf"].as_array().is_some_and(|sets| sets.iter().any(|set| has_all(&set["required"])))
-        || all("allOf").any(|rules| forbid(rules, table))
+    table.iter().any(is_forbidden)
+        || items(&rules["not"]["anyOf"]).iter().any(|set| set["required"].is_array() && has_all(&set["required"]))
+        || items(&rules["allOf"]).iter().any(|rules| forbid(rules, table))
         || !rules["if"].is_null() && by_condition()
 }
 
@@ -405,6 +405,7 @@ mod tests {
         assert_eq!(component("machine = \"door.scxml\""), ["interface", "data"]);
         let of_sensor = component("within_m = 3");
         assert!(of_sensor.contains(&"builtin".into()) && !of_sensor.contains(&"machine".into()));
+        assert!(component("builtin = \"door\"\nonly = []").contains(&"door".into()), "beside a mistake");
         let headers = |builtin: &str| {
             names(Toml::Scenario, &format!("[components.Ear]\nbuiltin = \"{builtin}\"\n[[components.Ear."))
         };

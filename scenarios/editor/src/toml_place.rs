@@ -336,13 +336,13 @@ impl TokenWalk {
         self.frames.clear();
         if let Some(text) = self.texts.pop() {
             let part = KeyPart { table: self.path(), name: text.value.clone(), range: text.range, is_header: false };
-            self.key_of(self.path(), text.value.clone(), part.range.start);
+            self.add_key(self.path(), text.value.clone(), part.range.start);
             self.parts.push(part);
             self.key = vec![text.value];
         }
     }
 
-    fn key_of(&mut self, table: Vec<String>, name: String, at: usize) {
+    fn add_key(&mut self, table: Vec<String>, name: String, at: usize) {
         let present = Present { name, value: None };
         self.keys.push(TableKey { table, present, at, instance: self.instance() });
     }
@@ -371,7 +371,7 @@ impl TokenWalk {
             is_header: self.is_header,
         });
         if !self.is_header {
-            self.key_of(before, name.clone(), range.start);
+            self.add_key(before, name.clone(), range.start);
         }
         self.key.push(name);
     }
@@ -388,17 +388,25 @@ mod tests {
         place(&text, at).map(|(place, word)| (place, text[word].to_owned()))
     }
 
-    fn key(table: &[&str], begins_line: bool, present: &[&str]) -> TomlPlace {
-        let table = table.iter().map(|part| (*part).to_owned()).collect();
-        let present = present.iter().map(|key| match key.split_once('=') {
+    fn path(parts: &[&str]) -> Vec<String> {
+        parts.iter().map(|part| (*part).to_owned()).collect()
+    }
+
+    /// Keys, some with `=` and their value.
+    fn present(keys: &[&str]) -> Vec<Present> {
+        let present = keys.iter().map(|key| match key.split_once('=') {
             Some((name, value)) => Present { name: name.to_owned(), value: value.parse().ok() },
             None => Present { name: (*key).to_owned(), value: None },
         });
-        TomlPlace::Key { table, begins_line, present: present.collect() }
+        present.collect()
     }
 
-    fn value(path: &[&str], is_quoted: bool) -> TomlPlace {
-        TomlPlace::Value { key: path.iter().map(|part| (*part).to_owned()).collect(), is_quoted }
+    fn key(table: &[&str], begins_line: bool, keys: &[&str]) -> TomlPlace {
+        TomlPlace::Key { table: path(table), begins_line, present: present(keys) }
+    }
+
+    fn value(parts: &[&str], is_quoted: bool) -> TomlPlace {
+        TomlPlace::Value { key: path(parts), is_quoted }
     }
 
     #[test]
@@ -438,9 +446,10 @@ mod tests {
 
     #[test]
     fn headers_and_comments_are_recognized() {
-        let header = |table: &[&str], is_item, present: &[&str]| match key(table, false, present) {
-            TomlPlace::Key { table, present, .. } => TomlPlace::Header { table, is_item, present },
-            other => other,
+        let header = |table: &[&str], is_item, keys: &[&str]| TomlPlace::Header {
+            table: path(table),
+            is_item,
+            present: present(keys),
         };
         assert_eq!(at("[a]\n[bat|]\n[b.c]"), Some((header(&[], false, &["a", "b"]), "bat".to_owned())));
         assert_eq!(at("[[a.b.|"), Some((header(&["a", "b"], true, &[]), String::new())));
