@@ -63,7 +63,7 @@ impl Vocabulary {
             _ => None,
         });
         let mut remembered: Vec<Remembered> = events.flat_map(remembered_by).collect();
-        remembered.sort();
+        remembered.sort_by(|(a, p, x), (b, q, y)| (a, p, x.number).cmp(&(b, q, y.number)));
         remembered.dedup();
         remembered
     }
@@ -166,7 +166,7 @@ impl Vocabulary {
 /// What an event remembers.
 fn remembered_by(event: &EventAtom) -> Vec<Remembered> {
     let mut remembered = Vec::new();
-    event.condition.remembers(&mut |name, field| remembered.push((Arc::clone(name), event.channel, field)));
+    event.condition.remembers(&mut |name, field| remembered.push((Arc::clone(name), event.channel, field.clone())));
     remembered
 }
 

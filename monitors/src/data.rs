@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use channels::{ChannelId, Message, Relation, Value};
 
-use crate::formula::{Arithmetic, EventAtom, Formula, Function, MessageCondition, MessageField, Term};
+use crate::formula::{Arithmetic, EventAtom, Formula, Function, MessageCondition, MessageField, Term, ValueType};
 
 /// The values of names. Names without a value are left out.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
@@ -15,7 +15,7 @@ pub(crate) struct Values(Option<Arc<[Binding]>>);
 type Binding = (Arc<str>, Value);
 
 /// A name, and the field of the last message on a channel that it stands for.
-pub(crate) type Remembered = (Arc<str>, ChannelId, usize);
+pub(crate) type Remembered = (Arc<str>, ChannelId, MessageField);
 
 impl Values {
     fn bindings(&self) -> &[Binding] {
@@ -38,9 +38,10 @@ impl Values {
         }
         let is_new = |name: &Arc<str>| remembered.iter().any(|(new, ..)| new == name);
         let mut bindings: Vec<_> = self.bindings().iter().filter(|(name, _)| !is_new(name)).cloned().collect();
-        let new = remembered
-            .iter()
-            .filter_map(|(name, channel, field)| Some((Arc::clone(name), last(*channel)?.field(*field)?.clone())));
+        let new = remembered.iter().filter_map(|(name, channel, field)| {
+            let seen = Seen { message: last(*channel)?, item: None };
+            Some((Arc::clone(name), seen.field(field)?.clone()))
+        });
         bindings.extend(new);
         Self::new(bindings)
     }
@@ -109,9 +110,9 @@ impl Term {
                 function.of(&numbers.collect::<Option<Vec<_>>>()?)
             }
             Self::Count(condition) => {
-                let mut longest = None;
+                let (mut longest, whole) = (None, Seen { item: None, ..seen });
                 condition.fields(&mut |field| {
-                    if let Some(Value::List(items)) = seen.message.field(field.number) {
+                    if let Some(Value::List(items)) = whole.field(field) {
                         longest = longest.max(Some(items.len()));
                     }
                 });
@@ -190,6 +191,10 @@ struct Seen<'m> {
 
 impl<'m> Seen<'m> {
     fn field(self, field: &MessageField) -> Option<&'m Value> {
+        let has_another = |given: &MessageCondition| !given.holds(self.message);
+        if field.given.as_deref().is_some_and(has_another) {
+            return None;
+        }
         match (self.message.field(field.number)?, self.item) {
             (Value::List(items), Some(item)) => items.get(item),
             (value, _) => Some(value),
@@ -255,6 +260,7 @@ impl MessageCondition {
                 _ => *relation == Relation::NotEqual,
             },
             Self::Remember { field, .. } => seen.field(field).is_some(),
+            Self::Is { number, is } => seen.message.field(*number).is_some_and(|value| ValueType::of(value) == *is),
             Self::Not(condition) => !condition.holds_in(seen, values),
             Self::And(conditions) => conditions.iter().all(|condition| condition.holds_in(seen, values)),
             Self::Or(conditions) => conditions.iter().any(|condition| condition.holds_in(seen, values)),
@@ -265,7 +271,12 @@ impl MessageCondition {
     /// Its immediate parts.
     pub(crate) fn operands(&self) -> Vec<&Self> {
         match self {
-            Self::True | Self::False | Self::Compare { .. } | Self::Relate { .. } | Self::Remember { .. } => Vec::new(),
+            Self::True
+            | Self::False
+            | Self::Compare { .. }
+            | Self::Relate { .. }
+            | Self::Remember { .. }
+            | Self::Is { .. } => Vec::new(),
             Self::Not(a) => vec![a],
             Self::And(parts) | Self::Or(parts) => parts.iter().collect(),
             Self::Implies(a, b) => vec![a, b],
@@ -287,9 +298,9 @@ impl MessageCondition {
     }
 
     /// Calls `visit` with each name that it gives to a field.
-    pub(crate) fn remembers<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>, usize)) {
+    pub(crate) fn remembers<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>, &'a MessageField)) {
         if let Self::Remember { field, name } = self {
-            visit(name, field.number);
+            visit(name, field);
         }
         self.operands().into_iter().for_each(|operand| operand.remembers(visit));
     }

@@ -209,7 +209,9 @@ pub(crate) fn brief(condition: &MessageCondition) -> String {
             symbol.name().to_owned()
         }
         MessageCondition::Compare { relation, value, .. } => format!("{relation} {value}"),
-        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => condition.text(&[]),
+        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } | MessageCondition::Is { .. } => {
+            condition.text(&[])
+        }
         MessageCondition::Not(part) => brief_not(part),
         MessageCondition::And(parts) => list(parts, " and "),
         MessageCondition::Or(parts) => parts.iter().map(brief).collect::<Vec<_>>().join(" or "),

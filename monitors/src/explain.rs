@@ -261,6 +261,7 @@ impl Explainer<'_> {
                 None => format!("{} {} {}", self.term(left, channel), verb(*relation), self.term(right, channel)),
             },
             MessageCondition::Remember { field, name } => format!("{} is {name}", self.field(field, None, channel)),
+            MessageCondition::Is { .. } => condition.text(&[]),
             MessageCondition::Not(inside) => self.condition_denied(inside, channel),
             MessageCondition::And(parts) => join(parts, " and ", |part| matches!(part, MessageCondition::And(_))),
             MessageCondition::Or(parts) => join(parts, " or ", |part| matches!(part, MessageCondition::Or(_))),

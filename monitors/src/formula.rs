@@ -234,35 +234,75 @@ pub enum MessageCondition {
         /// The name of the value.
         name: Arc<str>,
     },
+    /// The message has a value of this type at this position, counted from 1. The language has no words for it: it
+    /// tells messages apart that have different fields.
+    Is {
+        /// The position.
+        number: usize,
+        /// The type.
+        is: ValueType,
+    },
+}
+
+/// The type of a value. Integers and reals are of one type, since they compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum ValueType {
+    /// A symbol.
+    Symbol,
+    /// `true` or `false`.
+    Bool,
+    /// An integer or a real number.
+    Number,
+    /// Text.
+    Text,
+    /// A list.
+    List,
+}
+
+impl ValueType {
+    /// The type of a value.
+    #[must_use]
+    pub fn of(value: &Value) -> Self {
+        match value {
+            Value::Symbol(_) => Self::Symbol,
+            Value::Bool(_) => Self::Bool,
+            Value::Int(_) | Value::Real(_) => Self::Number,
+            Value::Text(_) => Self::Text,
+            Value::List(_) => Self::List,
+        }
+    }
 }
 
 /// A field of a message.
 ///
-/// Its number says which field is meant. The name is a word for people: fields with one number are equal, whatever
-/// they are called.
+/// Its number and what is given say which field is meant. The name is a word for people: fields that agree in both are
+/// equal, whatever they are called.
 #[derive(Clone, Debug, Eq, Serialize, Deserialize)]
 pub struct MessageField {
     /// Its position, counted from 1.
     pub number: usize,
     /// Its name, if the property calls it by name.
     pub name: Option<Arc<str>>,
+    /// If other messages of the channel have another field at this position: what selects those that have this one. All
+    /// others do not have the field, in every condition.
+    pub given: Option<Box<MessageCondition>>,
 }
 
 impl PartialEq for MessageField {
     fn eq(&self, other: &Self) -> bool {
-        self.number == other.number
+        self.number == other.number && self.given == other.given
     }
 }
 
 impl Hash for MessageField {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        self.number.hash(state);
+        (self.number, &self.given).hash(state);
     }
 }
 
 impl From<usize> for MessageField {
     fn from(number: usize) -> Self {
-        Self { number, name: None }
+        Self { number, name: None, given: None }
     }
 }
 
@@ -346,9 +386,15 @@ impl MessageCondition {
     /// Calls `visit` with the field, relation and constant of each comparison with a constant.
     pub fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
         if let Self::Compare { field, relation, value } = self {
+            field.given.iter().for_each(|given| given.each_comparison(visit));
             visit(field.number, *relation, value);
         }
         self.operands().into_iter().for_each(|operand| operand.comparisons(visit));
+    }
+
+    /// The same, for conditions inside others.
+    fn each_comparison<'a>(&'a self, visit: &mut dyn FnMut(usize, Relation, &'a Value)) {
+        self.comparisons(&mut |field, relation, value| visit(field, relation, value));
     }
 
     /// Calls `visit` with each field that it mentions.

@@ -26,8 +26,8 @@
 //! `not`, `next`, `always`, `eventually`, `once`, `historically`, `previous` and `becomes` bind tightest, then `until`
 //! and `since`, `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be
 //! written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or the names that the channel's
-//! domain gives them, `m.level` or just `level`: these are compared only in messages that have a field with that name,
-//! at any position. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A
+//! domain gives them, `m.level` or just `level`: such a field is missing in every message that has no field with that
+//! name, whatever else the message has at its position, and whatever it is compared with. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A
 //! parenthesis that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at
 //! the property's end, with a warning, because the paper prints φ2 this way.
 //!
@@ -224,6 +224,7 @@ mod engine;
 mod explain;
 mod export;
 mod formula;
+mod given;
 mod load;
 mod location;
 mod log;
@@ -245,6 +246,7 @@ pub use explain::explain;
 pub use export::Format;
 pub use formula::{
     Arithmetic, Bound, EventAtom, Formula, FormulaError, Function, MessageCondition, MessageField, Term, Unit,
+    ValueType,
 };
 pub use load::{Property, PropertyFile, check, formulas, load, scope_monitor};
 pub use location::location_meaning;

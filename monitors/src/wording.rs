@@ -2,7 +2,7 @@
 
 use channels::{Relation, Shape, Topology, Value};
 
-use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term, Unit};
+use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term, Unit, ValueType};
 use crate::resolve::meaning;
 use crate::syntax::{
     self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Interval, Literal, Name,
@@ -108,23 +108,24 @@ fn number(number: u64) -> Operand {
 pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition {
     match by_name(from, shapes) {
         Some(comparison) => spelled(&comparison, &called, &|part| condition(part, shapes)),
-        None => spelled(from, &|field| FieldName::Number(field.number), &|part| condition(part, shapes)),
+        None => {
+            // The parts of others are spelled out one by one, if they have to be.
+            let is_joined = !from.operands().is_empty();
+            let plain = if is_joined { from.clone() } else { from.spelled_out() };
+            spelled(&plain, &|field| FieldName::Number(field.number), &|part| condition(part, shapes))
+        }
     }
 }
 
-/// The comparison that stands for this condition, if the names of its fields are enough: without the parts that
-/// select the messages which have these fields. Without shapes, names are taken as they are.
+/// The comparison that stands for this condition, if the names of its fields are enough: of a field at several
+/// positions, the last one. Without shapes, names are taken as they are.
 pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<MessageCondition> {
     let (inside, is_denied) = match from {
         MessageCondition::Not(inside) => (&**inside, true),
         from => (from, false),
     };
-    // The resolver puts the conditions that select messages first, and the comparison last. Whether the comparison
-    // alone means the same is not decided here but asked of the resolver.
-    let mut last = inside;
-    while let MessageCondition::And(parts) | MessageCondition::Or(parts) = last {
-        last = parts.last()?;
-    }
+    // Whether the comparison alone means the same is not decided here but asked of the resolver.
+    let last = if let MessageCondition::Or(parts) = inside { parts.last()? } else { inside };
     let mut comparison = last.clone();
     match &mut comparison {
         MessageCondition::Compare { relation, .. } | MessageCondition::Relate { relation, .. }
@@ -143,9 +144,25 @@ pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<Messa
     comparison.names(&mut |name| remembered.push(&**name));
     let is_enough = match shapes {
         [] => *from == comparison,
-        shapes => meaning(&by_name, &remembered, shapes).as_ref() == Some(from),
+        shapes => meaning(&by_name, &remembered, shapes).is_some_and(|meant| is_called(from, &meant)),
     };
     is_enough.then_some(comparison)
+}
+
+/// Whether this is how `from` is called: what reading its names gives, except that it may be given more. (A constant
+/// that stands for a remembered value may be of a type that no other field has.)
+fn is_called(from: &MessageCondition, meant: &MessageCondition) -> bool {
+    let fields = |condition: &MessageCondition| {
+        let mut fields = Vec::new();
+        condition.fields(&mut |field| fields.push((field.number, field.given.clone())));
+        fields
+    };
+    let (from_fields, meant_fields) = (fields(from), fields(meant));
+    let is_given = |((a, from), (b, meant)): (&(usize, Option<_>), &(usize, Option<_>))| {
+        a == b && (from == meant || meant.is_none() && from.is_some())
+    };
+    let pairs = from_fields.iter().zip(&meant_fields);
+    from_fields.len() == meant_fields.len() && pairs.into_iter().all(is_given) && from.of_any() == meant.of_any()
 }
 
 fn called(field: &formula::MessageField) -> FieldName {
@@ -184,10 +201,27 @@ fn spelled(from: &MessageCondition, name: Naming<'_>, part: &dyn Fn(&MessageCond
             let value = Name { text: value.to_string(), span: NOWHERE };
             ConditionKind::Remember { field: named(name(field)), name: value }
         }
+        MessageCondition::Is { number, is } => of_type(*number, *is),
         MessageCondition::Not(inside) => ConditionKind::Not(of(inside)),
         MessageCondition::Implies(a, b) => ConditionKind::Implies(of(a), of(b)),
     };
     Condition { kind, span: NOWHERE }
+}
+
+/// That a field is of a type, for which the language has no words: only people read this.
+fn of_type(number: usize, is: ValueType) -> ConditionKind {
+    let word = match is {
+        ValueType::Symbol => "a symbol",
+        ValueType::Bool => "a Boolean",
+        ValueType::Number => "a number",
+        ValueType::Text => "a text",
+        ValueType::List => "a list",
+    };
+    ConditionKind::Compare {
+        left: syntax::Term::Field(named(FieldName::Number(number))),
+        relation: Relation::Equal,
+        right: syntax::Term::Operand(Operand::Constant(Name { text: word.to_owned(), span: NOWHERE })),
+    }
 }
 
 /// A condition on items, which has a meaning only inside the one around it: its parts are not looked at alone.

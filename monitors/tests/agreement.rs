@@ -33,6 +33,7 @@ fn agree(class: Class, first: u64, pairs: u64, states: u64, words: u64) -> Tally
 fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     let pairs = cases(10_000);
     let tally = agree(Class::Small, 0, pairs, 12, 30);
+    agree(Class::Named, 1_000_000, pairs / 10, 12, 5);
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally}");
     let late: u64 = tally.late.values().flatten().sum();
@@ -100,6 +101,14 @@ fn monitors_that_remember_values_agree_with_the_oracle() {
         let tally = agree(class, 0, pairs, 14, 5);
         assert!(tally.settled * 10 > pairs && tally.refused * 2 < pairs, "{tally}");
     }
+}
+
+/// A field that is called by its name is found by its name alone in the definition, whatever else a message has there.
+#[test]
+fn monitors_that_call_fields_by_name_agree_with_the_oracle() {
+    let pairs = cases(2_000);
+    let tally = agree(Class::Named, 0, pairs, 14, 5);
+    assert!(tally.settled * 4 > pairs && tally.automata * 20 > pairs && tally.refused * 4 < pairs, "{tally}");
 }
 
 #[test]
@@ -431,7 +440,7 @@ fn every_violation_is_found_and_lasts_until_the_property_holds_again() {
         for seed in 0..cases(1_500) {
             let mut pair = topologies.pair(class, seed, 25);
             pair.formula = pair.formula.always();
-            if Definition::new(&pair.formula).violations(&pair.sequence).is_some() {
+            if Definition::new(&pair.formula, &pair.topology).violations(&pair.sequence).is_some() {
                 check(&pair, 1, &mut tally).unwrap_or_else(|what| panic!("{class}: {what}\n{pair}"));
             }
         }

@@ -1,13 +1,14 @@
 //! The language: printed text reads back as the same tree, and the paper's formulas read as printed there.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Capacity, Domain, FieldKind, Message, Relation, Shape, Topology, Value};
+use channels::{Capacity, Domain, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value};
 use monitors::syntax::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
     Item, Literal, Name, Operand, Party, PropertyItem, Term, parse_file,
 };
-use monitors::{Arithmetic, Formula, Function, MessageCondition, Unit};
+use monitors::{Arithmetic, Formula, Function, MessageCondition, Outcome, Unit};
 use proptest::prelude::*;
 
 use crate::cases::cases;
@@ -321,6 +322,35 @@ fn spoken(condition: &str) -> Result<Formula, monitors::ScopeError> {
     monitors::formulas("p.scope", &text, &speaker(), Duration::from_secs(1)).map(|mut read| read.remove(0).1)
 }
 
+fn condition_of(formula: &Formula) -> &MessageCondition {
+    let Formula::Eventually(inside) = formula else { panic!("it is `eventually`") };
+    let Formula::Event(event) = &**inside else { panic!("an event") };
+    &event.condition
+}
+
+/// Messages of all shapes, with values that the conditions below distinguish.
+fn messages_to_speaker() -> impl Iterator<Item = Message> {
+    let values = |kind: &FieldKind| match kind {
+        FieldKind::Symbol(symbols) => symbols.iter().cloned().map(Value::Symbol).collect(),
+        FieldKind::Bool => vec![true.into()],
+        FieldKind::Int => [4, 5, 60].map(Value::Int).to_vec(),
+        FieldKind::Real => [4.0, 5.0, 60.0].map(Value::Real).to_vec(),
+        _ => ["hi", "cup", "red"].map(Value::from).to_vec(),
+    };
+    let topology = speaker();
+    let domain = &topology.get(topology.channels().next().expect("one")).domain;
+    let of_shape = |shape: &Shape| {
+        shape.fields().iter().fold(vec![Vec::new()], |all, (_, kind)| {
+            let longer = |one: &Vec<Value>| {
+                let one = one.clone();
+                values(kind).into_iter().map(move |value| one.iter().cloned().chain([value]).collect())
+            };
+            all.iter().flat_map(longer).collect::<Vec<Vec<Value>>>()
+        })
+    };
+    domain.shapes().iter().flat_map(of_shape).map(Message::new).collect::<Vec<_>>().into_iter()
+}
+
 #[test]
 fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
     for (named, numbered) in [
@@ -334,7 +364,10 @@ fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
     ] {
         let formula = spoken(named).unwrap_or_else(|error| panic!("{named}: {error:?}"));
         let numbers = spoken(numbered).unwrap();
-        assert_eq!(formula, numbers, "{named}");
+        for message in messages_to_speaker() {
+            let judged = [&formula, &numbers].map(|formula| condition_of(formula).holds(&message));
+            assert_eq!(judged[0], judged[1], "{named}, {message}");
+        }
         // Each is printed as it was written, and reads back as the same formula.
         for (formula, written) in [(&formula, named), (&numbers, numbered)] {
             let text = formula.text(&speaker());
@@ -348,6 +381,69 @@ fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
     let formula = spoken("m.percent + 1 < m.percent * 2 or m.level != 5").unwrap();
     let reported = monitors::explain(&formula, &speaker());
     assert!(reported.ends_with("that `percent` + 1 is less than `percent` * 2 or `level` is not 5."), "{reported}");
+}
+
+/// The level is at the position of the reason.
+#[test]
+fn a_value_is_remembered_and_compared_only_in_messages_that_have_the_field() {
+    let topology = Arc::new(topology());
+    let ok = |level: f64| Message::new([Value::symbol("ok"), level.into()]);
+    let error = || Message::new([Value::symbol("error"), "no reading".into()]);
+    for (property, messages, is_satisfied) in [
+        ("(E, level as l) implies next (E, level <= l)", vec![error(), ok(50.0), ok(49.0)], true),
+        ("(E, level as l) implies next (E, level <= l)", vec![error(), ok(50.0), ok(51.0)], false),
+        ("(E, level as l) implies next (E, level <= l)", vec![ok(50.0), error()], false),
+        ("(E, level as l) implies next (E, level != l)", vec![ok(50.0), error()], true),
+        ("(E, reason as l) implies next not (E, level = l)", vec![error(), error()], true),
+        ("(E, reason as l) implies next (E, reason = l)", vec![error(), error()], true),
+    ] {
+        let text = property.replace("(E,", "(BatteryReader, BatteryLevel,");
+        let text = format!("property p := always ({text})");
+        let file = monitors::load("p.scope", &text, &topology, Duration::from_secs(1)).unwrap();
+        let mut monitor = file.properties[0].scope_monitor().expect("made from a formula").clone();
+        let channel = topology.find_channel("BatteryReader", "BatteryLevel").unwrap();
+        for (step, message) in messages.iter().enumerate() {
+            let kind = EventKind::Received { channel, message: message.clone() };
+            monitor.observe(&crate::support::event(step as u64, 0, kind));
+        }
+        assert_eq!(monitor.outcome() != Outcome::Violated, is_satisfied, "{property}: {messages:?}");
+    }
+}
+
+/// Without symbols, the types of values tell messages apart.
+#[test]
+fn fields_of_other_names_are_told_apart_by_their_types() {
+    let mut topology = Topology::default();
+    let [from, to] = ["A", "B"].map(|name| topology.process(name).expect("a new name"));
+    let shapes = [
+        Shape::new([("level", FieldKind::Real), ("extra", FieldKind::Bool)]),
+        Shape::new([("note", FieldKind::Text)]),
+        Shape::new([("count", FieldKind::Int)]),
+        Shape::new([("total", FieldKind::Int), ("more", FieldKind::Text)]),
+    ];
+    topology.channel(from, to, Capacity::One, Domain::new(shapes)).expect("a new channel");
+    let read = |condition: &str| {
+        let text = format!("property p := eventually (A, B, {condition})");
+        let formula = monitors::formulas("p", &text, &topology, Duration::from_secs(1)).unwrap().remove(0).1;
+        assert_eq!(formula.text(&topology), format!("eventually (A, B, {condition})"));
+        formula
+    };
+    let messages = [
+        Message::new([1.0.into(), true.into()]),
+        Message::new(["hi".into()]),
+        Message::new([1.into()]),
+        Message::new([1.into(), "hi".into()]),
+    ];
+    for (condition, holds) in [
+        ("m.level as l", [true, false, false, false]),
+        ("m.note as l", [false, true, false, false]),
+        ("m.count as l", [false, false, true, false]),
+        ("m.total + 1 = 2", [false, false, false, true]),
+        ("m.level != m.level", [false, true, true, true]),
+    ] {
+        let formula = read(condition);
+        assert_eq!([0, 1, 2, 3].map(|index| condition_of(&formula).holds(&messages[index])), holds, "{condition}");
+    }
 }
 
 #[test]

@@ -9,25 +9,26 @@ use std::collections::{BTreeSet, HashSet};
 
 use channels::{Domain, FieldKind, Message, Relation, Value};
 
-use crate::formula::MessageCondition;
+use crate::formula::{MessageCondition, ValueType};
 
 /// Messages for all combinations of conditions that a message of the domain can satisfy, at least one for each; `None`
 /// if finding them takes more than `work`: visits to parts of conditions.
 ///
 /// Exact for conditions that compare fields with constants. Others are left to the messages that are found.
 pub(crate) fn combinations(domain: &Domain, conditions: &[MessageCondition], work: usize) -> Option<Vec<Message>> {
-    let constants = Constants::of(conditions);
+    let conditions: Vec<MessageCondition> = conditions.iter().map(MessageCondition::spelled_out).collect();
+    let constants = Constants::of(&conditions);
     let mut work = work;
     let mut messages = Vec::new();
     for shape in domain.shapes() {
         let fields: Vec<FieldDomain<'_>> = shape.fields().iter().map(|(_, kind)| FieldDomain::Of(kind)).collect();
-        messages.extend(constants.messages(conditions, &fields, &mut work)?);
+        messages.extend(constants.messages(&conditions, &fields, &mut work)?);
     }
     if domain.shapes().is_empty() {
         // Without shapes, a message has any number of fields, each with any value.
         let lengths: BTreeSet<usize> = constants.0.iter().map(|(field, _)| *field).chain([0]).collect();
         for length in lengths {
-            messages.extend(constants.messages(conditions, &vec![FieldDomain::Any; length], &mut work)?);
+            messages.extend(constants.messages(&conditions, &vec![FieldDomain::Any; length], &mut work)?);
         }
     }
     Some(messages)
@@ -218,6 +219,7 @@ impl MessageCondition {
         match self {
             Self::Compare { field, value, .. } => visit(field.number, Some(value)),
             Self::Remember { field, .. } => visit(field.number, None),
+            Self::Is { number, .. } => visit(*number, None),
             _ => self.operands().into_iter().for_each(|operand| operand.mentions(visit)),
         }
     }
@@ -230,6 +232,9 @@ impl MessageCondition {
                 Self::constant(holds)
             }
             Self::Remember { field: remembered, .. } if remembered.number == field => Self::constant(value.is_some()),
+            Self::Is { number, is } if *number == field => {
+                Self::constant(value.is_some_and(|value| ValueType::of(value) == *is))
+            }
             Self::Not(a) => a.given(field, value).denied(),
             Self::And(parts) => Self::joined(parts.iter().map(|part| part.given(field, value)), true),
             Self::Or(parts) => Self::joined(parts.iter().map(|part| part.given(field, value)), false),

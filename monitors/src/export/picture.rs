@@ -68,14 +68,18 @@ pub(super) fn any(mut conditions: Vec<Condition>) -> Condition {
 
 /// A condition on a message as a condition on the variable that holds it.
 pub(super) fn translate(condition: &MessageCondition, variable: VariableId) -> Condition {
-    let part = |part: &MessageCondition| translate(part, variable);
+    by_position(&condition.spelled_out(), variable)
+}
+
+fn by_position(condition: &MessageCondition, variable: VariableId) -> Condition {
+    let part = |part: &MessageCondition| by_position(part, variable);
     match condition {
         MessageCondition::True => Condition::True,
         MessageCondition::False => Condition::True.negated(),
         MessageCondition::Compare { field, relation, value } => {
             variable.field(field.number).compare(*relation, value.clone())
         }
-        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => {
+        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } | MessageCondition::Is { .. } => {
             unreachable!("a property that compares several values has no graph")
         }
         MessageCondition::Not(inside) => part(inside).negated(),

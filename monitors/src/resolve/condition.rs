@@ -6,7 +6,7 @@ use channels::{ChannelId, FieldKind, Relation, Shape, Symbol, Value};
 use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::Resolver;
-use crate::formula::{self, MessageCondition};
+use crate::formula::{self, MessageCondition, ValueType};
 use crate::syntax::{ByteRange, Condition, ConditionKind, Field, FieldName, Literal, Name, Operand, Term};
 
 impl<'a> Resolver<'a> {
@@ -39,40 +39,33 @@ impl<'a> Resolver<'a> {
                 self.relate(condition.span, [left, right], *relation, channel)?
             }
             ConditionKind::Items { every, condition: inside } => {
-                let mut guards = Vec::new();
-                let inside = self.items(inside, condition.span, channel, &mut guards)?;
+                let inside = self.items(inside, condition.span, channel)?;
                 let (counted, relation, number) = match every {
                     true => (MessageCondition::Not(Box::new(inside)), Relation::Equal, 0),
                     false => (inside, Relation::GreaterOrEqual, 1),
                 };
                 let counted = formula::Term::Count(Box::new(counted));
-                guards.push(MessageCondition::relating(counted, relation, formula::Term::Value(Value::Int(number))));
-                all(guards)
+                MessageCondition::relating(counted, relation, formula::Term::Value(Value::Int(number)))
             }
             ConditionKind::Remember { field, name } => {
-                let (position, mut guards) = self.position(field, channel?)?;
+                let (position, called) = self.position(field, channel?)?;
                 if position.is_list() || self.of_items {
                     let problem = Problem::new("only a single value can be remembered").at(condition.span, "here");
                     self.problems
                         .push(problem.with_help("compare items where they are, with any(…), all(…) or count(…)"));
                     return None;
                 }
-                guards.push(MessageCondition::Remember {
-                    field: position.called(field),
-                    name: name.text.as_str().into(),
-                });
-                all(guards)
+                MessageCondition::Remember { field: called, name: name.text.as_str().into() }
             }
         })
     }
 
-    /// A condition on the items of lists. Conditions that select the messages with these lists are added.
+    /// A condition on the items of lists.
     fn items(
         &mut self,
         condition: &Condition,
         span: ByteRange,
         channel: Option<ChannelId>,
-        guards: &mut Vec<MessageCondition>,
     ) -> Option<MessageCondition> {
         if self.of_items {
             let problem = Problem::new("an item has no items").at(span, "inside another any(…), all(…) or count(…)");
@@ -83,17 +76,13 @@ impl<'a> Resolver<'a> {
         let inside = self.condition(condition, channel);
         self.of_items = false;
         let (inside, channel) = (inside?, channel?);
-        let mut fields: Vec<formula::MessageField> = Vec::new();
-        inside.fields(&mut |field| fields.push(field.clone()));
+        let shapes = self.topology.get(channel).domain.shapes();
         let mut has_list = false;
-        for field in fields {
-            let name = field.name.map_or(FieldName::Number(field.number), |name| FieldName::Named(name.to_string()));
-            let (position, distinguishing) = self.position(&Field { name, span }, channel)?;
-            if position.is_list() {
-                has_list = true;
-                guards.extend(distinguishing.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
-            }
-        }
+        inside.fields(&mut |field| {
+            let is_meant = |(name, _): &&(String, FieldKind)| field.name.as_ref().is_none_or(|meant| **meant == **name);
+            let mut kinds = shapes.iter().filter_map(|shape| shape.fields().get(field.number - 1)).filter(is_meant);
+            has_list |= kinds.any(|(_, kind)| matches!(kind, FieldKind::List(_)));
+        });
         if !has_list {
             let problem = Problem::new("no field here is a list").at(span, "of which list?");
             self.problems.push(problem.with_help("any(…), all(…) and count(…) are about the items of lists"));
@@ -110,15 +99,10 @@ impl<'a> Resolver<'a> {
         relation: Relation,
         channel: Option<ChannelId>,
     ) -> Option<MessageCondition> {
-        let mut guards = Vec::new();
-        let [left, right] = sides.map(|term| self.term(term, channel, &mut guards));
+        let [left, right] = sides.map(|term| self.term(term, channel));
         let ((left, of_left), (right, of_right)) = (left?, right?);
         self.check_kinds(whole, relation, of_left, of_right);
-        // A missing value differs from everything.
-        let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
-        guards.push(MessageCondition::relating(left, positive, right));
-        let holds = all(guards);
-        Some(if relation == positive { holds } else { MessageCondition::Not(Box::new(holds)) })
+        Some(MessageCondition::relating(left, relation, right))
     }
 
     /// Whether an operand is a name, but not that of a constant.
@@ -132,25 +116,19 @@ impl<'a> Resolver<'a> {
         self.remembered.contains(text) || !self.constants.contains_key(text) && is_field()
     }
 
-    /// A term, and what is known about its value; conditions that select the messages with its fields are added.
-    fn term(
-        &mut self,
-        term: &Term,
-        channel: Option<ChannelId>,
-        guards: &mut Vec<MessageCondition>,
-    ) -> Option<(formula::Term, Kinds<'a>)> {
+    /// A term, and what is known about its value.
+    fn term(&mut self, term: &Term, channel: Option<ChannelId>) -> Option<(formula::Term, Kinds<'a>)> {
         Some(match term {
             Term::Field(field) => {
-                let (position, distinguishing) = self.position(field, channel?)?;
-                guards.extend(distinguishing.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
-                (formula::Term::Field(position.called(field)), Some(position.kinds().map(|(_, kind)| kind).collect()))
+                let (position, called) = self.position(field, channel?)?;
+                (formula::Term::Field(called), Some(position.kinds().map(|(_, kind)| kind).collect()))
             }
             Term::Operand(Operand::Constant(name)) if self.remembered.contains(&name.text) => {
                 (formula::Term::Remembered(name.text.as_str().into()), None)
             }
             Term::Operand(Operand::Constant(name)) if self.is_field_or_remembered_name(name, channel) => {
                 let field = Field { name: FieldName::Named(name.text.clone()), span: name.span };
-                self.term(&Term::Field(field), channel, guards)?
+                self.term(&Term::Field(field), channel)?
             }
             Term::Operand(operand) => {
                 let value = self.value(operand)?;
@@ -163,7 +141,7 @@ impl<'a> Resolver<'a> {
                 (formula::Term::Value(value), kind.map(|kind| vec![kind]))
             }
             Term::Arithmetic(left, operator, right) => {
-                let sides = [left, right].map(|side| (side.span(), self.term(side, channel, guards)));
+                let sides = [left, right].map(|side| (side.span(), self.term(side, channel)));
                 for (span, side) in &sides {
                     self.check_number(*span, side.as_ref());
                 }
@@ -178,13 +156,13 @@ impl<'a> Resolver<'a> {
                 (whole.map_or_else(parts, formula::Term::Value), Some(vec![&FieldKind::Real]))
             }
             Term::Call(function, terms, _) => {
-                let terms: Vec<_> = terms.iter().map(|term| (term.span(), self.term(term, channel, guards))).collect();
+                let terms: Vec<_> = terms.iter().map(|term| (term.span(), self.term(term, channel))).collect();
                 terms.iter().for_each(|(span, term)| self.check_number(*span, term.as_ref()));
                 let terms = terms.into_iter().map(|(_, term)| Some(term?.0)).collect::<Option<_>>()?;
                 (formula::Term::Call(*function, terms), Some(vec![&FieldKind::Real]))
             }
             Term::Count(condition, span) => {
-                let counted = self.items(condition, *span, channel, guards)?;
+                let counted = self.items(condition, *span, channel)?;
                 (formula::Term::Count(Box::new(counted)), Some(vec![&FieldKind::Int]))
             }
         })
@@ -194,30 +172,41 @@ impl<'a> Resolver<'a> {
         self.is_field_or_remembered(&Operand::Constant(name.clone()), channel)
     }
 
-    /// The only position of a field, and conditions that select the messages that have it there.
-    fn position(&mut self, field: &Field, channel: ChannelId) -> Option<(FieldPosition<'a>, Vec<MessageCondition>)> {
+    /// The only position of a field, and the field there as any operand may meet it.
+    fn position(&mut self, field: &Field, channel: ChannelId) -> Option<(FieldPosition<'a>, formula::MessageField)> {
         let mut positions = self.positions(field, channel)?;
-        let guards = match &positions[..] {
-            [position] if position.is_item() => Some(Vec::new()),
-            [position] => {
-                let samples: Vec<Value> = position.kinds().map(|(_, kind)| sample(kind)).collect();
-                samples.iter().map(|sample| position.guard(sample)).collect::<Option<Vec<_>>>()
-            }
-            _ => None,
-        };
-        let Some(guards) = guards else {
-            let numbers: Vec<String> = positions.iter().map(|position| format!("m[{}]", position.number)).collect();
-            let problem = Problem::new("several fields have this name").at(field.span, "in which messages?");
-            self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
+        if positions.len() > 1 {
+            self.is_ambiguous("several fields have this name", field, &positions);
             return None;
-        };
-        let mut distinguishing = Vec::new();
-        guards.into_iter().flatten().for_each(|guard| {
-            if !distinguishing.contains(&guard) {
-                distinguishing.push(guard);
-            }
-        });
-        Some((positions.remove(0), distinguishing))
+        }
+        let position = positions.remove(0);
+        let called = self.called(field, &position, None)?;
+        Some((position, called))
+    }
+
+    /// The field at this position, as the property calls it, for a comparison with this constant; with `None`, for any
+    /// operand. `None` after reporting that nothing tells the messages with this field from others.
+    fn called(
+        &mut self,
+        field: &Field,
+        position: &FieldPosition<'a>,
+        constant: Option<&Value>,
+    ) -> Option<formula::MessageField> {
+        let called = position.called(field, constant.filter(|_| !position.is_item()));
+        if called.is_none() {
+            let message = match constant {
+                Some(_) => "no symbol distinguishes the messages with this field from others",
+                None => "nothing distinguishes the messages with this field from others",
+            };
+            self.is_ambiguous(message, field, std::slice::from_ref(position));
+        }
+        called
+    }
+
+    fn is_ambiguous(&mut self, message: &str, field: &Field, positions: &[FieldPosition<'_>]) {
+        let numbers: Vec<String> = positions.iter().map(|position| format!("m[{}]", position.number)).collect();
+        let problem = Problem::new(message).at(field.span, "in which messages?");
+        self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
     }
 
     /// Reports terms that are never numbers.
@@ -331,38 +320,25 @@ impl<'a> Resolver<'a> {
         Some(numbers.into_iter().map(at).collect())
     }
 
-    /// The comparison of a field, which holds only for messages that have the field.
+    /// The comparison of a field, wherever it is.
     fn comparison(
         &mut self,
         field: &Field,
-        positions: &[FieldPosition<'_>],
+        positions: &[FieldPosition<'a>],
         relation: Relation,
         value: &Value,
     ) -> Option<MessageCondition> {
+        let mut compare = |position: &FieldPosition<'a>, relation| {
+            let field = self.called(field, position, Some(value))?;
+            Some(MessageCondition::Compare { field, relation, value: value.clone() })
+        };
+        if let [position] = positions {
+            return compare(position, relation);
+        }
         // A missing value differs from every value.
         let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
-        let compare = |position: &FieldPosition<'_>, relation| {
-            let field = position.called(field);
-            MessageCondition::Compare { field, relation, value: value.clone() }
-        };
-        if let [position] = positions
-            && (position.is_item() || position.confused_with(value).next().is_none())
-        {
-            return Some(compare(position, relation));
-        }
-        let mut alternatives = Vec::new();
-        for position in positions {
-            let Some(mut conditions) = position.guard(value) else {
-                let numbers: Vec<String> = positions.iter().map(|position| format!("m[{}]", position.number)).collect();
-                let message = "no symbol distinguishes the messages with this field from others";
-                let problem = Problem::new(message).at(field.span, "in which messages?");
-                self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
-                return None;
-            };
-            conditions.push(compare(position, positive));
-            alternatives.push(all(conditions));
-        }
-        let holds = any(alternatives);
+        let alternatives = positions.iter().map(|position| compare(position, positive)).collect::<Option<_>>()?;
+        let holds = MessageCondition::Or(alternatives);
         Some(if relation == positive { holds } else { MessageCondition::Not(Box::new(holds)) })
     }
 
@@ -443,16 +419,26 @@ struct FieldPosition<'a> {
 }
 
 impl<'a> FieldPosition<'a> {
-    /// The field here, as it is written.
-    fn called(&self, field: &Field) -> formula::MessageField {
+    /// The field here, as it is written, for a comparison with this constant or, with `None`, for any operand; `None`
+    /// if the messages that have it cannot be told from those with another field here.
+    fn called(&self, field: &Field, constant: Option<&Value>) -> Option<formula::MessageField> {
         let name = match &field.name {
             FieldName::Named(name) => Some(name.as_str().into()),
             FieldName::Number(_) => None,
         };
-        formula::MessageField { number: self.number, name }
+        // A field of another type compares with a constant as a missing one does. Of any other operand, the type is
+        // unknown, or also that of another field.
+        let is_another = |shape: &&&'a Shape| match (constant, self.kind(shape)) {
+            (Some(constant), Some(kind)) => kind.is_comparable_to(constant),
+            (None, Some(_)) => true,
+            (_, None) => false,
+        };
+        let others: Vec<&Shape> = self.without.iter().filter(is_another).copied().collect();
+        let given = if others.is_empty() { None } else { Some(Box::new(self.given(&others, constant.is_none())?)) };
+        Some(formula::MessageField { number: self.number, name, given })
     }
 
-    /// Whether it is an item of a list. The messages with the list are selected where its items are looked at.
+    /// Whether it is an item of a list.
     fn is_item(&self) -> bool {
         self.of_items && self.is_list()
     }
@@ -473,30 +459,55 @@ impl<'a> FieldPosition<'a> {
         self.with.iter().filter_map(|shape| Some((self.number, self.kind(shape)?)))
     }
 
-    /// The shapes in which another field at this position can be compared with the value.
-    fn confused_with(&self, value: &Value) -> impl Iterator<Item = &'a Shape> {
-        let compares = |shape: &&&'a Shape| self.kind(shape).is_some_and(|kind| kind.is_comparable_to(value));
-        self.without.iter().filter(compares).copied()
+    /// What distinguishes the messages with the field from others: their symbols, or else, if that is allowed, the types
+    /// of their values. `None` if neither does.
+    fn given(&self, others: &[&Shape], by_type: bool) -> Option<MessageCondition> {
+        let mut alternatives: Vec<MessageCondition> = Vec::new();
+        for shape in &self.with {
+            let mut parts: Vec<MessageCondition> = Vec::new();
+            for other in others {
+                let by_symbol = (1..=shape.fields().len()).find(|at| distinguishes(shape, other, *at));
+                let part = match by_symbol {
+                    Some(at) => any(symbols(shape, at).iter().map(|one| is(at, one)).collect()),
+                    None if by_type => self.by_type(shape, other)?,
+                    None => return None,
+                };
+                if !parts.contains(&part) {
+                    parts.push(part);
+                }
+            }
+            let part = all(parts);
+            if !alternatives.contains(&part) {
+                alternatives.push(part);
+            }
+        }
+        Some(any(alternatives))
     }
 
-    /// Conditions that distinguish, by their symbols, the messages with the field from those with which they might be
-    /// confused; `None` if their symbols are the same.
-    fn guard(&self, value: &Value) -> Option<Vec<MessageCondition>> {
-        let others: Vec<&Shape> = self.confused_with(value).collect();
-        if others.is_empty() {
-            return Some(Vec::new());
+    /// What the types of values, here or else anywhere, tell: that a message is of the first shape and not of the other.
+    fn by_type(&self, shape: &Shape, other: &Shape) -> Option<MessageCondition> {
+        let longest = shape.fields().len().max(other.fields().len());
+        std::iter::once(self.number).chain(1..=longest).find_map(|number| {
+            let [own, others] = [shape, other].map(|shape| kind(shape, number).map_or(Vec::new(), types));
+            let is = |is: ValueType| MessageCondition::Is { number, is };
+            let of = |types: Vec<ValueType>| any(types.into_iter().map(is).collect());
+            let differ = own.len() + others.len() > 0 && !own.iter().any(|one| others.contains(one));
+            differ.then(|| if own.is_empty() { MessageCondition::Not(Box::new(of(others))) } else { of(own) })
+        })
+    }
+}
+
+/// The types that the values of a kind have.
+fn types(kind: &FieldKind) -> Vec<ValueType> {
+    match kind {
+        FieldKind::Optional(kind) => {
+            let mut types = types(kind);
+            if !types.contains(&ValueType::Symbol) {
+                types.push(ValueType::Symbol);
+            }
+            types
         }
-        let mut guards: Vec<Vec<MessageCondition>> = Vec::new();
-        for shape in &self.with {
-            let distinguishing =
-                others.iter().map(|other| (1..=shape.fields().len()).find(|at| distinguishes(shape, other, *at)));
-            let distinguishing: BTreeSet<usize> = distinguishing.collect::<Option<_>>()?;
-            let guard =
-                distinguishing.into_iter().map(|at| any(symbols(shape, at).iter().map(|one| is(at, one)).collect()));
-            guards.push(guard.collect());
-        }
-        guards.dedup();
-        Some(if guards.len() == 1 { guards.remove(0) } else { vec![any(guards.into_iter().map(all).collect())] })
+        kind => vec![ValueType::of(&sample(kind))],
     }
 }
 

@@ -40,7 +40,7 @@ pub(crate) fn check(pair: &Pair, words: u64, tally: &mut Tally) -> Result<(), St
         alphabet.extend(sequence.iter().map(|event| event.kind.clone()));
     }
     alphabet.push(EventKind::Tick);
-    let checked = Checked { pair, definition: Definition::new(formula), alphabet, words };
+    let checked = Checked { pair, definition: Definition::new(formula, topology), alphabet, words };
     tally.begin(best.method());
     if best.symbol(&EventKind::Tick).is_some() {
         check_letters(&best, sequence)?;

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use channels::{ChannelId, Event, EventKind, Topology, Value};
 use monitors::{Arithmetic, Bound, EventAtom, Formula, Limits, MessageCondition, Term};
 
-use super::{Choose, Dice, RELATIONS, formula_with, numbers, random_event, random_formula, random_sequence, topology};
+use super::{
+    Choose, Dice, RELATIONS, formula_with, named, numbers, random_event, random_formula, random_sequence, topology,
+};
 
 /// What pairs are about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,13 +25,15 @@ pub(crate) enum Class {
     Sums,
     /// Time in nanoseconds.
     Timed,
+    /// Fields called by name, on channels whose messages have several shapes with other fields at the same positions.
+    Named,
     /// The first two, with a thirtieth of what a monitor may compute before a run.
     Limited,
 }
 
 /// All classes.
-pub(crate) const CLASSES: [Class; 7] =
-    [Class::Small, Class::Numbers, Class::Back, Class::Values, Class::Sums, Class::Timed, Class::Limited];
+pub(crate) const CLASSES: [Class; 8] =
+    [Class::Small, Class::Numbers, Class::Back, Class::Values, Class::Sums, Class::Timed, Class::Named, Class::Limited];
 
 impl fmt::Display for Class {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -40,6 +44,7 @@ impl fmt::Display for Class {
             Self::Values => "remembered values",
             Self::Sums => "remembered extreme numbers",
             Self::Timed => "time in nanoseconds",
+            Self::Named => "names in several shapes",
             Self::Limited => "limits divided by 30",
         })
     }
@@ -77,11 +82,12 @@ impl fmt::Display for Pair {
 pub(crate) struct Topologies {
     small: Arc<Topology>,
     large: Arc<Topology>,
+    shapes: Arc<Topology>,
 }
 
 impl Topologies {
     pub(crate) fn new() -> Self {
-        Self { small: topology(), large: numbers::topology() }
+        Self { small: topology(), large: numbers::topology(), shapes: named::topology() }
     }
 
     /// A formula of this class.
@@ -103,6 +109,7 @@ impl Topologies {
                 remembering(dice, &fields, &events[..1], numbers::number, depth.min(2))
             }
             Class::Timed => timed(dice, topology, depth),
+            Class::Named => named::formula(dice, topology, depth.min(2)),
         }
     }
 
@@ -110,6 +117,7 @@ impl Topologies {
     pub(crate) fn of(&self, class: Class) -> &Arc<Topology> {
         match class {
             Class::Numbers | Class::Sums => &self.large,
+            Class::Named => &self.shapes,
             _ => &self.small,
         }
     }
@@ -132,9 +140,13 @@ impl Topologies {
                 let sequence = numbers::sequence(dice, topology, length);
                 (sequence, (0..6).map(|_| numbers::received(dice, topology)).collect())
             }
+            Class::Named => {
+                let sequence = named::sequence(dice, topology, length);
+                (sequence, (0..6).map(|_| named::received(dice, topology)).collect())
+            }
             _ => (random_sequence(dice, topology, length), Vec::new()),
         };
-        let may_be_refused = matches!(class, Class::Values | Class::Sums);
+        let may_be_refused = matches!(class, Class::Values | Class::Sums | Class::Named);
         Pair { messages, may_be_refused, ..Pair::new(seed, formula, sequence, topology) }
     }
 }

@@ -5,10 +5,10 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use channels::{ChannelId, Event, EventKind, Message, Relation};
-use monitors::{Bound, EventAtom, Formula, MessageCondition};
+use channels::{ChannelId, Event, EventKind, Message, Relation, Shape, Topology};
+use monitors::{Bound, EventAtom, Formula, MessageCondition, MessageField};
 
-use super::exact::{Names, satisfies};
+use super::exact::{Named, Names, satisfies};
 
 /// A formula as clauses.
 pub(crate) struct Definition {
@@ -21,7 +21,9 @@ pub(crate) struct Definition {
 struct Words {
     events: Vec<EventAtom>,
     /// Whether an event gives a name to a value.
-    names: Vec<BTreeMap<Arc<str>, usize>>,
+    names: Vec<BTreeMap<Arc<str>, MessageField>>,
+    /// The shapes of the messages on each channel.
+    shapes: BTreeMap<ChannelId, Vec<Shape>>,
     is_timed: bool,
 }
 
@@ -45,8 +47,10 @@ type Part = BTreeSet<Literal>;
 type Parts = BTreeSet<Part>;
 
 impl Definition {
-    pub(crate) fn new(formula: &Formula) -> Self {
+    pub(crate) fn new(formula: &Formula, topology: &Topology) -> Self {
         let mut words = Words { is_timed: matches!(formula, Formula::Timed(_)), ..Words::default() };
+        words.shapes =
+            topology.channels().map(|channel| (channel, topology.get(channel).domain.shapes().to_vec())).collect();
         let clauses = words.clauses(formula, true);
         Self { clauses, words }
     }
@@ -274,9 +278,9 @@ fn longest_look_back(parts: &Parts, unit: u64) -> u64 {
 }
 
 /// The fields to which a condition gives names.
-fn named(condition: &MessageCondition, names: &mut BTreeMap<Arc<str>, usize>) {
+fn named(condition: &MessageCondition, names: &mut BTreeMap<Arc<str>, MessageField>) {
     match condition {
-        MessageCondition::Remember { field, name } => _ = names.insert(Arc::clone(name), field.number),
+        MessageCondition::Remember { field, name } => _ = names.insert(Arc::clone(name), field.clone()),
         MessageCondition::Not(a) => named(a, names),
         MessageCondition::And(all) | MessageCondition::Or(all) => all.iter().for_each(|part| named(part, names)),
         MessageCondition::Implies(a, b) => {
@@ -286,7 +290,8 @@ fn named(condition: &MessageCondition, names: &mut BTreeMap<Arc<str>, usize>) {
         MessageCondition::True
         | MessageCondition::False
         | MessageCondition::Compare { .. }
-        | MessageCondition::Relate { .. } => {}
+        | MessageCondition::Relate { .. }
+        | MessageCondition::Is { .. } => {}
     }
 }
 
@@ -332,9 +337,13 @@ impl Run<'_> {
         (0..self.states.len().min(i + 1)).rev().find_map(|j| self.message(channel, j))
     }
 
+    fn named<'m>(&'m self, channel: ChannelId, message: &'m Message) -> Named<'m> {
+        Named::new(message, self.words.shapes.get(&channel).map_or(&[], Vec::as_slice))
+    }
+
     fn passes(&self, event: usize, i: usize, names: &Names) -> bool {
         let EventAtom { channel, condition } = &self.words.events[event];
-        self.message(*channel, i).is_some_and(|message| satisfies(condition, message, names))
+        self.message(*channel, i).is_some_and(|message| satisfies(condition, self.named(*channel, message), names))
     }
 
     /// The names with the values that a part's own events give them at state i.
@@ -344,8 +353,9 @@ impl Run<'_> {
             let (Atom::Event(event) | Atom::Fresh(event)) = atom else { continue };
             for (name, field) in &self.words.names[*event] {
                 names.remove(name);
-                let message = self.last(self.words.events[*event].channel, i);
-                if let Some(value) = message.and_then(|message| message.fields().get(field - 1)) {
+                let channel = self.words.events[*event].channel;
+                let message = self.last(channel, i).map(|message| self.named(channel, message));
+                if let Some(value) = message.and_then(|message| message.field(field)) {
                     names.insert(Arc::clone(name), value.clone());
                 }
             }
@@ -388,7 +398,7 @@ impl Run<'_> {
         let is_so = match atom {
             Atom::Event(event) => {
                 let EventAtom { channel, condition } = &self.words.events[*event];
-                self.last(*channel, i).is_some_and(|message| satisfies(condition, message, names))
+                self.last(*channel, i).is_some_and(|message| satisfies(condition, self.named(*channel, message), names))
             }
             Atom::Fresh(event) => i < self.states.len() && self.passes(*event, i, names),
             Atom::Passes(event, bound) => {

@@ -5,8 +5,8 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use channels::{Message, Relation, Value};
-use monitors::{Arithmetic, MessageCondition, Term};
+use channels::{Message, Relation, Shape, Value};
+use monitors::{Arithmetic, MessageCondition, MessageField, Term};
 
 /// Values that have names.
 pub(crate) type Names = BTreeMap<Arc<str>, Value>;
@@ -101,14 +101,36 @@ pub(crate) fn relates(a: &Value, relation: Relation, b: &Value) -> bool {
     }
 }
 
+/// A message, and the shape that its fields' names are from.
+#[derive(Clone, Copy)]
+pub(crate) struct Named<'a> {
+    message: &'a Message,
+    shape: Option<&'a Shape>,
+}
+
+impl<'a> Named<'a> {
+    /// The message, which has one of these shapes.
+    pub(crate) fn new(message: &'a Message, shapes: &'a [Shape]) -> Self {
+        Self { message, shape: shapes.iter().find(|shape| shape.contains(message)) }
+    }
+
+    /// The value of the field with this name, wherever it is; only a field without a name is known by its number.
+    pub(crate) fn field(self, field: &MessageField) -> Option<&'a Value> {
+        let index = match (&field.name, self.shape) {
+            (Some(meant), Some(shape)) => shape.fields().iter().position(|(name, _)| **name == **meant)?,
+            _ => field.number.wrapping_sub(1),
+        };
+        self.message.fields().get(index)
+    }
+}
+
 /// Whether a message satisfies a condition.
-pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: &Names) -> bool {
-    let field = |field: usize| message.fields().get(field.wrapping_sub(1));
+pub(crate) fn satisfies(condition: &MessageCondition, message: Named<'_>, names: &Names) -> bool {
     match condition {
         MessageCondition::True => true,
         MessageCondition::False => false,
         MessageCondition::Compare { field: compared, relation, value } => {
-            field(compared.number).map_or(*relation == Relation::NotEqual, |found| relates(found, *relation, value))
+            message.field(compared).map_or(*relation == Relation::NotEqual, |found| relates(found, *relation, value))
         }
         MessageCondition::Relate { left, relation, right } => {
             match (term(left, message, names), term(right, message, names)) {
@@ -116,7 +138,8 @@ pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: 
                 _ => *relation == Relation::NotEqual,
             }
         }
-        MessageCondition::Remember { field: remembered, .. } => field(remembered.number).is_some(),
+        MessageCondition::Remember { field: remembered, .. } => message.field(remembered).is_some(),
+        MessageCondition::Is { .. } => unreachable!("the language has no words for it"),
         MessageCondition::Not(a) => !satisfies(a, message, names),
         MessageCondition::And(all) => !all.iter().any(|part| !satisfies(part, message, names)),
         MessageCondition::Or(all) => all.iter().any(|part| satisfies(part, message, names)),
@@ -124,9 +147,9 @@ pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: 
     }
 }
 
-fn term(term: &Term, message: &Message, names: &Names) -> Option<Value> {
+fn term(term: &Term, message: Named<'_>, names: &Names) -> Option<Value> {
     match term {
-        Term::Field(field) => message.fields().get(field.number.wrapping_sub(1)).cloned(),
+        Term::Field(field) => message.field(field).cloned(),
         Term::Value(value) => Some(value.clone()),
         Term::Remembered(name) => names.get(name).cloned(),
         Term::Arithmetic(left, operator, right) => {
@@ -140,28 +163,23 @@ fn term(term: &Term, message: &Message, names: &Names) -> Option<Value> {
 
 /// Literally: for each place in the lists that the condition mentions, the message with the items there in place of the
 /// lists.
-fn counted(condition: &MessageCondition, message: &Message, names: &Names) -> Option<Value> {
-    let mut mentioned = Vec::new();
-    condition.fields(&mut |field| mentioned.push(field.number));
-    let lists: Vec<&[Value]> = message
-        .fields()
-        .iter()
-        .zip(1..)
-        .filter_map(|(value, number)| match value {
-            Value::List(items) if mentioned.contains(&number) => Some(&**items),
-            _ => None,
-        })
-        .collect();
-    let longest = lists.iter().map(|items| items.len()).max()?;
+fn counted(condition: &MessageCondition, message: Named<'_>, names: &Names) -> Option<Value> {
+    let mut longest = None;
+    condition.fields(&mut |field| {
+        if let Some(Value::List(items)) = message.field(field) {
+            longest = longest.max(Some(items.len()));
+        }
+    });
     let holds = |place: usize| {
         // For what is missing, no relation holds but `!=`: nothing is compared with such a symbol.
         let at = |value: &Value| match value {
             Value::List(items) => items.get(place).cloned().unwrap_or_else(|| Value::symbol("(missing)")),
             value => value.clone(),
         };
-        satisfies(condition, &Message::new(message.fields().iter().map(at)), names)
+        let items = Message::new(message.message.fields().iter().map(at));
+        satisfies(condition, Named { message: &items, ..message }, names)
     };
-    Some(Value::Int((0..longest).filter(|place| holds(*place)).count() as i64))
+    Some(Value::Int((0..longest?).filter(|place| holds(*place)).count() as i64))
 }
 
 /// The result of two integers is an integer of 64 bits, or none; every other result is a finite real, or none.

@@ -4,6 +4,7 @@ pub(crate) mod check;
 pub(crate) mod classes;
 pub(crate) mod definition;
 pub(crate) mod exact;
+pub(crate) mod named;
 pub(crate) mod numbers;
 pub(crate) mod proofs;
 pub(crate) mod tally;

@@ -339,7 +339,7 @@ impl Judge {
         let automaton = ScopeMonitor::with("p", case.formula.clone(), topology, Choice::Automaton);
         let automaton = automaton.expect("it is not refused");
         let alphabet = monitor.samples().chain(case.messages.iter().cloned()).chain([EventKind::Tick]).collect();
-        Self { definition: Definition::new(&case.formula), automaton, alphabet, why: why(&case.formula) }
+        Self { definition: Definition::new(&case.formula, topology), automaton, alphabet, why: why(&case.formula) }
     }
 
     fn verdict(&self, events: &[Event]) -> Result<Judged, String> {

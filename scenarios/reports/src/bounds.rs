@@ -187,7 +187,8 @@ impl Bounds<'_> {
             MessageCondition::True
             | MessageCondition::False
             | MessageCondition::Relate { .. }
-            | MessageCondition::Remember { .. } => {}
+            | MessageCondition::Remember { .. }
+            | MessageCondition::Is { .. } => {}
             MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
             MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
             MessageCondition::Or(parts) if !role.holds => {

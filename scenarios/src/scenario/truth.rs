@@ -216,7 +216,7 @@ impl Scenario {
         let mut by_number = false;
         let mut look = |event: &EventAtom| {
             if event.channel == channel {
-                event.condition.fields(&mut |MessageField { number, name }: &MessageField| {
+                event.condition.fields(&mut |MessageField { number, name, .. }: &MessageField| {
                     used.insert(*number);
                     by_number |= name.is_none();
                 });

@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(wanted(&equals(2, true.into()), &[]), "a message with m[2] = true");
         let answer = Shape::new([("status", FieldKind::symbols(["ok"])), ("at", FieldKind::Bool)]);
         assert_eq!(wanted(&equals(2, true.into()), std::slice::from_ref(&answer)), "a message with m[2] = true");
-        let field = MessageField { number: 2, name: Some("at".into()) };
+        let field = MessageField { number: 2, name: Some("at".into()), given: None };
         let named = MessageCondition::Compare { field, relation: Relation::Equal, value: true.into() };
         assert_eq!(wanted(&named, &[answer]), "a message with m.at = true");
     }
