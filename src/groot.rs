@@ -7,6 +7,7 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
 use campaigns::Error;
+use channels::Ground;
 use cockpit::Cockpit;
 use editor::System;
 use groot::{Client, FoundStatuses, GrootError, TreeNews, TreeWatch, Value};
@@ -42,7 +43,8 @@ const LEFT_OPEN: &str = "what the program did before it was asked is not judged.
                          `time_until` waits for is a change. Changes that it has told to another client are noticed \
                          only if a node then has a status that does not follow";
 
-/// Shows and checks what a program tells, until Ctrl-C. Status 1 if a property is violated, or its verdict is unsure.
+/// Shows and checks what a program tells, until Ctrl-C. Status 2 if a property has no verdict, otherwise 1 if one is
+/// violated, or its verdict is unsure.
 pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
     let address = with_port(address);
@@ -51,7 +53,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
     let (mut program, found) = TreeWatch::begin(client, args.passive).map_err(refused)?;
     let mut watched = Watched::begin(args, &address, program.tree(), found, 1)?;
     let shown = show(page, &watched.shown)?;
-    let mut is_bad = false;
+    let mut status = 0;
     while interrupt::flow().is_continue() {
         let error = match program.news() {
             Ok(Some(news)) => {
@@ -75,7 +77,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
         } else {
             note("it runs another tree");
             let next = Watched::begin(args, &address, program.tree(), found, watched.number + 1)?;
-            is_bad |= std::mem::replace(&mut watched, next).finish()?;
+            status = status.max(std::mem::replace(&mut watched, next).finish()?);
             // If nobody takes it, the page has ended.
             let _ = shown.send(watched.shown.clone());
         }
@@ -84,8 +86,8 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
         Ok(last) => last.into_iter().try_for_each(|news| watched.take(news))?,
         Err(error) => watched.lose(&format!("the program does not answer: {error}"))?,
     }
-    is_bad |= watched.finish()?;
-    Ok(ExitCode::from(u8::from(is_bad)))
+    status = status.max(watched.finish()?);
+    Ok(ExitCode::from(status))
 }
 
 /// With Groot2's port, if the address has none.
@@ -152,7 +154,8 @@ impl Watched {
         let recorded = Some(format!("steward live --groot {address}"));
         let origin = Origin { recorded, began: bags::date(found.at_us.saturating_mul(1000)), ..Origin::default() };
         let name = [root.name.clone(), about];
-        let doubts = Doubts::about_losses(&properties, &topology);
+        let ground = Ground::Assumed("the program tells every change of status while it is asked".to_owned());
+        let doubts = Doubts::about_losses(&properties, &topology).on(&ground);
         let (run, header, start) = TreeRun::begin(name, origin, (tree, &topology), found.at_us, &properties, doubts);
         let view = RunView::new(header, start).expect(FITS);
         let page = LivePage::begin(&view)?;
@@ -216,8 +219,8 @@ impl Watched {
         self.page.show()
     }
 
-    /// Ends what is written, and says how the properties stand. Returns whether any is violated or unsure.
-    fn finish(mut self) -> Result<bool, Error> {
+    /// Ends what is written, and says how the properties stand. Returns the exit status.
+    fn finish(mut self) -> Result<u8, Error> {
         // The last step is recorded with the end.
         let last = self.run.note(self.last_us, "nobody asks the program any more".to_owned());
         self.view.apply(last).expect(FITS);
@@ -227,12 +230,12 @@ impl Watched {
         self.page.follow(&self.view)?;
         self.page.finish(&self.view)?;
         if self.properties.is_empty() {
-            return Ok(false);
+            return Ok(0);
         }
         let verified = Verified::of(self.properties, self.run.end(), self.run.doubts(), LEFT_OPEN.to_owned());
         verified.notes.iter().for_each(|text| note(text));
         print_wrapped(in_words(&verified))?;
-        Ok(verified.is_bad())
+        Ok(verified.status())
     }
 }
 

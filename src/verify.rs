@@ -29,10 +29,10 @@ use std::sync::Arc;
 
 use bags::{Contents, Found};
 use campaigns::Error;
-use channels::Gap;
+use channels::{Gap, Ground};
 use editor::counted;
 use monitors::{Channels, EventLog, LogError, Property};
-use recording::{BagTree, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
+use recording::{BagTree, Certainty, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
 use reports::report::ViolationsReport;
 use serde_json::json;
 
@@ -52,7 +52,7 @@ pub(crate) use args::VerifyArgs;
 /// No more gaps of a log than this are listed: nobody would read them.
 const MOST_NOTES: usize = 5;
 
-/// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
+/// Checks each log. Status 2 if one cannot be checked, or a property has no verdict, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     args.results.begin(args.logs.iter().chain(&args.properties).chain(&args.map_channels))?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
@@ -82,7 +82,9 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         if let Inspected::Verdicts(verified) = &inspected {
             lines.push(Line::of(args, log, folder, Ok(verified)));
         }
-        bad |= inspected.is_bad();
+        let status = inspected.status();
+        bad |= status == 1;
+        refused |= status == 2;
         if args.json {
             reports.push(inspected.as_json(log));
             continue;
@@ -127,8 +129,8 @@ enum Inspected {
 }
 
 impl Inspected {
-    fn is_bad(&self) -> bool {
-        matches!(self, Self::Verdicts(verified) if verified.is_bad())
+    fn status(&self) -> u8 {
+        if let Self::Verdicts(verified) = self { verified.status() } else { 0 }
     }
 
     fn as_json(&self, log: &Path) -> serde_json::Value {
@@ -200,7 +202,8 @@ fn verify_event_log(
     let events = events_of(&mut log, refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
-    let doubts = Doubts::none(properties.len());
+    let doubts =
+        Doubts::new(&properties, &system.topology).on(&tree_log.map_or(Ground::Complete, |_| tree_log::ground()));
     let about = match tree_log {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
@@ -365,12 +368,25 @@ pub(crate) fn in_words(verified: &Verified) -> String {
     for nothing in verified.nothing() {
         let _ = writeln!(text, "{nothing}");
     }
+    for assumption in verified.assumptions() {
+        let _ = writeln!(text, "it is assumed that {assumption}");
+    }
     let widest = properties.iter().map(|property| property.name.chars().count()).fold(12, usize::max);
     for (index, property) in properties.iter().enumerate() {
         let _ = writeln!(text, "{:<widest$} {}", property.name, verified.verdict(index));
-        if let Some(why) = &verified.unsure[index] {
-            let _ = writeln!(text, "  {why}");
-            let _ = writeln!(text, "  without what is missing: {}", verified.outcome(index));
+        match verified.evidence[index].certainty() {
+            Certainty::Sure => {}
+            Certainty::Unless(why) => text += &format!("  unless {why}\n"),
+            Certainty::Unsure(why) => {
+                text += &format!("  {why}\n  without what is missing: {}\n", verified.outcome(index));
+            }
+            Certainty::Groundless(why) => {
+                text += &format!("  {why}\n");
+                continue;
+            }
+        }
+        for channel in verified.evidence[index].silent() {
+            let _ = writeln!(text, "  no message {channel} in the whole run");
         }
         if let Some(unheard) = &verified.unheard[index] {
             let _ = writeln!(text, "  {unheard}");
@@ -397,9 +413,10 @@ pub(crate) fn in_words(verified: &Verified) -> String {
 }
 
 pub(crate) fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
-    let Verified { properties, unsure, unheard, start_ns, notes, .. } = verified;
+    let Verified { properties, evidence, unheard, start_ns, notes, .. } = verified;
     let of = |(index, property): (usize, &Property)| {
-        let monitor = property.scope_monitor();
+        let evidence = &evidence[index];
+        let monitor = property.scope_monitor().filter(|_| !matches!(evidence.certainty(), Certainty::Groundless(_)));
         let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
         let open = monitor.map(|monitor| verified.open(monitor)).unwrap_or_default();
         let witness = monitor.and_then(|monitor| monitor.witness());
@@ -407,9 +424,12 @@ pub(crate) fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
         json!({
             "name": property.name,
             "property": property.formula,
-            "timed": monitor.is_some_and(|monitor| monitor.formula().is_timed()),
+            "timed": property.scope_monitor().is_some_and(|monitor| monitor.formula().is_timed()),
             "verdict": verified.verdict(index),
-            "unsure": unsure[index],
+            "certainty": evidence.certainty().name(),
+            "unsure": evidence.certainty().why(),
+            "assumptions": evidence.assumptions(),
+            "silent": evidence.silent(),
             "state": property.monitor.location(),
             "witness": witness.map(|witness| reports::witness(witness, verified.knows_ticks)),
             "violations": violations.map(|violations| ViolationsReport::of(violations, verified.end_time())),
@@ -457,7 +477,8 @@ mod tests {
         for text in ["", "{}\n"] {
             write!(file, "{text}").expect("room for a line");
             let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
-            assert!(in_words(&verified).starts_with("0 messages, 0 ticks\nthe log contains no events"), "{text}");
+            assert!(in_words(&verified).starts_with("0 messages, 0 ticks\nthe log contains no events\n"), "{text}");
+            assert_eq!((verified.verdict(0), verified.status()), ("no verdict", 2), "{text}");
             let notes = &as_json(&verified, file.path())["notes"];
             assert!(notes[0].as_str().is_some_and(|note| note.contains("no events")), "{notes}");
         }
@@ -476,7 +497,10 @@ mod tests {
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.outcome(0)), ("unsure", monitors::Outcome::Satisfied));
         let missing = "lines are missing before line 4 of the log: step 9 comes where 2 should";
-        assert_eq!((verified.unsure[0].as_deref(), &verified.notes), (Some(missing), &vec![missing.to_owned()]));
+        assert_eq!(
+            (verified.evidence[0].certainty().why(), &verified.notes),
+            (Some(missing), &vec![missing.to_owned()])
+        );
         writeln!(file, "{}", level(11, 10.0)).expect("room for a line");
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");

@@ -82,7 +82,8 @@ pub(crate) struct WatchArgs {
     json: bool,
 }
 
-/// Watches until Ctrl-C, or for as long as asked. Status 1 if a property is violated, or its verdict is unsure.
+/// Watches until Ctrl-C, or for as long as asked. Status 2 if a property has no verdict, otherwise 1 if one is violated,
+/// or its verdict is unsure.
 pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
     if args.list {
@@ -162,7 +163,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
             pause();
         }
     }
-    Ok(ExitCode::from(u8::from(verified.is_bad())))
+    Ok(ExitCode::from(verified.status()))
 }
 
 impl WatchArgs {

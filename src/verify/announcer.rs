@@ -62,11 +62,14 @@ struct Said {
     has_been_violated: bool,
     /// Why it is unsure.
     why: Option<String>,
+    /// What would have undone the violation that was reported last, as far as is known.
+    unless: Option<String>,
 }
 
 impl Said {
     fn in_words(&self) -> String {
         match (self.verdict, self.waiting_since) {
+            (Some("violated"), _) if self.unless.is_some() => "violated, unless a message was lost".to_owned(),
             (Some(verdict), _) => verdict.to_owned(),
             (None, Some(since)) => format!("waiting since {:.3} s", since.as_secs_f64()),
             (None, None) => "undecided".to_owned(),
@@ -84,6 +87,7 @@ impl Said {
         let witness = witness.filter(|_| level == Level::Error).map(ToString::to_string);
         let mut values = vec![("violations", self.violations.to_string())];
         values.extend(self.why.clone().map(|why| ("unsure", why)));
+        values.extend(self.unless.clone().map(|unless| ("unless", unless)));
         values.extend(witness.map(|witness| ("witness", witness)));
         Standing { property: property.name.clone(), level, message: self.in_words(), values }
     }
@@ -113,6 +117,13 @@ impl Announcer {
             let (why, later) = (doubts.why(index), doubts.why_later(index));
             let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
             said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
+            // Nothing has been lost on the channel whose next message has come.
+            if why.is_none() && said.unless.is_some() && doubts.unless(index, property).is_none() {
+                said.unless = None;
+                self.has_changed = true;
+                self.say(property, "violated for sure", None, around)?;
+            }
+            let said = &mut self.said[index];
             let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
             let count = violations.map_or(0, |violations| violations.count);
             let verdict = match (settled, why) {
@@ -134,8 +145,15 @@ impl Announcer {
             if said.why.as_deref() != why {
                 said.why = why.map(str::to_owned);
             }
+            if verdict == Some("unsure") {
+                said.unless = None;
+            } else if is_new && verdict == Some("violated") {
+                said.unless = doubts.unless(index, property);
+            }
             if let Some(verdict) = verdict.filter(|_| is_new) {
-                self.say(property, verdict, why, around)?;
+                let unless =
+                    said.unless.clone().filter(|_| verdict == "violated").map(|unless| format!("unless {unless}"));
+                self.say(property, verdict, unless.as_deref().or(why), around)?;
             }
         }
         self.show(properties, around);

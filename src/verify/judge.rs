@@ -1,7 +1,7 @@
 //! Properties checked against recorded events, and the report of the results.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use campaigns::{Error, refuse_campaign};
 use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
+use recording::{Certainty, Doubts, Evidence, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
 use reports::file_place::FilePlace;
 use reports::{Outputs, Presentation};
 use runs::FITS;
@@ -35,8 +35,8 @@ pub(crate) struct Verified {
     pub(crate) end: LogEnd,
     /// The names of a recording's properties that cannot be judged again: no formula describes them.
     pub(crate) unjudged: Vec<String>,
-    /// For each property why its verdict is unsure, if it is: messages are missing that could change it.
-    pub(crate) unsure: Vec<Option<String>>,
+    /// For each property what its verdict rests on.
+    pub(crate) evidence: Vec<Evidence>,
     /// For each property that a recording satisfies although the true level fell below what it requires: that no
     /// message told so.
     pub(crate) unheard: Vec<Option<String>>,
@@ -76,20 +76,20 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
 impl Verified {
     /// What was judged until `end`; the notes say what its verdicts leave open.
     pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts, left_open: String) -> Self {
-        let judgment = Judgment::of(end, doubts);
+        let judgment = Judgment::of(end, doubts, &properties);
         let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
         Self::judged(properties, judgment, notes)
     }
 
     /// The same of a log about which nothing else is known.
     pub(super) fn judged(properties: Vec<Property>, judgment: Judgment, notes: Vec<String>) -> Self {
-        let Judgment { end, unsure, stories, .. } = judgment;
+        let Judgment { end, evidence, stories, .. } = judgment;
         Self {
             unheard: vec![None; properties.len()],
             properties,
             unjudged: Vec::new(),
             end,
-            unsure,
+            evidence,
             stories,
             header: Header::default(),
             processes: BTreeMap::new(),
@@ -110,9 +110,19 @@ impl Verified {
         self.end.last.map_or(Duration::ZERO, |last| last.time)
     }
 
-    /// The verdict of a property: satisfied, violated, inconclusive or unsure.
+    /// The verdict of a property: satisfied, violated, inconclusive, unsure, or none.
     pub(super) fn verdict(&self, index: usize) -> &'static str {
-        if self.unsure[index].is_some() { "unsure" } else { self.outcome(index).name() }
+        self.evidence[index].verdict(self.outcome(index))
+    }
+
+    /// Whether a property has a verdict, so that something can be said about it.
+    pub(super) fn has_verdict(&self, index: usize) -> bool {
+        self.evidence[index].has_verdict()
+    }
+
+    /// What is assumed of the messages, each once.
+    pub(super) fn assumptions(&self) -> BTreeSet<&str> {
+        self.evidence.iter().flat_map(Evidence::assumptions).map(String::as_str).collect()
     }
 
     /// The outcome of a property if nothing is missing.
@@ -122,15 +132,19 @@ impl Verified {
 
     /// What the verdicts must not hide: that there was nothing to judge, or nothing to judge it by.
     pub(super) fn nothing(&self) -> impl Iterator<Item = &'static str> {
-        let no_events = (self.end.messages + self.end.ticks == 0)
-            .then_some("the log contains no events: every verdict is that of a run in which nothing happened");
+        let no_events = (self.end.messages + self.end.ticks == 0).then_some("the log contains no events");
         let no_property = self.properties.is_empty().then_some("there is no property to check the log against");
         no_events.into_iter().chain(no_property)
     }
 
-    /// Whether a verdict is one that a log should not have: a violation, or no certainty.
-    pub(crate) fn is_bad(&self) -> bool {
-        (0..self.properties.len()).any(|index| self.unsure[index].is_some() || self.outcome(index) == Outcome::Violated)
+    /// The exit status: 2 if a property has no verdict, 1 if one is violated, or its verdict is unsure.
+    pub(crate) fn status(&self) -> u8 {
+        let of = |(index, evidence): (usize, &Evidence)| match evidence.certainty() {
+            Certainty::Groundless(_) => 2,
+            Certainty::Unsure(_) => 1,
+            Certainty::Sure | Certainty::Unless(_) => u8::from(self.outcome(index) == Outcome::Violated),
+        };
+        self.evidence.iter().enumerate().map(of).max().unwrap_or(0)
     }
 }
 
@@ -149,20 +163,20 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
     properties.iter().map(unheard).collect()
 }
 
-/// How far a log goes, and which verdicts are unsure, and why; also which violations after the first.
+/// How far a log goes, and what the verdicts rest on; also which violations after the first are unsure, and why.
 pub(super) struct Judgment {
     pub(super) end: LogEnd,
-    pub(super) unsure: Vec<Option<String>>,
+    pub(super) evidence: Vec<Evidence>,
     /// The stories of violations, if they are told.
     pub(super) stories: Vec<Vec<String>>,
     later: Vec<Option<String>>,
 }
 
 impl Judgment {
-    fn of(end: LogEnd, doubts: &Doubts) -> Self {
-        let owned = |why: Option<&str>| why.map(str::to_owned);
-        let stories = vec![Vec::new(); doubts.all().count()];
-        Self { end, unsure: doubts.all().map(owned).collect(), stories, later: doubts.later().map(owned).collect() }
+    fn of(end: LogEnd, doubts: &Doubts, properties: &[Property]) -> Self {
+        let evidence = properties.iter().enumerate().map(|(index, property)| doubts.evidence(index, property));
+        let later = doubts.later().map(|why| why.map(str::to_owned)).collect();
+        Self { end, evidence: evidence.collect(), stories: vec![Vec::new(); properties.len()], later }
     }
 
     /// Which violations after the first are unsure, in words.
@@ -294,6 +308,7 @@ impl Judged<'_> {
                 }
                 Found::LeftOut(gap) => judge.miss(&gap, properties),
                 Found::Resumed(channel) => judge.resume(channel, properties),
+                Found::Vouched(channel, ground) => judge.vouch(channel, ground),
                 Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
                 Found::Idle => {
                     announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
@@ -319,7 +334,7 @@ impl Judged<'_> {
             page.finish(&view)?;
         }
         let stories = report.monitors.into_iter().map(|monitor| monitor.story).collect();
-        Ok(Judgment { stories, ..Judgment::of(judge.end(), judge.doubts()) })
+        Ok(Judgment { stories, ..Judgment::of(judge.end(), judge.doubts(), properties) })
     }
 }
 
@@ -362,6 +377,7 @@ pub(super) fn judge_in_words(
             }
             Found::LeftOut(gap) => doubts.miss(&gap, properties),
             Found::Resumed(channel) => doubts.resume(channel, properties),
+            Found::Vouched(channel, ground) => doubts.vouch(channel, ground),
             Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
             Found::Idle => {
                 announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
@@ -373,5 +389,5 @@ pub(super) fn judge_in_words(
             announcer.follow(time, properties, &doubts, around)?;
         }
     }
-    Ok(Judgment::of(end, &doubts))
+    Ok(Judgment::of(end, &doubts, properties))
 }

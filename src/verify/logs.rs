@@ -8,6 +8,7 @@ use std::time::Duration;
 use campaigns::Error;
 use editor::counted;
 use monitors::Property;
+use recording::{Certainty, Evidence};
 use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
 use reports::results::{Case, CaseResult, Suite, TrailStep, WrittenPlaces, trail};
@@ -136,6 +137,7 @@ impl Checked {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
             let witness = monitor.and_then(|monitor| monitor.witness());
+            let witness = witness.filter(|_| verified.has_verdict(index));
             let trail = witness.map(|witness| trail(&property.name, witness, verified.knows_ticks, &places));
             let trail = trail.unwrap_or_default();
             let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
@@ -147,9 +149,9 @@ impl Checked {
                 property: property.name.clone(),
                 verdict: verified.verdict(index),
                 times: violations.filter(|all| all.goes_on).map(|all| all.count),
-                why: verified.unsure[index].clone().or(words).unwrap_or_default(),
-                says_little: verified.nothing().map(str::to_owned).chain(hollow.iter().cloned()).next(),
-                open: pending.into_iter().chain(hollow).collect(),
+                why: verified.evidence[index].certainty().why().map(str::to_owned).or(words).unwrap_or_default(),
+                says_little: unless(&verified.evidence[index]).or(hollow.first().cloned()),
+                open: pending.into_iter().chain(hollow).chain(open_questions(&verified.evidence[index])).collect(),
                 place: places.properties.get(&property.name).cloned(),
                 trail,
                 story: verified.stories[index].clone(),
@@ -173,7 +175,7 @@ impl Checked {
 
 impl Judgment {
     fn is_bad(&self) -> bool {
-        matches!(self.verdict, "violated" | "unsure")
+        matches!(self.verdict, "violated" | "unsure" | "no verdict")
     }
 
     /// The verdict, and how often it was violated if more than once.
@@ -193,6 +195,7 @@ impl Judgment {
         let result = match self.verdict {
             "satisfied" => self.says_little.clone().map_or(CaseResult::Passed, CaseResult::Skipped),
             "inconclusive" => CaseResult::Skipped("something was still pending when the log ended".to_owned()),
+            "no verdict" => CaseResult::Error(format!("{} has no verdict: {}", self.property, self.why)),
             _ => CaseResult::Failed {
                 message: format!("{} is {}", self.property, self.words()),
                 details: self.why.trim_end().to_owned(),
@@ -209,6 +212,19 @@ impl Judgment {
             ..Case::default()
         }
     }
+}
+
+/// What would change a verdict that is otherwise sure.
+fn unless(evidence: &Evidence) -> Option<String> {
+    let Certainty::Unless(why) = evidence.certainty() else { return None };
+    Some(format!("unless {why}"))
+}
+
+/// What a verdict leaves open for want of evidence.
+fn open_questions(evidence: &Evidence) -> Vec<String> {
+    let silent = evidence.silent().iter().map(|channel| format!("no message {channel} in the whole run"));
+    let assumed = evidence.assumptions().iter().map(|what| format!("it is assumed that {what}"));
+    unless(evidence).into_iter().chain(silent).chain(assumed).collect()
 }
 
 /// Where properties and processes of a log are written, if results are wanted: properties without a file are those of

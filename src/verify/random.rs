@@ -10,11 +10,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bags::{Bag, Events, Found, Mapping};
-use channels::{Event, EventKind, Message, Topology, Value, Verdict};
+use channels::{Event, EventKind, Ground, Message, Topology, Value, Verdict};
 use monitors::{Channels, EventLog, Outcome, Property};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-use recording::{Archive, Doubts, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
+use recording::{Archive, Doubts, Evidence, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
 
 use super::around::Around;
 use super::judge::{Judgment, judge_in_words};
@@ -280,17 +280,17 @@ fn properties(formulas: &[Formula], topology: &Arc<Topology>) -> Vec<Property> {
 fn verdicts(
     found: impl Iterator<Item = Found>,
     properties: &mut [Property],
-    topology: &Topology,
+    topology: &Arc<Topology>,
 ) -> Vec<(Outcome, Verdict, bool)> {
-    let doubts = Doubts::about_any_messages(properties, topology);
-    let Ok(Judgment { unsure, .. }) = judge_in_words(found.map(Ok), properties, doubts, &Around::default(), None)
+    let doubts = Doubts::about_any_messages(properties, topology).on(&Ground::Complete);
+    let Ok(Judgment { evidence, .. }) = judge_in_words(found.map(Ok), properties, doubts, &Around::default(), None)
     else {
         panic!("no event is an error")
     };
-    let verdict = |(property, unsure): (&Property, Option<String>)| {
-        (Outcome::of(property.monitor.as_ref()), property.monitor.verdict(), unsure.is_some())
+    let verdict = |(property, evidence): (&Property, Evidence)| {
+        (Outcome::of(property.monitor.as_ref()), property.monitor.verdict(), !evidence.has_verdict())
     };
-    properties.iter().zip(unsure).map(verdict).collect()
+    properties.iter().zip(evidence).map(verdict).collect()
 }
 
 /// The events as an event log has them, or a recording in either format.
@@ -301,7 +301,7 @@ fn read_again(events: &[Event], topology: &Arc<Topology>, file: Option<&Path>) -
     };
     let tick = std::time::Duration::from_secs(1);
     let (mut judge, header, start) =
-        Judge::begin(Default::default(), Origin::default(), topology, tick, &[], Doubts::none(0));
+        Judge::begin(Default::default(), Origin::default(), topology, tick, &[], Doubts::new(&[], topology));
     let mut view = RunView::new(header, start).unwrap();
     let mut archive = Archive::begin(path, &view).unwrap();
     for (place, event) in events.iter().enumerate() {
@@ -347,7 +347,9 @@ fn check(logs: u64, seed: u64) -> (u64, u64) {
             assert_eq!(again, present, "{file:?}");
             let of_log =
                 verdicts(again.into_iter().map(Found::Event), &mut properties(&formulas, &topology), &topology);
-            let same = of_bag.iter().zip(&of_log).all(|(bag, log)| (bag.0, bag.1) == (log.0, log.1) && !log.2);
+            // On a log without events, there is no verdict.
+            let is_sure = |(.., is_unsure): &(Outcome, Verdict, bool)| *is_unsure == present.is_empty();
+            let same = of_bag.iter().zip(&of_log).all(|(bag, log)| (bag.0, bag.1) == (log.0, log.1) && is_sure(log));
             assert!(same, "{of_bag:?}, {of_log:?}");
         }
         pairs += formulas.len() as u64;

@@ -1,11 +1,17 @@
 //! What the log of a tree that BehaviorTree.CPP has run cannot tell, and which properties ask for it.
 
 use campaigns::Error;
+use channels::Ground;
 use monitors::{Bound, Formula, Property, ScopeMonitor};
 
 /// What verdicts on such a log leave open.
 pub(super) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
                                     what `time_until` waits for is a change; nor does it say whether it is whole";
+
+/// What vouches for the messages in such a log.
+pub(super) fn ground() -> Ground {
+    Ground::Assumed("the program logged every change of status".to_owned())
+}
 
 /// Refuses the properties for which the log does not know enough.
 pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {

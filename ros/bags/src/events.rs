@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, FieldKind, Flaw, Gap, Message, Value};
+use channels::{ChannelId, Event, EventKind, FieldKind, Flaw, Gap, Ground, Message, Value};
 use diagnostics::ReadFile;
 use ros_messages::{CdrReader, Mismatch};
 
@@ -66,6 +66,10 @@ pub struct Events<'r> {
     /// The time of the last message of each entry of a topic.
     told: BTreeMap<(usize, usize), i64>,
     missing: BTreeMap<usize, Missing>,
+    /// On what grounds the messages of channels are known, whether these may be new, and which are.
+    grounds: BTreeMap<ChannelId, Ground>,
+    may_be_new: bool,
+    new_grounds: VecDeque<(ChannelId, Ground)>,
     /// How many of the source's notes have been returned.
     noted: usize,
     /// How many messages came too late, and the greatest delay.
@@ -81,6 +85,8 @@ pub enum Found {
     LeftOut(Gap),
     /// A gap in the messages of this channel is over.
     Resumed(ChannelId),
+    /// The source vouches for the messages of this channel, or does not any more.
+    Vouched(ChannelId, Ground),
     /// What is to be known of the messages, in words.
     Noted(String),
     /// Nothing yet: more may come later.
@@ -170,6 +176,9 @@ impl<'r> Events<'r> {
             interrupted: BTreeMap::new(),
             told: BTreeMap::new(),
             missing: BTreeMap::new(),
+            grounds: BTreeMap::new(),
+            may_be_new: true,
+            new_grounds: VecDeque::new(),
             noted: 0,
             late: (0, 0),
         }
@@ -221,7 +230,9 @@ impl<'r> Events<'r> {
 
     /// Reads the next message, and puts what it becomes in order. Returns whether there was one.
     fn fill(&mut self) -> bool {
-        let head = match self.source.receive(&mut self.body) {
+        let received = self.source.receive(&mut self.body);
+        self.may_be_new |= !matches!(received, Received::Message(_));
+        let head = match received {
             Received::Message(head) => head,
             Received::Idle => return false,
             Received::Lost { topic, count, since_ns } => {
@@ -248,6 +259,7 @@ impl<'r> Events<'r> {
         if self.mapping.has_clock() && self.topic(head.topic) == CLOCK {
             self.set_clock();
         }
+        self.may_be_new |= self.compiled.entries.len() < self.source.survey().topics.len();
         self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         self.decoded.resize(self.compiled.entries.len(), ros_messages::Value::Passed);
         for index in 0..self.compiled.entries[head.topic].len() {
@@ -430,6 +442,21 @@ impl<'r> Events<'r> {
         Some(Gap { flaw: Flaw::Missing, why, channel, since: None, ends: false })
     }
 
+    /// The next channel of which the source vouches on another ground than before.
+    fn new_ground(&mut self) -> Option<(ChannelId, Ground)> {
+        if std::mem::take(&mut self.may_be_new) {
+            self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
+            for channel in self.compiled.topology.channels() {
+                let ground = self.compiled.ground(channel, &self.mapping, self.source.survey());
+                if self.grounds.get(&channel) != Some(&ground) {
+                    self.grounds.insert(channel, ground.clone());
+                    self.new_grounds.push_back((channel, ground));
+                }
+            }
+        }
+        self.new_grounds.pop_front()
+    }
+
     /// The next tick, if it is due by this time.
     fn tick(&mut self, by_ns: i64) -> Option<Found> {
         let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
@@ -456,6 +483,9 @@ impl Iterator for Events<'_> {
         loop {
             if let Some(gap) = self.new_gap() {
                 return Some(Found::LeftOut(gap));
+            }
+            if let Some((channel, ground)) = self.new_ground() {
+                return Some(Found::Vouched(channel, ground));
             }
             if let Some(note) = self.source.notes().get(self.noted) {
                 self.noted += 1;

@@ -28,6 +28,7 @@ use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, Utc};
 
+pub use channels::Ground;
 pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};
 pub use events::{Events, Found};

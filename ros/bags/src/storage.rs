@@ -39,7 +39,7 @@ impl Bag {
     /// # Errors
     /// If it is not a bag or cannot be read at all. Damage is not an error: everything before it is read.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let mut survey = Survey::default();
+        let mut survey = Survey::of_recorder();
         let files = files::of(path, &mut survey)?;
         for (path, format) in &files {
             let file = diagnostics::open_regular(path);
@@ -152,7 +152,7 @@ impl Messages {
 impl Source for Messages {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         while let Some(head) = self.next_into(body) {
-            if let Some(received) = source::received(head, &self.survey, &self.wanted, body, &mut self.aside) {
+            if let Some(received) = source::received(head, &mut self.survey, &self.wanted, body, &mut self.aside) {
                 return received;
             }
         }

@@ -3,7 +3,7 @@
 use bags::{Definition, Events, Head, Received, Source, Survey, Topic};
 
 use crate::messages::{TWIST, twist};
-use crate::reading::{line, mapping, nothing};
+use crate::reading::{lines, mapping, nothing};
 
 /// Says these things in turn, a second apart by its own clock.
 struct Script {
@@ -73,9 +73,9 @@ fn events(time: &str, lossy: &str, steps: &[Step]) -> Vec<String> {
         mapping.compile(&source.survey, None, &nothing).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
     let mut events = Events::new(Box::new(source), &mapping, compiled, &nothing);
-    let mut lines: Vec<String> = events.by_ref().map(|found| line(found, &topology)).collect();
-    lines.extend(events.notes());
-    lines
+    let mut found: Vec<String> = lines(&mut events, &topology).collect();
+    found.extend(events.notes());
+    found
 }
 
 #[test]

@@ -9,7 +9,7 @@ use channels::{FieldKind, Shape};
 
 use crate::events::MAPPING;
 use crate::messages::{ODD, TWIST, odd, twist};
-use crate::reading::{line, mapping, nothing, read_with, times};
+use crate::reading::{lines, mapping, nothing, read_with, times};
 use crate::writer::{Written, written};
 
 /// Items of an array as messages.
@@ -162,12 +162,12 @@ fn followed(path: &Path, parts: &[&[u8]], mapping: &Mapping) -> (Vec<String>, Ve
     let mut file = File::create(path).expect("a file");
     let following = ahead.restart().expect("a file that has been begun");
     let mut events = Events::new(Box::new(following), mapping, compiled, &nothing);
-    let mut lines = Vec::new();
+    let mut found = Vec::new();
     for part in parts {
         file.write_all(part).expect("room for a part");
-        lines.extend(events.by_ref().map(|found| line(found, &topology)).take_while(|line| line != "idle"));
+        found.extend(lines(&mut events, &topology).take_while(|line| line != "idle"));
     }
-    (lines, events.notes())
+    (found, events.notes())
 }
 
 #[test]

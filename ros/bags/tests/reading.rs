@@ -34,8 +34,13 @@ pub(crate) fn read_with(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
     let compiled = compiled.unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
     let mut events = Events::new(Box::new(bag.messages_on(mapping.topics())), &mapping, compiled, &nothing);
-    let lines = events.by_ref().map(|found| line(found, &topology)).collect();
+    let lines = lines(&mut events, &topology).collect();
     (lines, events.notes())
+}
+
+/// What is found, as lines, without what vouches for it.
+pub(crate) fn lines(events: &mut Events<'_>, topology: &Topology) -> impl Iterator<Item = String> {
+    events.filter(|found| !matches!(found, Found::Vouched(..))).map(|found| line(found, topology))
 }
 
 /// What has been found, as a line.
@@ -50,6 +55,7 @@ pub(crate) fn line(found: Found, topology: &Topology) -> String {
         Found::LeftOut(gap) if gap.ends => format!("{} since {:?}", gap.why, gap.since),
         Found::LeftOut(gap) => gap.why,
         Found::Resumed(channel) => format!("{} goes on", topology.describe(channel)),
+        Found::Vouched(channel, ground) => format!("{}: {ground}", topology.describe(channel)),
         Found::Noted(note) => note,
         Found::Idle => "idle".to_owned(),
     }

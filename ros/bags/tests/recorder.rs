@@ -1,10 +1,11 @@
 //! What a source tells is written so that it can be read again with the same events.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs;
 use std::rc::Rc;
 
-use bags::{Bag, BagWriter, Definition, Events, Found, Head, Received, Recorder, Source, Survey, Topic};
+use bags::{Bag, BagWriter, Definition, Events, Found, Ground, Head, Received, Recorder, Source, Survey, Topic};
 use proptest::prelude::*;
 
 use crate::messages::{TF, TWIST, tf, twist};
@@ -25,6 +26,8 @@ enum Step {
     /// So many messages on the topic with this index are missing, or an unknown number.
     Missing(usize, Option<u64>),
     Noted,
+    /// The messages on the topic with this index are numbered from the start, or not.
+    Vouched(usize, bool),
 }
 
 /// A source that is made up: it does these steps, and then is over.
@@ -71,6 +74,12 @@ impl Source for MadeUp {
             Some(Step::Idle) => Received::Idle,
             Some(Step::Noted) => {
                 self.notes.push(format!("note {}", self.notes.len()));
+                Received::Idle
+            }
+            Some(Step::Vouched(index, is_numbered)) => {
+                let topic = self.survey.add(topic(index));
+                let ground = if is_numbered { Ground::Numbered } else { Ground::Assumed("all arrive".to_owned()) };
+                self.survey.vouch(topic, ground);
                 Received::Idle
             }
             Some(Step::Missing(index, count)) => {
@@ -150,10 +159,17 @@ fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
     let compiled = mapping.compile(survey, None, &nothing).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
     let mut events = Events::new(source, &mapping, compiled, &nothing);
-    // A note has no place among the events.
-    let found = events.by_ref().filter(|found| !matches!(found, Found::Idle | Found::Noted(_)));
-    let mut lines: Vec<String> = found.map(|found| line(found, &topology)).collect();
+    // Neither a note nor a ground has a place among the events; the last ground of a channel counts.
+    let (mut lines, mut grounds) = (Vec::new(), BTreeMap::new());
+    for found in events.by_ref() {
+        match found {
+            Found::Idle | Found::Noted(_) => {}
+            Found::Vouched(channel, ground) => drop(grounds.insert(channel, ground)),
+            found => lines.push(line(found, &topology)),
+        }
+    }
     lines.extend(events.notes());
+    lines.extend(grounds.into_iter().map(|(channel, ground)| line(Found::Vouched(channel, ground), &topology)));
     lines
 }
 
@@ -162,6 +178,7 @@ fn step() -> impl Strategy<Value = Step> {
         4 => (0..2_usize, 0..700_i64).prop_map(|(topic, ms)| Step::Message(topic, ms)),
         2 => (0..2500_i64).prop_map(Step::Quiet),
         1 => Just(Step::Idle),
+        1 => (0..2_usize, any::<bool>()).prop_map(|(topic, is_numbered)| Step::Vouched(topic, is_numbered)),
         1 => (0..3000_i64).prop_map(Step::Wrong),
         1 => (0..300_i64).prop_map(Step::Lost),
         1 => Just(Step::Broken),

@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::{Duration, Instant};
 
-use bags::{Head, Received, Source, Survey, Topic};
+use bags::{Ground, Head, Received, Source, Survey, Topic};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::http::{HeaderValue, Uri};
 use tungstenite::protocol::WebSocketConfig;
@@ -114,11 +114,12 @@ impl Bridge {
             (Some("wss"), Some(_)) => return Err(Error::Encrypted(address.to_owned())),
             _ => return Err(wrong()),
         }
+        let ground = Ground::Assumed("the bridge forwards every message that it receives".to_owned());
         let mut bridge = Self {
             uri,
             connection: None,
             clock: Clock::start(),
-            survey: Survey::default(),
+            survey: Survey { ground, ..Survey::default() },
             wanted,
             shown: BTreeSet::new(),
             defined: 0,

@@ -4,19 +4,25 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, Flaw, Gap, Monitor, Topology, Verdict};
+use channels::{ChannelId, Event, Flaw, Gap, Ground, Monitor, Topology, Verdict};
 use monitors::{Formula, Outcome, PossibleStates, Property, ScopeMonitor};
 
-/// Why the verdicts of properties are unsure, by the index of the property.
+use crate::grounds::{Known, Watched};
+use crate::{Certainty, Evidence, Grounds};
+
+/// How sure the verdicts of properties are, by the index of the property. What the source of the events vouches for
+/// grants it, and what is missing takes it away.
 #[derive(Debug)]
 pub struct Doubts {
     states: Vec<State>,
+    watched: Vec<Watched>,
+    grounds: Grounds,
     /// How many gaps in each channel have not ended.
     gaps: BTreeMap<ChannelId, usize>,
 }
 
 /// What is known of a verdict.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct State {
     why: Option<String>,
     /// Why violations after the first are unsure.
@@ -37,20 +43,29 @@ struct State {
 }
 
 impl Doubts {
-    /// Nothing is missing for this many properties. What may be missing later is within the domains of the channels.
+    /// Nothing vouches for the messages of any channel yet. What may be missing is within the domains of the channels.
     #[must_use]
-    pub fn none(properties: usize) -> Self {
-        Self { states: std::iter::repeat_with(State::default).take(properties).collect(), gaps: BTreeMap::new() }
+    pub fn new(properties: &[Property], topology: &Arc<Topology>) -> Self {
+        Self::of(properties, topology, |_| State::default())
     }
 
-    /// Nothing is missing. What may be missing later can be any message, such as one that is missing because its
-    /// channel could not carry it.
+    fn of(properties: &[Property], topology: &Arc<Topology>, state: impl Fn(&Property) -> State) -> Self {
+        Self {
+            states: properties.iter().map(state).collect(),
+            watched: properties.iter().map(|property| Watched::of(property.monitor.as_ref(), topology)).collect(),
+            grounds: Grounds::none(topology),
+            gaps: BTreeMap::new(),
+        }
+    }
+
+    /// Likewise. What may be missing can be any message, such as one that is missing because its channel could not carry
+    /// it.
     ///
     /// A monitor foresees from the domains of the channels what may come, and may therefore know its verdict before any
     /// such message. So whether the verdict is settled is asked of a second monitor, which knows no domains, unless
     /// they make no difference: it costs a quarter of the time of a bag.
     #[must_use]
-    pub fn about_any_messages(properties: &[Property], topology: &Topology) -> Self {
+    pub fn about_any_messages(properties: &[Property], topology: &Arc<Topology>) -> Self {
         let any = Arc::new(topology.without_shapes());
         let judge = |property: &Property| {
             let monitor = property.scope_monitor()?;
@@ -58,18 +73,29 @@ impl Doubts {
             let judge = judge.expect("whether a formula can be monitored does not depend on the domains");
             (!judge.foresees_as(monitor)).then_some(judge)
         };
-        let states = properties.iter().map(|property| State { judge: judge(property), ..State::default() });
-        Self { states: states.collect(), gaps: BTreeMap::new() }
+        Self::of(properties, topology, |property| State { judge: judge(property), ..State::default() })
     }
 
     /// The same, for a source that tells which messages are missing: what they could change is worked out.
     #[must_use]
-    pub fn about_losses(properties: &[Property], topology: &Topology) -> Self {
+    pub fn about_losses(properties: &[Property], topology: &Arc<Topology>) -> Self {
         let mut doubts = Self::about_any_messages(properties, topology);
         for (state, property) in doubts.states.iter_mut().zip(properties) {
             state.possible = state.judge.as_ref().or(property.scope_monitor()).and_then(PossibleStates::of);
         }
         doubts
+    }
+
+    /// The same on this ground for all channels.
+    #[must_use]
+    pub fn on(mut self, ground: &Ground) -> Self {
+        self.grounds.vouch_for_all(ground);
+        self
+    }
+
+    /// The source vouches for the messages of this channel.
+    pub fn vouch(&mut self, channel: ChannelId, ground: Ground) {
+        self.grounds.vouch(channel, ground);
     }
 
     /// How many properties have a second monitor.
@@ -88,30 +114,8 @@ impl Doubts {
             *self.gaps.entry(channel).or_default() += 1;
         }
         for (state, property) in self.states.iter_mut().zip(properties) {
-            let judged = judged(property);
-            let is_elsewhere = gap.channel.is_some_and(|missing| {
-                judged.is_some_and(|judged| judged != missing) || gap.ends && !is_about(property, missing)
-            });
-            if is_elsewhere || gap.flaw == Flaw::Late && !is_timed(property) {
-                continue;
-            }
-            state.is_mixed |= gap.flaw == Flaw::Mixed;
-            property.scope_monitor_mut().into_iter().for_each(ScopeMonitor::give_up_vacuity);
-            state.is_lasting |= !gap.ends;
-            state.anew = None;
-            let is_late = state.was_reached_since(gap) && state.verdict(property) == Verdict::False;
-            match (&mut state.possible, ending) {
-                (Some(possible), Some(channel)) => {
-                    possible.miss(channel, gap.since);
-                    let is_elsewhen = is_late && possible.broken() != state.reached.map(|(_, step)| step);
-                    if possible.are_unknown() || is_elsewhen {
-                        state.suspect(gap, property);
-                    } else {
-                        state.gap.get_or_insert_with(|| gap.why.clone());
-                        state.weigh(property);
-                    }
-                }
-                _ => state.suspect(gap, property),
+            if state.miss(gap, property) {
+                property.scope_monitor_mut().into_iter().for_each(ScopeMonitor::give_up_vacuity);
             }
         }
     }
@@ -130,6 +134,7 @@ impl Doubts {
     /// Lets an event that the properties have seen settle what it can: a message that violates a property by itself
     /// does so whatever else is missing, and so does what began after a gap.
     pub fn observe(&mut self, event: &Event, properties: &mut [Property]) {
+        self.grounds.observe(event);
         for (state, property) in self.states.iter_mut().zip(properties) {
             state.observe(event);
             state.settle(event, property);
@@ -154,7 +159,45 @@ impl Doubts {
         self.states[index].verdict(property)
     }
 
-    /// Why the verdict of a property is unsure, if it is.
+    /// What the verdict of a property rests on if the events end here.
+    #[must_use]
+    pub fn evidence(&self, index: usize, property: &Property) -> Evidence {
+        let state = &self.states[index];
+        let could_change = |gap: &Gap| {
+            let mut state = state.clone();
+            state.miss(gap, property);
+            state.why.is_some()
+        };
+        let known = Known {
+            doubt: state.why.as_deref(),
+            is_by_message: state.is_by_message(property),
+            is_open_to: &|channel| state.is_open_to(channel, property),
+            could_change: &could_change,
+        };
+        self.grounds.evidence_about(&self.watched[index], &known)
+    }
+
+    /// Whether it has no verdict, since nothing vouches for messages that it is about.
+    #[must_use]
+    pub fn is_groundless(&self, index: usize, property: &Property) -> bool {
+        self.grounds.lack(&self.watched[index])
+            && matches!(self.evidence(index, property).certainty(), Certainty::Groundless(_))
+    }
+
+    /// Which message must not have been lost, in words, so that the property is violated as often as it seems to be. That
+    /// it has not been lost shows when the next one of its channel comes.
+    #[must_use]
+    pub fn unless(&self, index: usize, property: &Property) -> Option<String> {
+        let state = &self.states[index];
+        let could_change = |gap: &Gap| {
+            let mut after = state.clone();
+            after.miss(gap, property);
+            after.why.is_some() || after.later != state.later
+        };
+        self.grounds.unnoticed(&self.watched[index], &could_change)
+    }
+
+    /// Why the verdict of a property is unsure, if it is because messages are missing.
     #[must_use]
     pub fn why(&self, index: usize) -> Option<&str> {
         self.states[index].why.as_deref()
@@ -180,6 +223,47 @@ impl State {
         }
     }
 
+    /// Messages are missing. Returns whether the property depends on them.
+    fn miss(&mut self, gap: &Gap, property: &Property) -> bool {
+        let judged = judged(property);
+        let is_elsewhere = gap.channel.is_some_and(|missing| {
+            judged.is_some_and(|judged| judged != missing) || gap.ends && !is_about(property, missing)
+        });
+        if is_elsewhere || gap.flaw == Flaw::Late && !is_timed(property) {
+            return false;
+        }
+        self.is_mixed |= gap.flaw == Flaw::Mixed;
+        self.is_lasting |= !gap.ends;
+        self.anew = None;
+        let is_late = self.was_reached_since(gap) && self.verdict(property) == Verdict::False;
+        match (&mut self.possible, gap.channel.filter(|_| gap.ends)) {
+            (Some(possible), Some(channel)) => {
+                possible.miss(channel, gap.since);
+                let is_elsewhen = is_late && possible.broken() != self.reached.map(|(_, step)| step);
+                if possible.are_unknown() || is_elsewhen {
+                    self.suspect(gap, property);
+                } else {
+                    self.gap.get_or_insert_with(|| gap.why.clone());
+                    self.weigh(property);
+                }
+            }
+            _ => self.suspect(gap, property),
+        }
+        true
+    }
+
+    /// Whether it is violated by a single message that was there, whatever else was.
+    fn is_by_message(&self, property: &Property) -> bool {
+        self.verdict(property) == Verdict::False && judged(property).is_some() && !self.is_mixed
+    }
+
+    /// Whether messages of this channel, at any time, could change the verdict.
+    fn is_open_to(&self, channel: ChannelId, property: &Property) -> bool {
+        let Some(mut possible) = self.possible.clone() else { return true };
+        possible.miss(channel, Some(Duration::ZERO));
+        possible.agreed() != Some((self.verdict(property), Outcome::of(property.monitor.as_ref())))
+    }
+
     /// Whether the verdict was reached after messages had begun to be missing.
     fn was_reached_since(&self, gap: &Gap) -> bool {
         self.reached.zip(gap.since).is_some_and(|((reached, _), since)| reached > since)
@@ -190,8 +274,7 @@ impl State {
         self.possible = None;
         let verdict = self.verdict(property);
         match verdict {
-            // It was violated by a message that was there.
-            Verdict::False if judged(property).is_some() && !self.is_mixed => {}
+            _ if self.is_by_message(property) => {}
             Verdict::True | Verdict::False if !self.was_reached_since(gap) => {
                 if verdict == Verdict::False {
                     self.later.get_or_insert_with(|| gap.why.clone());
@@ -254,7 +337,7 @@ impl State {
         let verdict = self.verdict(property);
         if verdict != Verdict::Inconclusive && self.reached.is_none() {
             self.reached = Some(at);
-            if verdict == Verdict::False && judged(property).is_some() && !self.is_mixed {
+            if self.is_by_message(property) {
                 (self.why, self.anew) = (None, None);
             }
         }

@@ -4,11 +4,11 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{GraphMonitor, Monitor};
+use channels::{GraphMonitor, Monitor, Verdict};
 use monitors::{OpenObligation, ScopeMonitor, Vacuity, Violations, scope_monitor};
 use serde::{Deserialize, Serialize};
 
-use crate::{MonitorState, Scene};
+use crate::{Evidence, MonitorState, Scene};
 
 /// Facts about a run that are known once it has ended.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -86,8 +86,8 @@ impl fmt::Display for Ended {
 pub struct MonitorEnd {
     /// Its verdict.
     pub state: MonitorState,
-    /// Why the verdict is unsure, in words: what is missing from the log. The state is then inconclusive.
-    pub unsure: Option<String>,
+    /// What the verdict rests on. The state of one that is unsure, or groundless, is inconclusive.
+    pub evidence: Evidence,
     /// Every violation, if the monitor can tell them apart.
     pub violations: Option<Violations>,
     /// The obligations that are still pending.
@@ -103,7 +103,13 @@ pub struct MonitorEnd {
 impl MonitorEnd {
     /// The final state of a monitor, without script errors.
     #[must_use]
-    pub fn of(monitor: &dyn Monitor) -> Self {
+    pub fn of(monitor: &dyn Monitor, evidence: Evidence) -> Self {
+        let state = MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) };
+        if !evidence.has_verdict() {
+            // Neither its violations nor what is open or vacuous is known.
+            let state = MonitorState { verdict: Verdict::Inconclusive, is_open: true, ..state };
+            return Self { state, evidence, ..Self::default() };
+        }
         let scope = scope_monitor(monitor);
         let graph = (monitor as &dyn std::any::Any).downcast_ref::<GraphMonitor>();
         let visits = |graph: &GraphMonitor| {
@@ -111,8 +117,8 @@ impl MonitorEnd {
             locations.iter().map(|location| graph.visits(location)).collect()
         };
         Self {
-            state: MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) },
-            unsure: None,
+            state,
+            evidence,
             violations: scope.and_then(ScopeMonitor::violations).cloned(),
             open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
             vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),

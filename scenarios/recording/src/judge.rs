@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, Gap, Topology, Verdict};
+use channels::{ChannelId, Event, Gap, Ground, Topology, Verdict};
 use maps::Pose;
 use monitors::{LogEnd, Property};
 
@@ -76,7 +76,7 @@ impl Judge {
         self.doubts.observe(&event, properties);
         for (index, property) in properties.iter_mut().enumerate() {
             let mut state = MonitorState::of(property.monitor.as_ref());
-            if self.doubts.why(index).is_some() {
+            if self.doubts.why(index).is_some() || self.doubts.is_groundless(index, property) {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
             }
             if state.verdict != Verdict::Inconclusive {
@@ -93,6 +93,11 @@ impl Judge {
         self.doubts.miss(gap, properties);
         let unsure = self.doubts.all().enumerate().filter(|(_, why)| why.is_some());
         unsure.for_each(|(index, _)| self.monitors.withdraw(index));
+    }
+
+    /// The source vouches for the messages of this channel.
+    pub fn vouch(&mut self, channel: ChannelId, ground: Ground) {
+        self.doubts.vouch(channel, ground);
     }
 
     /// A gap in the messages of this channel is over.
@@ -132,25 +137,14 @@ impl Judge {
             trace_hash: self.hash.finish(),
             monitors: properties
                 .iter()
-                .zip(self.doubts.all())
-                .map(|(property, unsure)| ending(property, unsure))
+                .enumerate()
+                .map(|(index, property)| {
+                    MonitorEnd::of(property.monitor.as_ref(), self.doubts.evidence(index, property))
+                })
                 .collect(),
             skill_errors: Vec::new(),
             messages_hit: Vec::new(),
             scene: None,
         }
-    }
-}
-
-/// The final state of a monitor. An unsure one is not known to hold, nor to be violated.
-fn ending(property: &Property, unsure: Option<&str>) -> MonitorEnd {
-    let end = MonitorEnd::of(property.monitor.as_ref());
-    match unsure {
-        None => end,
-        Some(why) => MonitorEnd {
-            state: MonitorState { verdict: Verdict::Inconclusive, is_open: true, ..end.state },
-            unsure: Some(why.to_owned()),
-            ..MonitorEnd::default()
-        },
     }
 }

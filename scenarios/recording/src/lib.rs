@@ -92,9 +92,11 @@ mod decimals;
 mod doubts;
 mod end;
 mod event_log;
+mod evidence;
 mod fault_course;
 mod file;
 mod follower;
+mod grounds;
 mod header;
 mod heard;
 mod judge;
@@ -126,9 +128,11 @@ pub use decimals::{decimals, length};
 pub use doubts::Doubts;
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
+pub use evidence::{Certainty, Evidence};
 pub use fault_course::{FaultCourse, FaultRecord, UndoneFault};
 pub use file::Writer;
 pub use follower::Follower;
+pub use grounds::Grounds;
 pub use header::{
     Argument, Expected, Fault, Header, Machine, MachineState, Monitor, Node, Origin, Place, Premises, RobotBody,
     SettingGroup, SnapshotOccasion, Snapshots, TREE,

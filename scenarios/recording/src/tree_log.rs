@@ -64,8 +64,9 @@ impl TreeLog {
         };
         let began_us = log.began_us().or(first_us).unwrap_or(0);
         let origin = Origin { recorded: Some(recorded), began: tree_logs::date(began_us), ..Origin::default() };
-        let tree = (log.tree(), &TreeRun::topology(log.tree()));
-        let (run, header, start) = TreeRun::begin([name, about], origin, tree, began_us, &[], Doubts::none(0));
+        let topology = TreeRun::topology(log.tree());
+        let (tree, doubts) = ((log.tree(), &topology), Doubts::new(&[], &topology));
+        let (run, header, start) = TreeRun::begin([name, about], origin, tree, began_us, &[], doubts);
         let mut ready = VecDeque::from([Record::Header(Box::new(header)), Record::Step(start)]);
         if !matches!(next, Some(Ok(_))) {
             // A run ends with a step, even if nothing was logged.

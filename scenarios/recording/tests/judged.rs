@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use channels::{Flaw, Gap, Verdict};
+use channels::{Event, EventKind, Flaw, Gap, Ground, Message, Value, Verdict};
 use monitors::{Outcome, Property};
-use recording::{Doubts, Ended, Happening, Judge, Origin, RunView};
+use recording::{Certainty, Doubts, Ended, Happening, Judge, Origin, RunView};
 
 use crate::drive::{level, tick, topology};
 
@@ -21,7 +21,7 @@ fn properties() -> Vec<Property> {
 }
 
 fn judged(properties: &[Property]) -> (Judge, RunView) {
-    judged_with(properties, Doubts::none(properties.len()))
+    judged_with(properties, Doubts::new(properties, &topology()).on(&Ground::Complete))
 }
 
 fn judged_with(properties: &[Property], doubts: Doubts) -> (Judge, RunView) {
@@ -77,7 +77,7 @@ fn verdicts_that_missing_messages_could_change_are_unsure() {
     view.finish(judge.finish(&properties)).unwrap();
     let outcomes: Vec<Outcome> = view.monitors().map(|monitor| monitor.outcome()).collect();
     assert_eq!(outcomes, [Outcome::Violated, Outcome::Inconclusive]);
-    assert_eq!(view.monitor(1).ending().unsure.as_deref(), Some("a gap of 2 s"));
+    assert_eq!(view.monitor(1).ending().evidence.certainty(), &Certainty::Unsure("a gap of 2 s".to_owned()));
     assert!(view.monitor(1).decision.is_none());
 }
 
@@ -105,11 +105,11 @@ fn a_verdict_that_follows_from_the_domains_is_unsure_if_messages_outside_of_them
         property odd := eventually (BatteryReader, BatteryLevel, m[2] > 1 and m[2] < 0)";
     let load = || monitors::load("own.scope", text, &topology(), TICK).unwrap().properties;
     for (doubts, expected) in [
-        (Doubts::none(2), [Outcome::Satisfied, Outcome::Violated]),
+        (Doubts::new(&load(), &topology()), [Outcome::Satisfied, Outcome::Violated]),
         (Doubts::about_any_messages(&load(), &topology()), [Outcome::Inconclusive, Outcome::Violated]),
     ] {
         let mut properties = load();
-        let (mut judge, mut view) = judged_with(&properties, doubts);
+        let (mut judge, mut view) = judged_with(&properties, doubts.on(&Ground::Complete));
         view.apply(judge.step(level(TICK, 50.0), &mut properties)).unwrap();
         assert_eq!(view.monitors().map(|monitor| monitor.decision.is_some()).collect::<Vec<_>>(), [true, true]);
         judge.miss(&Gap::of_anything("a message with another status"), &mut properties);
@@ -145,4 +145,60 @@ fn the_hash_depends_on_every_event() {
     assert_eq!(hash(&[50.0, 49.0]), hash(&[50.0, 49.0]));
     let others = [hash(&[50.0, 49.0]), hash(&[49.0, 50.0]), hash(&[50.0])];
     assert!(others[0] != others[1] && others[0] != others[2]);
+}
+
+#[test]
+fn a_source_that_vouches_for_nothing_gives_no_verdict() {
+    let mut properties = properties();
+    let (mut judge, mut view) = judged_with(&properties, Doubts::about_losses(&properties, &topology()));
+    for second in 1..8 {
+        let time = Duration::from_secs(second);
+        for event in [tick(time), level(time, 25.0)] {
+            view.apply(judge.step(event, &mut properties)).unwrap();
+        }
+    }
+    view.finish(judge.finish(&properties)).unwrap();
+    for monitor in view.monitors() {
+        assert_eq!(
+            (monitor.outcome(), monitor.decision.is_some()),
+            (Outcome::Inconclusive, false),
+            "{}",
+            monitor.name()
+        );
+        assert!(matches!(monitor.ending().evidence.certainty(), Certainty::Groundless(_)), "{}", monitor.name());
+    }
+}
+
+#[test]
+fn a_violation_by_a_message_is_sure_whatever_vouches_for_it() {
+    let mut properties = properties();
+    let (mut judge, mut view) = judged_with(&properties, Doubts::new(&properties, &topology()));
+    view.apply(judge.step(level(TICK, 10.0), &mut properties)).unwrap();
+    view.finish(judge.finish(&properties)).unwrap();
+    assert_eq!(view.monitor(0).ending().evidence.certainty(), &Certainty::Sure);
+    assert_eq!(
+        view.monitors().map(|monitor| monitor.outcome()).collect::<Vec<_>>(),
+        [Outcome::Violated, Outcome::Inconclusive]
+    );
+}
+
+#[test]
+fn a_violation_by_silence_holds_unless_the_last_message_was_lost_until_the_next_one_comes() {
+    let mut properties = properties();
+    let mut doubts = Doubts::about_losses(&properties, &topology()).on(&Ground::Numbered);
+    let mut see = |event: Event, properties: &mut [Property]| {
+        properties.iter_mut().for_each(|property| property.monitor.observe(&event));
+        doubts.observe(&event, properties);
+        doubts.evidence(1, &properties[1]).certainty().clone()
+    };
+    let answer = |time| {
+        let channel = topology().channels().nth(1).unwrap();
+        Event { kind: EventKind::Received { channel, message: Message::new([Value::symbol("success")]) }, ..tick(time) }
+    };
+    see(answer(TICK), &mut properties);
+    see(level(TICK, 25.0), &mut properties);
+    let late = (2..9).map(|second| see(tick(second * TICK), &mut properties)).last();
+    let why = "a message from BatteryLevel to BT was lost after 1 s".to_owned();
+    assert_eq!((properties[1].monitor.verdict(), late), (Verdict::False, Some(Certainty::Unless(why))));
+    assert_eq!(see(answer(9 * TICK), &mut properties), Certainty::Sure, "none has been lost");
 }

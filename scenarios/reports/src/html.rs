@@ -170,9 +170,10 @@ pub fn document(title: &str, main: &Markup) -> String {
 
 /// The verdicts for the page's title.
 fn in_a_word(report: &Report) -> String {
-    let verdict = |monitor: &MonitorReport| match &monitor.unsure {
-        Some(_) => format!("{} unsure", monitor.name),
-        None => format!("{} {}", monitor.name, monitor.verdict),
+    let verdict = |monitor: &MonitorReport| match monitor.certainty {
+        "none" => format!("{} without a verdict", monitor.name),
+        "unsure" => format!("{} unsure", monitor.name),
+        _ => format!("{} {}", monitor.name, monitor.verdict),
     };
     let verdicts: Vec<String> = report.monitors.iter().map(verdict).collect();
     if verdicts.is_empty() { "no property watched".to_owned() } else { verdicts.join(", ") }

@@ -122,8 +122,16 @@ pub struct MonitorReport {
     pub violations: Option<ViolationsReport>,
     /// Why the property was violated: the communication that violated it, and the messages that led to it.
     pub witness: Option<WitnessReport>,
-    /// Why the verdict is unsure, in words; null if nothing is missing that could change it.
+    /// How sure the verdict is: `sure`; `unless` a message was lost that could not be noticed yet; `unsure`, as messages
+    /// are missing that could change it; or `none`, if nothing vouches that messages could have come. In the last two
+    /// cases, `verdict` is `inconclusive`.
+    pub certainty: &'static str,
+    /// Why it is not sure, in words; null if it is.
     pub unsure: Option<String>,
+    /// What is assumed of the messages, in words, such as "the recorder wrote every message that was sent, once".
+    pub assumptions: Vec<String>,
+    /// The channels of the property on which there was no message, as "from A to B".
+    pub silent: Vec<String>,
     /// Obligations still pending when the run ended, in words.
     pub open: Vec<String>,
     /// The clauses that were vacuously satisfied: their condition never occurred.

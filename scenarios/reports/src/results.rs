@@ -204,6 +204,10 @@ impl Case {
     pub fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPlaces) -> Self {
         let failed = |message: String| CaseResult::failed(message, monitor);
         let result = match (expected.of(&monitor.name), monitor.verdict) {
+            _ if monitor.certainty == "none" => {
+                let why = monitor.unsure.as_deref().unwrap_or_default();
+                CaseResult::Error(format!("{} has no verdict: {why}", monitor.name))
+            }
             (Some(expected), found) if expected == found => CaseResult::Passed,
             (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
             (None, Outcome::Violated) if expected.others_may_be_violated => {
@@ -350,8 +354,10 @@ fn open_questions(report: &Report) -> Vec<String> {
     let undone = report.undone_faults.iter().map(|fault| format!("not done: {} ({})", fault.effect, fault.reason));
     let absent = report.absent_effects().into_iter().map(|effect| format!("never came: {effect}"));
     let of_monitor = |monitor: &MonitorReport| {
-        let open = monitor.unsure.iter().chain(&monitor.open).chain(&monitor.vacuous).chain(&monitor.unheard);
-        open.map(|words| format!("{}: {words}", monitor.name)).collect::<Vec<_>>()
+        let open = monitor.unsure.iter().chain(&monitor.open).chain(&monitor.vacuous).chain(&monitor.unheard).cloned();
+        let silent = monitor.silent.iter().map(|channel| format!("no message {channel} in the whole run"));
+        let assumed = monitor.assumptions.iter().map(|what| format!("it is assumed that {what}"));
+        open.chain(silent).chain(assumed).map(|words| format!("{}: {words}", monitor.name)).collect::<Vec<_>>()
     };
     let lost = report.lost.iter().chain(&report.remarks).cloned();
     let of_monitors = report.monitors.iter().flat_map(of_monitor);

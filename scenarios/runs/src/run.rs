@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, ProcessId, Scheduler};
+use channels::{ChannelSystem, Event, Ground, ProcessId, Scheduler, Topology};
 use monitors::Warnings;
-use recording::{Happening, SceneClock, TraceHash, event_line};
+use recording::{Grounds, Happening, SceneClock, TraceHash, event_line};
 use remote::{FromNode, Offered, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
@@ -56,6 +56,8 @@ pub struct Run {
     is_waiting: bool,
     /// The events of the last step.
     events: Vec<Event>,
+    /// What the run vouches for.
+    grounds: Grounds,
     /// Whether a timer or a fault moved a process in the last step.
     stirred: bool,
     /// `None` in a run without monitors.
@@ -122,6 +124,19 @@ impl RunKind {
     }
 }
 
+/// A run vouches for what it computes. Which messages nodes of ROS 2 have sent is known only from DDS.
+fn grounds(topology: &Arc<Topology>, remote: &[ProcessId]) -> Grounds {
+    let mut grounds = Grounds::computed(topology);
+    for channel in topology.channels() {
+        let sender = topology.get(channel).source;
+        if remote.contains(&sender) {
+            let what = format!("DDS delivers every message of the nodes of {}", topology.name(sender));
+            grounds.vouch(channel, Ground::Assumed(what));
+        }
+    }
+    grounds
+}
+
 impl Run {
     /// The scenario at its start, with this root seed. Without monitors if `watch` is false.
     ///
@@ -163,7 +178,8 @@ impl Run {
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
         let processes = wired.system.topology().processes();
-        let remote = processes.filter(|id| wired.system.process::<RemoteProcess>(*id).is_some()).collect();
+        let remote: Vec<ProcessId> =
+            processes.filter(|id| wired.system.process::<RemoteProcess>(*id).is_some()).collect();
         let tick = scenario.file.execution.tick;
         let first_tick = if kind.is_model() { tick } else { AFTER_THE_START };
         Ok(Self {
@@ -178,6 +194,7 @@ impl Run {
             seed,
             world,
             truths: wired.truths.map(TruthShow::new),
+            grounds: grounds(wired.system.topology(), &remote),
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
@@ -220,12 +237,16 @@ impl Run {
                 let performed = replay.advance(&mut self.system, &mut replayed);
                 let now = replay.now();
                 self.enter(replayed, now);
+                self.note_events();
                 performed?;
             }
             RunKind::Application | RunKind::Model { .. } => {
-                if !self.act(waits)? {
-                    return Ok(false);
+                let acted = self.act(waits);
+                if matches!(acted, Ok(false)) {
+                    return acted;
                 }
+                self.note_events();
+                acted?;
             }
         }
         let now = self.time();
@@ -238,6 +259,10 @@ impl Run {
         self.note_verdicts();
         self.note_arrivals();
         Ok(true)
+    }
+
+    fn note_events(&mut self) {
+        self.events.iter().for_each(|event| self.grounds.observe(event));
     }
 
     /// Adds the steps of a schedule, including those before an error, to the run.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topology, Value};
+use channels::{Capacity, ChannelId, Domain, FieldKind, Ground, Role, Shape, Symbol, Topology, Value};
 use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest, nearest_or_all};
 use ros_messages::{Decoder, Layout, Want, messages_on_board};
 
@@ -169,6 +169,27 @@ impl Compiled {
             let entries = entries.collect();
             self.entries.push(entries);
         }
+    }
+
+    /// What vouches for the messages of a channel: the weakest ground of the topics that they come from.
+    pub(crate) fn ground(&self, channel: ChannelId, mapping: &Mapping, survey: &Survey) -> Ground {
+        let (from, to) = self.topology.ends(channel);
+        let mapped = || mapping.messages.iter().filter(|mapped| mapped.from.value == from && mapped.to.value == to);
+        if mapped().next().is_none() {
+            return Ground::Missing("the mapping has no topic for them".to_owned());
+        }
+        let is_absent = |mapped: &&Mapped| survey.topics.iter().all(|topic| topic.name != mapped.topic.value);
+        if let Some(absent) = mapped().find(is_absent) {
+            return Ground::Missing(format!("there is no topic {}", absent.topic.value));
+        }
+        let entries =
+            self.entries.iter().zip(0..).flat_map(|(entries, topic)| entries.iter().zip(std::iter::repeat(topic)));
+        let of_topic = |((_, entry), topic): (&(ChannelId, Result<CompiledEntry, String>), usize)| match entry {
+            Ok(entry) if entry.is_lossy => Ground::Assumed("only those messages matter that arrive".to_owned()),
+            _ => survey.ground(topic).clone(),
+        };
+        let grounds = entries.filter(|((of, _), _)| *of == channel).map(of_topic);
+        grounds.reduce(Ground::weaker).unwrap_or_default()
     }
 }
 

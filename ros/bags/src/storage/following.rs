@@ -43,7 +43,7 @@ impl Following {
     /// If there is no such file or folder, or it is in a format that cannot be followed.
     pub fn open<'n>(path: &Path, topics: impl IntoIterator<Item = &'n str>) -> Result<Self, Error> {
         let wanted = Wanted::Named(topics.into_iter().map(str::to_owned).collect());
-        Self::begin(path.to_owned(), wanted, Survey::default())
+        Self::begin(path.to_owned(), wanted, Survey::of_recorder())
     }
 
     /// Starts at the beginning again. The topics that have been seen keep their indices.
@@ -52,7 +52,7 @@ impl Following {
     /// As [`open`](Self::open).
     pub fn restart(self) -> Result<Self, Error> {
         let counts = vec![0; self.survey.topics.len()];
-        let survey = Survey { topics: self.survey.topics, counts, ..Survey::default() };
+        let survey = Survey { topics: self.survey.topics, counts, ..Survey::of_recorder() };
         Self::begin(self.path, self.wanted, survey)
     }
 
@@ -166,7 +166,7 @@ impl Source for Following {
                     self.resting = None;
                     self.survey.count(head.topic, head.log_ns);
                     unpack(body, &mut self.aside.lost);
-                    if let Some(received) = received(head, &self.survey, &self.wanted, body, &mut self.aside) {
+                    if let Some(received) = received(head, &mut self.survey, &self.wanted, body, &mut self.aside) {
                         return received;
                     }
                 }

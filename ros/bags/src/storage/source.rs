@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
+use channels::Ground;
 use ros_messages::CdrReader;
 use serde::{Deserialize, Serialize};
 
@@ -152,6 +153,9 @@ pub(super) const LOST: &str = "/steward/lost";
 /// The topic of its note that messages on a topic are missing: a [`Missing`] in JSON.
 pub(super) const MISSING: &str = "/steward/missing";
 
+/// The topic of its note on what vouches for the messages on a topic: a [`Vouched`] in JSON.
+pub(super) const GROUND: &str = "/steward/ground";
+
 /// The topic of what else it notes: a string.
 pub(super) const NOTE: &str = "/steward/note";
 
@@ -166,9 +170,16 @@ pub(super) struct Missing<'m> {
     pub(super) since_ns: i64,
 }
 
+/// What vouches for the messages on a topic.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Vouched<'v> {
+    pub(super) topic: Cow<'v, str>,
+    pub(super) ground: Ground,
+}
+
 /// Whether a topic has such notes.
 pub(crate) fn is_note(topic: &Topic) -> bool {
-    [QUIET, LOST, MISSING, NOTE, VIOLATION].contains(&topic.name.as_str())
+    [QUIET, LOST, MISSING, GROUND, NOTE, VIOLATION].contains(&topic.name.as_str())
 }
 
 /// What a file tells beside its messages.
@@ -182,7 +193,7 @@ pub(super) struct Aside {
 /// What has been read from a file: a message, or one of these notes. What is lost is added to `aside`.
 pub(super) fn received(
     head: Head,
-    survey: &Survey,
+    survey: &mut Survey,
     wanted: &Wanted,
     body: &[u8],
     aside: &mut Aside,
@@ -202,6 +213,17 @@ pub(super) fn received(
             None
         }
         VIOLATION => None,
+        GROUND => {
+            let text = text();
+            let Ok(Vouched { topic, ground }) = serde_json::from_str(&text) else {
+                aside.lost.push(text);
+                return None;
+            };
+            let topics = survey.topics.iter().enumerate().filter(|(_, known)| known.name == topic);
+            let topics: Vec<usize> = topics.map(|(index, _)| index).collect();
+            topics.into_iter().for_each(|index| survey.vouch(index, ground.clone()));
+            None
+        }
         MISSING => {
             let text = text();
             let Ok(Missing { topic, count, since_ns }) = serde_json::from_str(&text) else {

@@ -1,6 +1,8 @@
 //! The contents of a bag, and the heads of its messages.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+
+use channels::Ground;
 
 /// A topic as described in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,9 +46,19 @@ pub struct Survey {
     pub distributions: BTreeSet<String>,
     /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
+    /// What vouches for the messages on all topics.
+    pub ground: Ground,
+    /// That of single topics, by their indices, where it is another.
+    pub grounds: BTreeMap<usize, Ground>,
 }
 
 impl Survey {
+    /// That of a recording: nothing in it shows what its recorder did not receive.
+    pub(super) fn of_recorder() -> Self {
+        let what = "the recorder wrote every message that was sent, once";
+        Self { ground: Ground::Assumed(what.to_owned()), ..Self::default() }
+    }
+
     /// The index of a topic. Adds it if it is new.
     pub fn add(&mut self, topic: Topic) -> usize {
         let known = self.topics.iter().position(|known| *known == topic);
@@ -55,6 +67,17 @@ impl Survey {
             self.counts.push(0);
             self.topics.len() - 1
         })
+    }
+
+    /// What vouches for the messages on this topic is something else than for those on others.
+    pub fn vouch(&mut self, topic: usize, ground: Ground) {
+        self.grounds.insert(topic, ground);
+    }
+
+    /// What vouches for the messages on a topic.
+    #[must_use]
+    pub fn ground(&self, topic: usize) -> &Ground {
+        self.grounds.get(&topic).unwrap_or(&self.ground)
     }
 
     /// When the first message was recorded; 0 without any.

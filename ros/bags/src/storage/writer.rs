@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 use std::rc::Rc;
 
+use channels::Ground;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use ros_messages::CdrWriter;
 
-use super::source::{LOST, MISSING, Missing, NOTE, QUIET, Received, Source, VIOLATION};
+use super::source::{GROUND, LOST, MISSING, Missing, NOTE, QUIET, Received, Source, VIOLATION, Vouched};
 use super::survey::{Head, Survey, Topic};
 
 /// An MCAP file of the messages that a source tells, of what it has lost, and of how long it was quiet at last.
@@ -124,15 +125,26 @@ pub struct Recorder<S, W: Write + Seek> {
     notes: usize,
     newest_ns: i64,
     has_begun: bool,
-    /// How many topics have been written.
+    /// How many topics have been written, and what vouches for their messages.
     topics: usize,
+    grounds: Vec<Ground>,
 }
 
 impl<S: Source, W: Write + Seek> Recorder<S, W> {
     /// Writes the messages of a source. The file is ended by [`BagWriter::finish`].
     pub fn new(source: S, writer: Rc<RefCell<BagWriter<W>>>) -> Self {
-        let (aside, quiet_ns) = (Vec::new(), None);
-        Self { source, writer, quiet_ns, aside, lost: 0, notes: 0, newest_ns: 0, has_begun: false, topics: 0 }
+        Self {
+            source,
+            writer,
+            quiet_ns: None,
+            aside: Vec::new(),
+            lost: 0,
+            notes: 0,
+            newest_ns: 0,
+            has_begun: false,
+            topics: 0,
+            grounds: Vec::new(),
+        }
     }
 
     /// Hears what the source has told beside its messages since the last call.
@@ -143,10 +155,21 @@ impl<S: Source, W: Write + Seek> Recorder<S, W> {
             self.aside.extend(told.iter().skip(*heard).map(|text| (name, text.clone())));
             *heard = told.len().max(*heard);
         }
+        let survey = self.source.survey();
+        for (index, topic) in survey.topics.iter().enumerate() {
+            let ground = survey.ground(index);
+            if self.grounds.get(index) == Some(ground) {
+                continue;
+            }
+            self.grounds.resize(self.grounds.len().max(index + 1), Ground::default());
+            self.grounds[index].clone_from(ground);
+            let vouched = Vouched { topic: topic.name.as_str().into(), ground: ground.clone() };
+            self.aside.push((GROUND, serde_json::to_string(&vouched).expect("names and texts")));
+        }
     }
 
     fn write_aside(&mut self, at_ns: i64) {
-        if self.aside.iter().any(|(name, _)| *name != NOTE) {
+        if self.aside.iter().any(|(name, _)| ![NOTE, GROUND].contains(name)) {
             // What had come before it became known is judged without it.
             self.write_quiet();
         }

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use bags::{Head, Received, Survey, Topic};
+use bags::{Ground, Head, Received, Survey, Topic};
 
 use super::heard::{self, Heard, NODES, Node, Offers, Prefix, Response, Sample, Served, Server, Writer, participant};
 use super::names::{self, RosName};
@@ -442,8 +442,22 @@ impl Hearing {
         self.goodbyes.remove(&guid);
         let next = self.gone.remove(&guid).and_then(|known| known.next);
         self.writers.insert(guid, Known { topic, is_read, next, is_late, since_ns: self.newest_ns, writer });
+        if let Some(topic) = topic.filter(|_| is_read) {
+            self.survey.vouch(topic, self.ground(topic));
+        }
         if self.phase != Phase::Looking {
             self.miss(&guid);
+        }
+    }
+
+    /// What vouches for the messages on a topic, if each publisher's numbers are consecutive. Reliable ones send again
+    /// what is lost; of others, the loss of the newest message shows only when the next one comes.
+    fn ground(&self, topic: usize) -> Ground {
+        let several = self.writers.values().filter(|known| known.topic == Some(topic) && known.is_read).count() > 1;
+        match (self.best_effort.contains(&topic), several) {
+            (false, _) => Ground::Assumed("DDS delivers every message of a reliable publisher".to_owned()),
+            (true, false) => Ground::Numbered,
+            (true, true) => Ground::NumberedApart,
         }
     }
 

@@ -99,7 +99,7 @@ fn line(row: &LogRow, properties: &[&str], is_dated: bool) -> Markup {
             @for name in properties {
                 @match verdict(name) {
                     Some((_, verdict, words)) => {
-                        td.(if *verdict == "unsure" { "violated" } else { verdict }) data-of=(name) { (words) }
+                        td.(if ["unsure", "no verdict"].contains(verdict) { "violated" } else { verdict }) data-of=(name) { (words) }
                     }
                     None => td {},
                 }

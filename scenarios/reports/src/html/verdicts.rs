@@ -3,7 +3,7 @@
 use drawing::Verdict;
 use maud::{Markup, html};
 use monitors::{EventTime, Outcome};
-use recording::{MonitorView, RunView};
+use recording::{Certainty, MonitorView, RunView};
 
 use super::evidence::Evidence;
 use super::markup::{self, pill, text, verdict_sign};
@@ -106,7 +106,12 @@ fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 span.required { (text(&words::sentence(&monitor.about.summary))) }
                 @if let Some(words) = how_often { span.note { (words) } }
                 @if !result.vacuous.is_empty() { span.note { "its condition never occurred" } }
-                @if result.unsure.is_some() { span.note.bad { "unsure" } }
+                @match monitor.ending().evidence.certainty() {
+                    Certainty::Sure => {}
+                    Certainty::Unless(_) => span.note.bad { "unless a message was lost" }
+                    Certainty::Unsure(_) => span.note.bad { "unsure" }
+                    Certainty::Groundless(_) => span.note.bad { "no verdict" }
+                }
                 @if result.unheard.is_some() { span.note.bad { "not told" } }
                 @match result.expected {
                     None => {}
@@ -126,6 +131,7 @@ fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                         @if let Some(unheard) = &result.unheard { " But " (text(unheard)) "." }
                     }
                 }
+                (rests_on(&monitor.ending().evidence))
             }
             pre { code { (monitor.about.property) } }
         }
@@ -151,13 +157,26 @@ fn every_violation(all: &ViolationsReport) -> Markup {
     }
 }
 
+/// What a verdict rests on, where that is not what was computed.
+fn rests_on(evidence: &recording::Evidence) -> Markup {
+    html! {
+        @if let Certainty::Unless(why) = evidence.certainty() { " This is so unless " (text(why)) "." }
+        @for channel in evidence.silent() { " There was no message " (text(channel)) "." }
+        @for assumption in evidence.assumptions() { " It is assumed that " (text(assumption)) "." }
+    }
+}
+
 /// The result of a property that was not violated.
 fn not_violated(monitor: &MonitorView<'_>, view: &RunView, verdict: Outcome) -> Markup {
     let (end, knows_ticks) = (monitor.ending(), view.header().knows_ticks());
     let settled = monitor.decision.filter(|decision| decision.verdict == channels::Verdict::True);
+    let certainty = end.evidence.certainty();
     html! {
         @match verdict {
-            _ if end.unsure.is_some() => "It is unsure: something is missing that could change the verdict.",
+            _ if matches!(certainty, Certainty::Unsure(_)) => {
+                "It is unsure: something is missing that could change the verdict."
+            }
+            _ if matches!(certainty, Certainty::Groundless(_)) => "There is no verdict: nothing could be judged.",
             Outcome::Inconclusive => "The run ended while something was still pending.",
             _ if view.ticks() + view.communications() == 0 => "There were no events, so nothing could violate it.",
             _ if settled.is_some_and(|settled| settled.event.step > 0) => {
@@ -168,7 +187,7 @@ fn not_violated(monitor: &MonitorView<'_>, view: &RunView, verdict: Outcome) -> 
             _ if knows_ticks => { "It held throughout the run, over " (words::count(view.ticks(), "tick")) "." }
             _ => "It held throughout the run.",
         }
-        @if let Some(missing) = &end.unsure { " " (text(&format!("{missing}."))) }
+        @if let Certainty::Unsure(why) | Certainty::Groundless(why) = certainty { " " (text(&format!("{why}."))) }
         @for owed in &end.open {
             " Pending"
             @if let Some(since) = &owed.since { " since " (words::tick(knows_ticks, since)) }

@@ -211,17 +211,22 @@ impl Run {
         End {
             ended,
             trace_hash: self.hash.finish(),
-            monitors: self.system.monitors().iter().map(|attached| monitor_end(attached.monitor.as_ref())).collect(),
+            monitors: self
+                .system
+                .monitors()
+                .iter()
+                .map(|attached| self.monitor_end(attached.monitor.as_ref()))
+                .collect(),
             skill_errors: self.skill_errors.all(&self.system),
             messages_hit: faults.map(|fault| self.injector.messages_hit(fault, &self.system)).collect(),
             scene: if detail > Detail::Verdicts && !self.recorded.scene { self.scene() } else { None },
         }
     }
-}
 
-fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
-    let errors = MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec());
-    MonitorEnd { errors, ..MonitorEnd::of(monitor) }
+    fn monitor_end(&self, monitor: &dyn Monitor) -> MonitorEnd {
+        let errors = MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec());
+        MonitorEnd { errors, ..MonitorEnd::of(monitor, self.grounds.evidence(monitor)) }
+    }
 }
 
 fn premises_record(Premises { entry, map, places, start, station, .. }: &Premises) -> recording::Premises {
