@@ -15,6 +15,7 @@ mod counterexamples;
 mod determinism;
 mod devices;
 mod documentation;
+mod endings;
 mod experiments;
 mod fault_combinations;
 mod faults;
