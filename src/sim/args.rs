@@ -13,10 +13,10 @@ use crate::run::RunOptions;
 const TOPICS: &str = "\
 Topics that it publishes, reliably:
   /clock, /tf, scan, odom       the time, where the robot is, scans of all lasers
-  /tf_static, map               where the lasers are, and the map: both latched
+  /tf_static, map               where the lasers are, and the map: both latched; the map not with --no-map
   battery_state, contacts       the charge, and what the robot begins to touch
   doors                         how far the world's doors are open: latched
-  amcl_pose, particle_cloud     with --localize: where it believes that it is
+  amcl_pose, particle_cloud     with --localize: where it believes that it is; the first is latched
   plan                          with --navigate: the way that is left
 
 Topics that it reads:
@@ -25,6 +25,10 @@ Topics that it reads:
 
 Action that it serves:
   navigate_to_pose              with --navigate: as Nav2's
+
+Services that it serves, as Nav2's nodes with a lifecycle, active once the run has begun:
+  amcl/get_state                with --localize
+  bt_navigator/get_state        with --navigate
 
 Doors, devices and other components whose interfaces have types of ROS 2 offer their
 services, topics and actions, each under its name: /Door/open, /Door/moved
@@ -68,6 +72,10 @@ pub(crate) struct SimArgs {
     /// `cmd_vel` have no effect
     #[arg(long, requires = "localize", conflicts_with = "lock_step")]
     pub(super) navigate: bool,
+    /// Does not publish the map on `map`, for who makes one from scans, such as slam_toolbox: with two publishers there,
+    /// what reads it gets now one map and now the other
+    #[arg(long)]
+    pub(super) no_map: bool,
     /// Gives a frame another name, such as `odom:=r1/odom`; may be given more than once
     #[arg(long = "frame", value_name = "FROM:=TO", value_parser = renaming)]
     pub(super) frames: Vec<(String, String)>,

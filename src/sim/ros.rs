@@ -4,6 +4,7 @@ mod commands;
 mod exchange;
 mod frames;
 mod hub;
+mod lifecycle;
 mod navigation;
 mod pace;
 mod robot;

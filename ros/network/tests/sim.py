@@ -204,6 +204,22 @@ cyclone.kill()
 print(f"rclpy and Cyclone DDS had its own navigation drive, in {time.monotonic() - began:.0f} s: goals succeeded, were "
       "canceled, replaced and rejected, also one of the other's")
 
+# A script for nav2_simple_commander, with the qualities that it asks for.
+for options, got in ([], ["amcl_pose", "map"]), (["--no-map"], ["amcl_pose"]):
+    commander = Peer(FAST, "commander.py")
+    robot = sim("--localize", "--navigate", "--speed", "10", "--set", "stop={}", "--set", "execution.max_time_s=600", *options)
+    started = commander.ask("starts 0.0 0.0 0")
+    assert started == {"states": ["active", "active"], "has_pose": True,
+                       "publishers": {"/map": int("map" in got), "/amcl_pose": 1}}, started
+    assert commander.ask("late") == got, got
+    if not options:
+        gone = commander.ask("goes -7.5 9.0")
+        assert gone == {"succeeded": True, "has_feedback": True}, gone
+    commander.kill()
+    robot.send_signal(signal.SIGINT)
+    report(robot, INTERRUPTED)
+print("what a script for nav2_simple_commander waits for comes: active nodes, a latched pose, and the end of its goal")
+
 # The other side of its devices: a run in which they are components of ROS 2.
 (FOLDER / "closes.xml").write_text("""
 <root BTCPP_format="4" main_tree_to_execute="Closes">

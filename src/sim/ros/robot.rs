@@ -17,6 +17,7 @@ use super::commands::{self, Command};
 use super::exchange::Exchange;
 use super::frames::Frames;
 use super::hub::{Incoming, Station, Wanted, stations};
+use super::lifecycle::{self, ManagedNode};
 use super::navigation::NavigationServer;
 use super::pace::{Commands, Oddity, Pace, STALE};
 use super::topics::Topics;
@@ -36,6 +37,9 @@ const MOST_CELLS: usize = 60_000_000;
 
 /// The most messages that are taken in a step: what comes faster waits, or is lost.
 const MOST: usize = 1000;
+
+/// Who comes later is told at once where a localized robot believes that it is, as by AMCL: clients of Nav2 ask for that.
+const POSE_IS_LATCHED: bool = true;
 
 /// The types of messages that no recording has.
 const PARTICLES: &str = "nav2_msgs/msg/ParticleCloud";
@@ -58,7 +62,9 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, E
         note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
         let robot = RosRobot::new(args, station, topics, &model);
         robot.offer_all();
-        robot.publish(&robot.topics.map, true, &model.map);
+        if !args.no_map {
+            robot.publish(&robot.topics.map, true, &model.map);
+        }
         robot.publish(&robot.topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
         robots.push(Box::new(robot));
     }
@@ -162,7 +168,9 @@ struct RosRobot {
 impl Pilot for RosRobot {
     fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
         let now = sensed.now;
-        if !self.await_others() {
+        let has_begun = self.await_others();
+        self.tell_states(sensed, has_begun);
+        if !has_begun {
             return None;
         }
         if self.shown.replace(now) != Some(now) {
@@ -244,7 +252,11 @@ impl RosRobot {
     fn serve(&mut self, sensed: &Sensed<'_>) {
         let Self { navigation, exchange, station, orders, .. } = self;
         let mut request = |is_of_navigation: bool| {
-            let is_meant = |service: &str| NavigationServer::serves(exchange.within(service)) == is_of_navigation;
+            let is_meant = |service: &str| {
+                let within = exchange.within(service);
+                let is_state = ManagedNode::asked_by(within).is_some();
+                !is_state && NavigationServer::serves(within) == is_of_navigation
+            };
             let request = station.request(is_meant)?;
             exchange.call(request)
         };
@@ -254,6 +266,20 @@ impl RosRobot {
         orders.calls.extend(std::iter::from_fn(|| request(false)));
         let said = navigation.as_mut().map(NavigationServer::take_said);
         self.pass_on(&said.unwrap_or_default());
+    }
+
+    /// Tells others in which states the nodes of Nav2 are that it stands for.
+    fn tell_states(&mut self, sensed: &Sensed<'_>, has_begun: bool) {
+        let Self { station, exchange, .. } = self;
+        loop {
+            let is_answered = |service: &str| {
+                ManagedNode::asked_by(exchange.within(service)).is_some_and(|node| !node.is_frozen(sensed))
+            };
+            let Some(request) = station.request(is_answered) else { return };
+            if let Some(request) = exchange.call(request) {
+                exchange.tell(lifecycle::answer(&request, has_begun), &station.voice);
+            }
+        }
     }
 
     /// Tells others what its navigation and components say.
@@ -287,13 +313,14 @@ impl RosRobot {
         self.offer::<ros::Transforms>(&topics.tf);
         self.offer::<ros::Odometry>(&topics.odom);
         self.offer::<ros::BatteryState>(&topics.battery);
-        self.offer_as(&topics.contacts, CONTACTS);
+        self.offer_as(&topics.contacts, CONTACTS, false);
         if !self.lasers.is_empty() {
             self.offer::<ros::LaserScan>(&topics.scan);
         }
         if self.is_localized {
-            self.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate);
-            self.offer_as(&topics.particles, PARTICLES);
+            let kind = ros::PoseWithCovarianceStamped::name().full();
+            self.offer_as(&topics.estimate, &kind, POSE_IS_LATCHED);
+            self.offer_as(&topics.particles, PARTICLES, false);
         }
         if self.navigation.is_some() {
             self.offer::<ros::Path>(&topics.plan);
@@ -303,12 +330,12 @@ impl RosRobot {
 
     /// Offers a topic, before there are messages.
     fn offer<T: RosMessage>(&self, topic: &str) {
-        self.offer_as(topic, &T::name().full());
+        self.offer_as(topic, &T::name().full(), false);
     }
 
-    fn offer_as(&self, topic: &str, kind: &str) {
+    fn offer_as(&self, topic: &str, kind: &str, is_latched: bool) {
         let (topic, kind) = (topic.to_owned(), kind.to_owned());
-        self.station.voice.publish(Publication { topic, kind, is_latched: false, body: Vec::new() });
+        self.station.voice.publish(Publication { topic, kind, is_latched, body: Vec::new() });
     }
 
     fn publish<T: RosMessage>(&self, topic: &str, is_latched: bool, message: &T) {
@@ -377,7 +404,7 @@ impl RosRobot {
             let (time, covariance) = (estimate.time, estimate.covariance.into());
             let mut message = ros::PoseWithCovarianceStamped::new(time, &estimate.pose, covariance);
             message.header.frame_id = map.clone().into();
-            self.publish(&self.topics.estimate, false, &message);
+            self.publish(&self.topics.estimate, POSE_IS_LATCHED, &message);
             if self.station.is_read(&self.topics.particles) {
                 let header = ros::Header::new(estimate.time, map.clone());
                 self.publish_as(&self.topics.particles, PARTICLES.to_owned(), false, |cdr| {

@@ -6,6 +6,7 @@ use bags::{Remapping, resolve};
 use remote::{Offered, action};
 use scenarios::Error;
 
+use super::lifecycle::{self, ManagedNode};
 use super::navigation;
 use crate::sim::SimArgs;
 
@@ -131,8 +132,15 @@ impl Topics {
             offered: OfferedNames::default(),
             names: Vec::new(),
         };
-        // As the others, it has a name even if it is not there.
+        // As the others, they have names even if they are not there.
         names.resolve(navigation::NAME);
+        for node in ManagedNode::ALL {
+            let name = names.resolve(node.service());
+            if node.is_there(args) {
+                let within = format!("/{}", node.service());
+                topics.offered.services.insert(name, (within, lifecycle::KIND.to_owned()));
+            }
+        }
         if args.navigate {
             let (name, kind) = (format!("/{}", navigation::NAME), navigation::KIND);
             let services = action::services(&name, kind).into_iter();
@@ -225,6 +233,24 @@ mod tests {
         let (within, _) = &robot.offered.services["/go/_action/send_goal"];
         assert_eq!(within, "/navigate_to_pose/_action/send_goal");
         assert!(robot.offered.topics["/navigate_to_pose/_action/status"].is_latched);
+    }
+
+    #[test]
+    fn the_states_of_the_nodes_of_nav2_are_offered_whose_work_the_robot_does() {
+        let offered = |options: &[&str]| {
+            let [robot] = &topics(options).expect("names")[..] else { panic!("one robot") };
+            let states = robot.offered.services.iter().filter(|(_, (_, kind))| kind == lifecycle::KIND);
+            states.map(|(name, (within, _))| (name.clone(), within.clone())).collect::<Vec<_>>()
+        };
+        let state = |name: &str, within: &str| (name.to_owned(), within.to_owned());
+        assert_eq!(offered(&[]), []);
+        assert_eq!(offered(&["--localize"]), [state("/amcl/get_state", "/amcl/get_state")]);
+        let options = ["--namespace", "/r1", "--localize", "--navigate", "--remap", "amcl/get_state:=where/get_state"];
+        let expected = [
+            state("/r1/bt_navigator/get_state", "/bt_navigator/get_state"),
+            state("/r1/where/get_state", "/amcl/get_state"),
+        ];
+        assert_eq!(offered(&options), expected);
     }
 
     #[test]

@@ -1,0 +1,91 @@
+//! The states of the nodes of Nav2 whose work the robot's own software does: others wait until these are active.
+
+use remote::{Call, FromNode};
+use ros_messages::{CdrWriter, RosType as _};
+use runs::Sensed;
+
+use crate::sim::SimArgs;
+
+/// The type of the service that tells a node's state.
+pub(super) const KIND: &str = "lifecycle_msgs/srv/GetState";
+
+/// The states of `lifecycle_msgs/msg/State`, by number and label.
+const INACTIVE: (u8, &str) = (2, "inactive");
+const ACTIVE: (u8, &str) = (3, "active");
+
+/// A node of Nav2 with a lifecycle, whose work the robot's own software does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ManagedNode {
+    /// AMCL: the robot is localized.
+    Localizer,
+    /// The server of `navigate_to_pose`.
+    Navigator,
+}
+
+impl ManagedNode {
+    pub(super) const ALL: [Self; 2] = [Self::Localizer, Self::Navigator];
+
+    /// The service that tells its state, in a namespace.
+    pub(super) fn service(self) -> &'static str {
+        match self {
+            Self::Localizer => "amcl/get_state",
+            Self::Navigator => "bt_navigator/get_state",
+        }
+    }
+
+    /// Whether the robot's own software does its work.
+    pub(super) fn is_there(self, args: &SimArgs) -> bool {
+        match self {
+            Self::Localizer => args.localize,
+            Self::Navigator => args.navigate,
+        }
+    }
+
+    /// The node whose state a service tells, by what this is called within.
+    pub(super) fn asked_by(service: &str) -> Option<Self> {
+        let name = service.strip_prefix('/')?;
+        Self::ALL.into_iter().find(|node| node.service() == name)
+    }
+
+    /// Whether it answers nothing, because what does its work is frozen.
+    pub(super) fn is_frozen(self, sensed: &Sensed<'_>) -> bool {
+        let outages = sensed.software.outages();
+        match self {
+            Self::Localizer => outages.localization,
+            Self::Navigator => outages.navigation,
+        }
+    }
+}
+
+/// The answer to a request for the state of a node: it is active once the run has begun. The response is a
+/// `lifecycle_msgs/srv/GetState_Response`.
+pub(super) fn answer(request: &Call, has_begun: bool) -> FromNode {
+    let (number, label) = if has_begun { ACTIVE } else { INACTIVE };
+    let mut cdr = CdrWriter::reusing(Vec::new());
+    number.write(&mut cdr);
+    cdr.text(label);
+    FromNode::Response { number: request.number, body: cdr.bytes() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_is_inactive_until_the_run_begins() {
+        let service = "/amcl/get_state".to_owned();
+        let request = Call { service, kind: KIND.to_owned(), number: 7, body: Vec::new() };
+        let body = |has_begun| match answer(&request, has_begun) {
+            FromNode::Response { number: 7, body } => body[4..].to_vec(),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(body(false), b"\x02\0\0\0\x09\0\0\0inactive\0");
+        assert_eq!(body(true), b"\x03\0\0\0\x07\0\0\0active\0");
+    }
+
+    #[test]
+    fn a_service_asks_for_the_state_of_one_node() {
+        assert_eq!(ManagedNode::asked_by("/amcl/get_state"), Some(ManagedNode::Localizer));
+        assert_eq!(ManagedNode::asked_by("/Door/get_state"), None);
+    }
+}
