@@ -1,6 +1,6 @@
 //! A client of Foxglove's WebSocket protocol.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::{Duration, Instant};
@@ -24,6 +24,9 @@ const PING: Duration = Duration::from_millis(50);
 
 /// How long a server may say nothing, not even answer a ping.
 const DEAD: Duration = Duration::from_secs(5);
+
+/// How long before the end a server may last have answered: what it may have told since then is missing otherwise.
+const LATE: Duration = Duration::from_secs(1);
 
 /// How long a server may take to answer a connection.
 const ANSWER: Duration = Duration::from_secs(5);
@@ -62,8 +65,9 @@ const PORT: u16 = 8765;
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
 /// bridge's stamp. It is quiet only as long as the bridge answers pings. A connection that breaks, or that answers no
-/// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic may have said between
-/// two of its publishers.
+/// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic has while the bridge does
+/// not offer it, until its next message: a bridge notices a new publisher only after a while, so the first messages of a
+/// topic that it offers later than the others never reach it.
 pub struct Bridge {
     uri: Uri,
     connection: Option<Connection>,
@@ -76,9 +80,13 @@ pub struct Bridge {
     /// The size of all definitions, in bytes.
     defined: usize,
     lost: Vec<String>,
-    notes: [String; 1],
-    /// The topics that were offered, and are no longer.
-    gone: BTreeSet<String>,
+    /// The losses on single topics that have not been returned.
+    missing: VecDeque<Received>,
+    notes: Vec<String>,
+    /// When messages began to count, in nanoseconds since 1970.
+    begun_ns: i64,
+    /// The topics, by their indices, that were offered, and are no longer.
+    gone: BTreeSet<usize>,
     /// When to try again to connect.
     again: Instant,
     name: String,
@@ -99,6 +107,8 @@ struct Connection {
     heard: Instant,
     pinged: (Instant, i64),
     is_answered: bool,
+    /// Whether it has offered all that there was at first: it has answered a ping.
+    is_settled: bool,
 }
 
 impl Bridge {
@@ -124,7 +134,9 @@ impl Bridge {
             shown: BTreeSet::new(),
             defined: 0,
             lost: Vec::new(),
-            notes: [AS_TOLD.to_owned()],
+            missing: VecDeque::new(),
+            notes: vec![AS_TOLD.to_owned()],
+            begun_ns: 0,
             gone: BTreeSet::new(),
             again: now(),
             name: String::new(),
@@ -133,6 +145,7 @@ impl Bridge {
             robot: Robot::default(),
         };
         bridge.open().map_err(|reason| Error::Silent { address: bridge.uri.to_string(), reason })?;
+        bridge.begun_ns = bridge.clock.now_ns();
         Ok(bridge)
     }
 
@@ -205,11 +218,14 @@ impl Bridge {
             let is_answer = |payload: &[u8]| payload == connection.pinged.1.to_le_bytes();
             if matches!(&message, Message::Pong(payload) if !connection.is_answered && is_answer(payload)) {
                 // What the server had said before it answered has come.
-                connection.is_answered = true;
+                (connection.is_answered, connection.is_settled) = (true, true);
                 return Ok(Received::Quiet(connection.pinged.1));
             }
             if let Some(head) = self.hear(&message, connection, body)? {
                 return Ok(Received::Message(head));
+            }
+            if let Some(lost) = self.missing.pop_front() {
+                return Ok(lost);
             }
         }
         Ok(Received::Idle)
@@ -229,22 +245,25 @@ impl Bridge {
                 let mut asked = Vec::new();
                 for channel in channels {
                     let (id, topic) = (channel.id, channel.into_topic());
-                    if self.gone.remove(&topic.name) && !self.shown.contains(&topic.name) {
-                        let when = bags::moment(self.clock.now_ns());
-                        self.lose(format!(
-                            "{} was offered again at {when}: what it said before may be missing",
-                            topic.name
-                        ));
-                    }
                     if self.wanted.as_ref().is_none_or(|wanted| wanted.contains(&topic.name)) {
-                        asked.push((connection.subscribe(id, self.index(topic)?)?, id));
+                        let topic = self.index(topic)?;
+                        let is_known = connection.topics.values().any(|known| *known == topic);
+                        if !self.gone.remove(&topic) && connection.is_settled && !is_known {
+                            self.miss(topic, self.begun_ns, "offers it only now");
+                        }
+                        asked.push((connection.subscribe(id, topic)?, id));
                     }
                 }
                 connection.ask(&asked)?;
             }
             Said::Unadvertise { channel_ids } => {
-                let topics = channel_ids.iter().filter_map(|id| connection.forget(*id));
-                self.gone.extend(topics.map(|topic| self.survey.topics[topic].name.clone()));
+                for id in channel_ids {
+                    if let Some(topic) = connection.forget(id)
+                        && self.gone.insert(topic)
+                    {
+                        self.miss(topic, self.clock.now_ns(), "no longer offers it");
+                    }
+                }
             }
             Said::AdvertiseServices { services } => {
                 services.into_iter().for_each(|service| self.robot.name(&service.name, Some(service.kind)));
@@ -279,6 +298,23 @@ impl Bridge {
         if is_too_much { Err(TOO_MUCH.to_owned()) } else { Ok(index) }
     }
 
+    /// What a topic has from then on is missing until its next message, unless that does not matter.
+    fn miss(&mut self, topic: usize, since_ns: i64, why: &str) {
+        let name = &self.survey.topics[topic].name;
+        if self.shown.contains(name) {
+            return;
+        }
+        let (now, since) = (bags::moment(self.clock.now_ns()), bags::moment(since_ns));
+        match self.notes.len() {
+            ..MOST_LOST => self.notes.push(format!(
+                "{name}: at {now}, the bridge {why}: what is published there after {since} is missing until it comes again"
+            )),
+            MOST_LOST => self.notes.push("later, the bridge withdrew and offered more topics".to_owned()),
+            _ => {}
+        }
+        self.missing.push_back(Received::Lost { topic, count: None, since_ns });
+    }
+
     fn lose(&mut self, what: String) {
         match self.lost.len() {
             ..MOST_LOST => self.lost.push(what),
@@ -301,6 +337,9 @@ impl Bridge {
 
 impl Source for Bridge {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        if let Some(lost) = self.missing.pop_front() {
+            return lost;
+        }
         let Some(mut connection) = self.connection.take().or_else(|| self.reconnect()) else {
             return Received::Idle;
         };
@@ -323,7 +362,12 @@ impl Source for Bridge {
     }
 
     fn end(&mut self) {
-        let Some(Connection { mut socket, .. }) = self.connection.take() else { return };
+        let Some(connection) = self.connection.take() else { return };
+        if !connection.is_answered && connection.pinged.0.elapsed() > LATE {
+            let since = bags::moment(connection.pinged.1);
+            self.lose(format!("{} has not answered since {since}: what came from then on is missing", self.uri));
+        }
+        let mut socket = connection.socket;
         // Nobody is left to hear of an error; but the server ought to hear that this is the end.
         let _ = socket.close(None).and_then(|()| Ok(socket.get_ref().set_read_timeout(Some(FAREWELL))?));
         let asked = now();
@@ -357,11 +401,14 @@ impl Live for Bridge {
     }
 
     fn begin(&mut self) -> Result<(), Error> {
+        (self.missing, self.gone) = (VecDeque::new(), BTreeSet::new());
+        self.notes.truncate(1);
+        self.begun_ns = self.clock.now_ns();
         if !self.has_told {
             return Ok(());
         }
         self.end();
-        (self.lost, self.gone, self.has_told) = (Vec::new(), BTreeSet::new(), false);
+        (self.lost, self.has_told) = (Vec::new(), false);
         self.open().map_err(|reason| Error::Silent { address: self.uri.to_string(), reason })
     }
 }
@@ -397,7 +444,8 @@ impl Connection {
         })?;
         socket.get_ref().set_read_timeout(Some(PATIENCE)).map_err(in_words)?;
         let (topics, subscriptions) = (BTreeMap::new(), BTreeMap::new());
-        Ok(Self { socket, topics, subscriptions, heard: now(), pinged: (now(), 0), is_answered: true })
+        let (heard, pinged) = (now(), (now(), 0));
+        Ok(Self { socket, topics, subscriptions, heard, pinged, is_answered: true, is_settled: false })
     }
 
     /// The number of a channel's subscription, under which its messages will come.

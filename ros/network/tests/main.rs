@@ -65,11 +65,23 @@ fn data(subscription: u32, sent_ns: u64, body: &[u8]) -> Message {
 
 /// The bodies of the messages that come until the connection breaks, with the names of their topics and their stamps.
 fn heard(bridge: &mut Bridge) -> Vec<(String, i64, Vec<u8>)> {
+    let told = heard_with_gaps(bridge).into_iter();
+    told.filter_map(|(topic, message)| message.map(|(sent_ns, body)| (topic, sent_ns, body))).collect()
+}
+
+/// A topic, and its message: when it was sent, and its body; none if messages are missing.
+type Told = (String, Option<(i64, Vec<u8>)>);
+
+/// The same, with what is missing in between.
+fn heard_with_gaps(bridge: &mut Bridge) -> Vec<Told> {
     let (mut all, mut body) = (Vec::new(), Vec::new());
     while !bridge.lost().last().is_some_and(|lost| lost.contains("broke at")) {
-        if let Received::Message(head) = bridge.receive(&mut body) {
-            all.push((bridge.survey().topics[head.topic].name.clone(), head.publish_ns, body.clone()));
-        }
+        let (topic, message) = match bridge.receive(&mut body) {
+            Received::Message(head) => (head.topic, Some((head.publish_ns, body.clone()))),
+            Received::Lost { topic, count: None, .. } => (topic, None),
+            _ => continue,
+        };
+        all.push((bridge.survey().topics[topic].name.clone(), message));
     }
     all
 }
@@ -95,14 +107,77 @@ fn the_wanted_topics_are_asked_for_and_heard() {
     let wanted = BTreeSet::from(["/stop".to_owned()]);
     let mut bridge = Bridge::connect(&address, Some(wanted)).expect("a bridge");
     assert_eq!((bridge.name(), bridge.survey().topics.len()), ("a robot", 1));
-    let expected = [("/stop".to_owned(), 5, vec![0, 1, 0, 0, 1]), ("/stop".to_owned(), 7, vec![3])];
-    assert_eq!(heard(&mut bridge), expected);
-    assert_eq!(bridge.lost().len(), 2, "{:?}", bridge.lost());
-    assert!(bridge.lost()[0].starts_with("/stop was offered again at"), "{:?}", bridge.lost());
+    let expected = [Some((5, vec![0, 1, 0, 0, 1])), None, Some((7, vec![3]))];
+    assert_eq!(heard_with_gaps(&mut bridge), expected.map(|told| ("/stop".to_owned(), told)));
+    assert_eq!(bridge.lost().len(), 1, "{:?}", bridge.lost());
+    assert!(bridge.notes()[1].contains("the bridge no longer offers it"), "{:?}", bridge.notes());
     drop(bridge);
     let asked = served.join().expect("a server that ends");
     let subscriptions = |id: u64| json!({ "op": "subscribe", "subscriptions": [{ "id": 0, "channelId": id }] });
     assert_eq!(asked, [subscriptions(7), subscriptions(11)]);
+}
+
+/// What a topic has while the bridge does not offer it never comes: not before it is offered, and not after it has been
+/// withdrawn. What there is at first may be offered in parts.
+#[test]
+fn what_a_bridge_does_not_offer_is_missing() {
+    let unadvertise = |id: u64| text(&json!({ "op": "unadvertise", "channelIds": [id] }));
+    let withdrawn = [data(0, 5, &[1]), unadvertise(7)];
+    let late = [advertise(&[channel(9, "/late")]), data(1, 6, &[2])];
+    let gap = |topic: &str| (topic.to_owned(), None);
+    let message = |topic: &str, sent_ns, body| (topic.to_owned(), Some((sent_ns, vec![body])));
+    for (shown, first, later, expected) in [
+        ("", vec![], withdrawn.to_vec(), vec![message("/stop", 5, 1), gap("/stop")]),
+        ("/stop", vec![], withdrawn.to_vec(), vec![message("/stop", 5, 1)]),
+        ("", vec![], late.to_vec(), vec![gap("/late"), message("/late", 6, 2)]),
+        ("/late", vec![], late.to_vec(), vec![message("/late", 6, 2)]),
+        ("", late[..1].to_vec(), late[1..].to_vec(), vec![message("/late", 6, 2)]),
+        // It stays withdrawn, and others are as before.
+        ("", late[..1].to_vec(), [&[unadvertise(7)], &late[1..]].concat(), vec![gap("/stop"), message("/late", 6, 2)]),
+    ] {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let address = format!("ws://{}", listener.local_addr().expect("an address"));
+        let served = std::thread::spawn(move || {
+            let mut socket = accepted(listener.accept().expect("a client").0);
+            let first = [vec![info(), advertise(&[channel(7, "/stop")])], first].concat();
+            first.into_iter().for_each(|message| socket.send(message).expect("a client"));
+            while !socket.read().expect("a client").is_ping() {}
+            socket.flush().expect("a client");
+            later.into_iter().for_each(|message| socket.send(message).expect("a client"));
+            socket.close(None).expect("a client");
+            while socket.read().is_ok() {}
+        });
+        let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+        bridge.only_show(BTreeSet::from([shown.to_owned()]));
+        bridge.begin().expect("a bridge");
+        assert_eq!(heard_with_gaps(&mut bridge), expected);
+        let gaps = expected.iter().filter(|(_, message)| message.is_none()).count();
+        assert_eq!(bridge.notes().len(), 1 + gaps, "{:?}", bridge.notes());
+        served.join().expect("a server that ends");
+    }
+}
+
+#[test]
+#[expect(clippy::disallowed_methods, reason = "a server is silent in real time")]
+fn a_bridge_that_does_not_answer_at_the_end_has_lost_something() {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let served = std::thread::spawn(move || {
+        let mut socket = accepted(listener.accept().expect("a client").0);
+        socket.send(info()).and_then(|()| socket.send(advertise(&[channel(1, "/a")]))).expect("a client");
+        // The client does not wait for an answer that is on its way.
+        while !socket.read().expect("a client").is_ping() {}
+        socket
+    });
+    let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+    let begun = std::time::Instant::now();
+    while begun.elapsed() < std::time::Duration::from_secs(2) {
+        bridge.receive(&mut Vec::new());
+    }
+    assert_eq!(bridge.lost(), [""; 0]);
+    bridge.end();
+    assert!(bridge.lost()[0].contains("has not answered since"), "{:?}", bridge.lost());
+    drop(served.join());
 }
 
 #[test]
