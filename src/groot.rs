@@ -1,5 +1,7 @@
 //! `steward live --groot`: the tree that a program with BehaviorTree.CPP runs, in the browser, and checked meanwhile.
 
+mod boards;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -10,9 +12,9 @@ use campaigns::Error;
 use channels::Ground;
 use cockpit::Cockpit;
 use editor::System;
-use groot::{Client, FoundStatuses, GrootError, TreeNews, TreeWatch, Value};
+use groot::{Blackboards, Client, FoundStatuses, GrootError, TreeNews, TreeWatch};
 use monitors::Property;
-use recording::{Archive, Doubts, Ended, EntryValue, Follower as _, Origin, RunView, Step, TreeRun};
+use recording::{Archive, Doubts, Ended, Follower as _, Origin, RunView, Step, TreeRun};
 use runs::FITS;
 use tree_logs::LoggedTree;
 
@@ -27,6 +29,7 @@ use crate::verify::in_words;
 use crate::verify::judge::{Verified, load};
 use crate::verify::live_page::LivePage;
 use crate::verify::tree_log::refuse_unknown;
+use boards::{BoardBudget, told};
 
 /// How long a program may take to answer.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -58,6 +61,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
         let error = match program.news() {
             Ok(Some(news)) => {
                 watched.take(news)?;
+                program.read_every(watched.boards.period());
                 continue;
             }
             Ok(None) => {
@@ -68,15 +72,20 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
             Err(error) => error,
         };
         note(&format!("{error}; waiting for it"));
+        if matches!(error, GrootError::LargeBlackboards { .. }) {
+            watched.leave_out_boards("they are too large")?;
+        }
         watched.lose(&format!("the program does not answer: {error}"))?;
         let Some((again, found)) = await_program(&address, args.passive, &mut watched)? else { break };
         note("it answers again");
         program = again;
+        program.read_every(watched.boards.period());
         if *program.tree() == watched.tree {
             watched.take(TreeNews::Missing { why: "the program answers again".to_owned(), found })?;
         } else {
             note("it runs another tree");
             let next = Watched::begin(args, &address, program.tree(), found, watched.number + 1)?;
+            program.read_every(next.boards.period());
             status = status.max(std::mem::replace(&mut watched, next).finish()?);
             // If nobody takes it, the page has ended.
             let _ = shown.send(watched.shown.clone());
@@ -135,6 +144,9 @@ struct Watched {
     shown: PathBuf,
     archive: Option<Archive>,
     last_us: i64,
+    boards: BoardBudget,
+    /// What is not shown of blackboards, in words.
+    unshown: Vec<String>,
 }
 
 impl Watched {
@@ -164,7 +176,9 @@ impl Watched {
         let announcer = Announcer::new(false, Reactions::default());
         let (shown, last_us) = (page.recording(), found.at_us);
         let tree = tree.clone();
-        let mut watched = Self { tree, number, run, view, properties, announcer, page, shown, archive, last_us };
+        let (boards, unshown) = (BoardBudget::default(), Vec::new());
+        let mut watched =
+            Self { tree, number, run, view, properties, announcer, page, shown, archive, last_us, boards, unshown };
         if args.passive {
             let step = watched.run.doubt(last_us, PASSIVE, &mut watched.properties);
             watched.add(step)?;
@@ -189,14 +203,36 @@ impl Watched {
                 self.lose(&why)?;
                 self.find(&found)
             }
-            TreeNews::Blackboards(boards) => {
-                let entries = boards.into_iter().flat_map(|(board, entries)| {
-                    entries.into_iter().map(move |(key, value)| (board.clone(), key, told(&value)))
-                });
-                self.run.read(self.last_us, entries)
-            }
+            TreeNews::Blackboards(read) => return self.read(&read),
             _ => return Ok(()),
         };
+        self.add(step)
+    }
+
+    /// Shows what was read of blackboards, and what is not shown of them.
+    fn read(&mut self, read: &Blackboards) -> Result<(), Error> {
+        let entries = read
+            .boards
+            .iter()
+            .flat_map(|(board, entries)| entries.iter().map(|(key, value)| (board.clone(), key.clone(), told(value))));
+        let step = self.run.read(self.last_us, entries);
+        let unshown = self.boards.take(read, &step);
+        self.add(step)?;
+        unshown.into_iter().try_for_each(|words| self.leave_out(words))
+    }
+
+    fn leave_out_boards(&mut self, why: &str) -> Result<(), Error> {
+        self.boards.give_up();
+        let step = self.run.read(self.last_us, std::iter::empty());
+        self.add(step)?;
+        self.leave_out(format!("blackboards are not shown from here on: {why}"))
+    }
+
+    /// Tells, also on the page, that something is not shown.
+    fn leave_out(&mut self, words: String) -> Result<(), Error> {
+        note(&words);
+        let step = self.run.note(self.last_us, words.clone());
+        self.unshown.push(words);
         self.add(step)
     }
 
@@ -230,25 +266,15 @@ impl Watched {
         self.page.follow(&self.view)?;
         self.page.finish(&self.view)?;
         if self.properties.is_empty() {
+            self.unshown.iter().for_each(|text| note(text));
             return Ok(0);
         }
-        let verified = Verified::of(self.properties, self.run.end(), self.run.doubts(), LEFT_OPEN.to_owned());
+        let mut verified = Verified::of(self.properties, self.run.end(), self.run.doubts(), LEFT_OPEN.to_owned());
+        verified.notes.extend(self.unshown);
         verified.notes.iter().for_each(|text| note(text));
         print_wrapped(in_words(&verified))?;
         Ok(verified.status())
     }
-}
-
-/// A value on a blackboard.
-fn told(value: &Value) -> EntryValue {
-    match value {
-        Value::Integer(number) => number.as_i64().map(EntryValue::Whole),
-        Value::F32(number) => Some(EntryValue::Real(f64::from(*number))),
-        Value::F64(number) => Some(EntryValue::Real(*number)),
-        Value::String(text) => text.as_str().map(|text| EntryValue::Text(text.to_owned())),
-        _ => None,
-    }
-    .unwrap_or_else(|| EntryValue::Other(value.to_string()))
 }
 
 /// The name of a file for the tree with this number.

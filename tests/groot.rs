@@ -165,7 +165,7 @@ fn a_session_that_begins_anew_is_another_tree_for_its_clients() {
     let transitions = after.transitions(began_us).unwrap();
     assert!(!transitions.is_empty() && transitions.iter().all(|change| change.at_us >= began_us), "{transitions:?}");
     let entries = after.blackboards(tree.blackboards()).unwrap();
-    assert_eq!(entries.len(), tree.blackboards().len());
+    assert_eq!(entries.boards.len(), tree.blackboards().len());
     child.kill().unwrap();
     child.wait().unwrap();
 }

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use rmpv::Value;
 use tree_logs::{LoggedTransition, LoggedTree};
 
+use crate::boards::Blackboards;
 use crate::error::GrootError;
 use crate::protocol::{RequestHeader, RequestKind, TreeId, tree_of_reply};
-use crate::zmtp::{Connection, SocketType};
+use crate::zmtp::{Connection, SocketType, ZmtpError};
 
 /// A program remembers no more transitions than these: as many in a reply may be the last of more.
 pub const MOST_TRANSITIONS: usize = 1000;
@@ -15,15 +15,9 @@ pub const MOST_TRANSITIONS: usize = 1000;
 /// The most bytes of a reply. The largest is a tree; a node takes some two hundred.
 const MOST_BYTES: usize = 64 << 20;
 
-/// How deep values on a blackboard may go.
-const MOST_DEPTH: usize = 64;
-
 /// The numbers of nodes, and of the status that each has: 0 idle, 1 running, 2 success, 3 failure, 4 skipped; 10 more
 /// if it is idle, and had that status before.
 pub type Statuses = Vec<(u16, u8)>;
-
-/// The entries of blackboards, by the name of the blackboard.
-pub type Blackboards = Vec<(String, Vec<(String, Value)>)>;
 
 /// A connection to a program.
 #[derive(Debug)]
@@ -74,17 +68,15 @@ impl Client {
     /// # Errors
     /// [`GrootError`].
     pub fn blackboards(&mut self, names: &[String]) -> Result<Blackboards, GrootError> {
-        let bytes = self.ask(RequestKind::Blackboard, Some(names.join(";").as_bytes()))?;
-        let mut rest = bytes.as_slice();
-        let value = rmpv::decode::read_value_with_max_depth(&mut rest, MOST_DEPTH);
-        let value = value.map_err(|error| self.foreign(format!("its blackboards are not MessagePack: {error}")))?;
-        let name = |name: &Value| name.as_str().map_or_else(|| name.to_string(), str::to_owned);
-        let entries = |entries: &Value| {
-            let entries = entries.as_map().into_iter().flatten();
-            entries.map(|(key, value)| (name(key), value.clone())).collect()
-        };
-        // There is no map if none of the blackboards is known.
-        Ok(value.as_map().into_iter().flatten().map(|(board, of)| (name(board), entries(of))).collect())
+        let bytes =
+            self.ask(RequestKind::Blackboard, Some(names.join(";").as_bytes())).map_err(|error| match error {
+                GrootError::Connection { address, source: ZmtpError::TooLarge(bytes) } => {
+                    GrootError::LargeBlackboards { address, bytes }
+                }
+                error => error,
+            })?;
+        Blackboards::read(&bytes)
+            .ok_or_else(|| self.foreign("its blackboards are not MessagePack, or are nested too deep"))
     }
 
     /// Makes the program remember transitions from now on. Returns when that is by its clock, in microseconds since

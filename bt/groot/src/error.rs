@@ -30,6 +30,14 @@ pub enum GrootError {
         /// Its reason.
         reason: String,
     },
+    /// The blackboards of the program are too large for a reply. The connection is over.
+    #[error("{address} has blackboards of more than {bytes} bytes")]
+    LargeBlackboards {
+        /// The address of the program.
+        address: String,
+        /// The most bytes of a reply.
+        bytes: usize,
+    },
     /// The program shows another tree than before.
     #[error("{address} shows another tree than before")]
     OtherTree {

@@ -11,6 +11,7 @@
 //! for that. A library for the latter reserves as much memory as a stranger says that a frame has; here, all that a
 //! peer can do is bounded in size and time.
 
+mod boards;
 mod client;
 mod error;
 mod protocol;
@@ -18,7 +19,8 @@ mod server;
 mod watch;
 mod zmtp;
 
-pub use client::{Blackboards, Client, MOST_TRANSITIONS, Statuses};
+pub use boards::{Blackboards, BoardValue};
+pub use client::{Client, MOST_TRANSITIONS, Statuses};
 pub use error::GrootError;
 pub use protocol::{PORT, RequestHeader, RequestKind, TreeId, reply_header};
 /// The value of an entry of a blackboard.

@@ -5,13 +5,14 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use tree_logs::{LoggedTransition, LoggedTree, NodeStatus, StatusChange};
 
-use crate::client::{Blackboards, Client, MOST_TRANSITIONS, Statuses};
+use crate::boards::Blackboards;
+use crate::client::{Client, MOST_TRANSITIONS, Statuses};
 use crate::error::GrootError;
 use crate::zmtp::now;
 
 /// How often it is checked that all transitions have been told.
 const CHECK: Duration = Duration::from_secs(1);
-/// How often blackboards are read.
+/// How often blackboards are read, unless it is said otherwise.
 const READ: Duration = Duration::from_millis(200);
 /// In the number of a status: the node is idle, and the rest is the status that it had before.
 const WAS: u8 = 10;
@@ -29,7 +30,7 @@ pub enum TreeNews {
         /// What is found after them.
         found: FoundStatuses,
     },
-    /// The entries of all blackboards, which have changed.
+    /// The entries of all blackboards, which have changed; none if they are not read any more.
     Blackboards(Blackboards),
 }
 
@@ -91,6 +92,8 @@ pub struct TreeWatch {
     news: VecDeque<TreeNews>,
     checked: Instant,
     read: Option<Instant>,
+    /// How often blackboards are read; none if they are not.
+    period: Option<Duration>,
 }
 
 impl TreeWatch {
@@ -102,9 +105,19 @@ impl TreeWatch {
     pub fn begin(mut client: Client, is_passive: bool) -> Result<(Self, FoundStatuses), GrootError> {
         let tree = client.tree()?;
         let nodes = vec![Standing::NEW; tree.nodes().len()];
-        let (boards, news, checked) = (Vec::new(), VecDeque::new(), now());
-        let mut watch =
-            Self { client, tree, is_passive, began_us: 0, last_us: 0, nodes, boards, news, checked, read: None };
+        let mut watch = Self {
+            client,
+            tree,
+            is_passive,
+            began_us: 0,
+            last_us: 0,
+            nodes,
+            boards: Blackboards::default(),
+            news: VecDeque::new(),
+            checked: now(),
+            read: None,
+            period: Some(READ),
+        };
         watch.record()?;
         let found = watch.find()?;
         Ok((watch, found))
@@ -114,6 +127,15 @@ impl TreeWatch {
     #[must_use]
     pub fn tree(&self) -> &LoggedTree {
         &self.tree
+    }
+
+    /// Reads blackboards so often from now on, or not at all.
+    pub fn read_every(&mut self, period: Option<Duration>) {
+        self.period = period;
+        if period.is_none() && self.boards != Blackboards::default() {
+            self.boards = Blackboards::default();
+            self.news.push_back(TreeNews::Blackboards(Blackboards::default()));
+        }
     }
 
     /// What is new since the last time; none if nothing is.
@@ -127,13 +149,15 @@ impl TreeWatch {
         Ok(self.news.pop_front())
     }
 
-    /// Takes what is still to be told, and lets the program forget transitions again.
+    /// Takes what is still to be told, and lets the program forget transitions again. Nothing is told later that is
+    /// missing: it is checked a last time.
     ///
     /// # Errors
     /// [`GrootError`].
     pub fn end(&mut self) -> Result<Vec<TreeNews>, GrootError> {
         self.ask()?;
         if !self.is_passive {
+            self.check()?;
             self.client.stop_recording()?;
         }
         Ok(self.news.drain(..).collect())
@@ -150,7 +174,7 @@ impl TreeWatch {
                 self.check()?;
             }
         }
-        if self.read.is_none_or(|read| read.elapsed() >= READ) {
+        if self.period.is_some_and(|period| self.read.is_none_or(|read| read.elapsed() >= period)) {
             self.read = Some(now());
             let boards = self.client.blackboards(self.tree.blackboards())?;
             if boards != self.boards {

@@ -10,7 +10,9 @@ use std::io::Write as _;
 use std::time::Duration;
 
 use bt::Status;
-use groot::{Client, FoundStatuses, GrootError, Standing, TreeNews, TreeWatch, ZmtpError};
+use groot::{
+    Blackboards, BoardValue, Client, FoundStatuses, GrootError, Standing, TreeNews, TreeWatch, Value, ZmtpError,
+};
 use program::{captured, program};
 use proptest::prelude::*;
 use tree_logs::{LoggedTransition, NodeStatus, StatusChange};
@@ -60,14 +62,15 @@ fn all_that_a_program_with_behaviortree_cpp_told_is_read() {
         ]
     );
     assert_eq!(tree.blackboards(), ["Main", "there", "GoTo::12"]);
-    assert_eq!(client.blackboards(&names(&["nobody"])).unwrap(), []);
+    assert_eq!(client.blackboards(&names(&["nobody"])).unwrap(), Blackboards::default());
     let began_us = client.start_recording().unwrap();
     let found = client.statuses().unwrap();
     assert_eq!(found.len(), tree.nodes().len());
     assert!(found.iter().all(|(uid, status)| (1..=17).contains(uid) && *status == 0));
-    let boards = client.blackboards(&names(&["Main", "there"])).unwrap();
+    let boards = client.blackboards(&names(&["Main", "there"])).unwrap().boards;
     assert_eq!(boards[0].0, "Main");
-    assert_eq!(boards[0].1, [("goal".to_owned(), "dock".into()), ("trips".to_owned(), 1.into())]);
+    let entry = |key: &str, value: Value| (key.to_owned(), BoardValue::Whole(value));
+    assert_eq!(boards[0].1, [entry("goal", "dock".into()), entry("trips", 1.into())]);
 
     let (_, replies) = captured();
     let asked = replies.iter().filter(|(request, _)| request == "t").count();
@@ -238,6 +241,109 @@ fn what_is_missing_is_noticed() {
     let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 2, 2, 0, 0]]), (b't', &[b""])]);
     let (mut watch, _) = begin(&address, false).unwrap();
     assert!(matches!(next(&mut watch), TreeNews::Missing { why, .. } if why.contains("somebody else")));
+}
+
+/// Another client takes what violates something, and then the watch ends.
+#[test]
+fn what_is_missing_at_the_end_is_noticed_too() {
+    let idle: &[u8] = &[1, 0, 0, 2, 0, 0];
+    let address = scripted(&[(b'r', &[b"1000", b""]), (b'S', &[idle, &[1, 0, 13, 2, 0, 0]]), (b't', &[b""])]);
+    let (mut watch, _) = begin(&address, false).unwrap();
+    let last = watch.end().unwrap();
+    assert!(matches!(&last[..], [TreeNews::Missing { why, .. }] if why.contains("somebody else")), "{last:?}");
+}
+
+/// MessagePack of {"Main": {key: value, …}}.
+fn board(entries: &[(&str, Value)]) -> Vec<u8> {
+    let entries = entries.iter().map(|(key, value)| ((*key).into(), value.clone())).collect();
+    let mut bytes = Vec::new();
+    rmpv::encode::write_value(&mut bytes, &Value::Map(vec![("Main".into(), Value::Map(entries))])).unwrap();
+    bytes
+}
+
+#[test]
+fn of_long_values_and_of_many_only_so_much_is_kept() {
+    let read = |entries: &[(&str, Value)]| {
+        let bytes = board(entries);
+        let address = scripted(&[(b'B', &[&bytes])]);
+        let mut client = Client::connect(&address, PATIENCE).unwrap();
+        client.blackboards(&names(&["Main"])).unwrap()
+    };
+    let map = Value::Array(vec![0.into(); 3_000_000]);
+    let Blackboards { boards, left_out } =
+        read(&[("map", map), ("image", Value::Binary(vec![0; 5000])), ("goal", "dock".into())]);
+    let entry = |key: &str, value: BoardValue| (key.to_owned(), value);
+    let expected = [
+        entry("map", BoardValue::Long(3_000_005)),
+        entry("image", BoardValue::Long(5003)),
+        entry("goal", BoardValue::Whole("dock".into())),
+    ];
+    assert_eq!((&boards[0].1[..], left_out), (&expected[..], 0));
+    let keys: Vec<String> = (0..2000).map(|number| format!("key {number}")).collect();
+    let many: Vec<(&str, Value)> = keys.iter().map(|key| (key.as_str(), "x".repeat(1000).into())).collect();
+    let Blackboards { boards, left_out } = read(&many);
+    assert!((900..1000).contains(&boards[0].1.len()), "{}", boards[0].1.len());
+    assert_eq!(boards[0].1.len() as u64 + left_out, 2000);
+}
+
+#[test]
+fn blackboards_that_are_not_read_any_more_are_gone() {
+    let full = board(&[("goal", "dock".into())]);
+    let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[&[1, 0, 0, 2, 0, 0]]), (b't', &[b""]), (b'B', &[&full])]);
+    let (mut watch, _) = begin(&address, false).unwrap();
+    assert!(matches!(next(&mut watch), TreeNews::Blackboards(of) if of.boards.len() == 1));
+    watch.read_every(None);
+    assert_eq!(watch.news().unwrap(), Some(TreeNews::Blackboards(Blackboards::default())));
+    assert_eq!(watch.news().unwrap(), None);
+}
+
+/// Any value of MessagePack, in any of its forms.
+fn value() -> impl Strategy<Value = Value> {
+    let numbers = prop_oneof![
+        any::<i64>().prop_map(Value::from),
+        any::<u64>().prop_map(Value::from),
+        (-200..200_i64).prop_map(Value::from),
+        any::<f32>().prop_map(Value::from),
+        any::<f64>().prop_map(Value::from),
+    ];
+    let bytes =
+        prop_oneof![prop::collection::vec(any::<u8>(), 0..40), (200..70_000_usize).prop_map(|length| vec![7; length]),];
+    let leaf = prop_oneof![
+        numbers,
+        Just(Value::Nil),
+        any::<bool>().prop_map(Value::from),
+        "[a-z]{0,40}".prop_map(Value::from),
+        bytes.clone().prop_map(Value::Binary),
+        (any::<i8>(), bytes).prop_map(|(kind, bytes)| Value::Ext(kind, bytes)),
+        (0..20_u32, any::<u8>()).prop_map(|(power, byte)| Value::Ext(1, vec![byte; 1 << (power % 5)])),
+    ];
+    leaf.prop_recursive(3, 60, 20, |inner| {
+        prop_oneof![
+            prop::collection::vec(inner.clone(), 0..20).prop_map(Value::Array),
+            prop::collection::vec((inner.clone(), inner), 0..20).prop_map(Value::Map),
+        ]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn every_value_is_kept_or_measured(values in prop::collection::vec(value(), 0..5)) {
+        let keys = ["a", "b", "c", "d", "e"];
+        let bytes = board(&keys.into_iter().zip(values.clone()).collect::<Vec<_>>());
+        let address = scripted(&[(b'B', &[&bytes])]);
+        let mut client = Client::connect(&address, PATIENCE).unwrap();
+        let read = client.blackboards(&names(&["Main"])).unwrap();
+        for (value, (_, read)) in values.iter().zip(&read.boards[0].1) {
+            let mut bytes = Vec::new();
+            rmpv::encode::write_value(&mut bytes, value).unwrap();
+            match read {
+                BoardValue::Whole(whole) => prop_assert_eq!(format!("{whole}"), format!("{value}")),
+                BoardValue::Long(length) => prop_assert!(*length == bytes.len() && bytes.len() > 4096),
+            }
+        }
+    }
 }
 
 #[test]

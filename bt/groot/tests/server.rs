@@ -4,7 +4,10 @@ use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-use groot::{Client, Connection, GrootError, RequestHeader, RequestKind, Server, SocketType, Value, ZmtpError};
+use groot::{
+    Blackboards, BoardValue, Client, Connection, GrootError, RequestHeader, RequestKind, Server, SocketType, Value,
+    ZmtpError,
+};
 use tree_logs::LoggedTransition;
 
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -36,8 +39,9 @@ fn a_client_is_told_what_has_been_shown() {
     assert_eq!(one.tree().unwrap().nodes().len(), 2);
     assert_eq!(other.statuses().unwrap(), [(1, 1), (2, 12)]);
     let boards = other.blackboards(&["Main".to_owned(), "none".to_owned()]).unwrap();
-    assert_eq!(boards, [("Main".to_owned(), vec![("level".to_owned(), 42.into())])]);
-    assert_eq!(other.blackboards(&["none".to_owned()]).unwrap(), []);
+    let level = ("level".to_owned(), BoardValue::Whole(42.into()));
+    assert_eq!(boards.boards, [("Main".to_owned(), vec![level])]);
+    assert_eq!(other.blackboards(&["none".to_owned()]).unwrap(), Blackboards::default());
     assert_eq!(one.transitions(0).unwrap(), []);
     // Of more than are remembered, the last remain; they are told once.
     assert_eq!(one.start_recording().unwrap(), 20_000);

@@ -1,0 +1,143 @@
+//! How much is kept of what a program has on its blackboards: the page has all of it in memory, and so has a recording.
+
+use std::time::Duration;
+
+use groot::{Blackboards, BoardValue, Value};
+use recording::{EntryValue, Step};
+
+/// After changes of so many bytes, blackboards are read half as often.
+const SHARE: usize = 4 << 20;
+/// What a change takes beside its key and its value.
+const PER_CHANGE: usize = 64;
+/// How often they are read at first, and at last: then no more.
+const FIRST: Duration = Duration::from_millis(200);
+const LAST: Duration = Duration::from_hours(1);
+
+/// How often blackboards are read, so that what is kept of them has a bound.
+#[derive(Debug)]
+pub(super) struct BoardBudget {
+    period: Option<Duration>,
+    used: usize,
+    /// The most entries of one reading that were left out, and whether any value was too long.
+    left_out: u64,
+    is_shortened: bool,
+}
+
+impl Default for BoardBudget {
+    fn default() -> Self {
+        Self { period: Some(FIRST), used: 0, left_out: 0, is_shortened: false }
+    }
+}
+
+impl BoardBudget {
+    /// How often to read them; none if they are not read any more.
+    pub(super) fn period(&self) -> Option<Duration> {
+        self.period
+    }
+
+    /// They cannot be read.
+    pub(super) fn give_up(&mut self) {
+        self.period = None;
+    }
+
+    /// Takes note of what was read, and what of it became a step. Returns what is left out from now on, in words, if
+    /// that is more than before.
+    pub(super) fn take(&mut self, read: &Blackboards, step: &Step) -> Vec<String> {
+        let mut news = Vec::new();
+        let mut entries = read.boards.iter().flat_map(|(_, entries)| entries);
+        if !self.is_shortened && entries.any(|(_, value)| matches!(value, BoardValue::Long(_))) {
+            self.is_shortened = true;
+            news.push("of long values on blackboards, only the length is shown".to_owned());
+        }
+        if read.left_out > self.left_out {
+            news.push(format!("{} entries of blackboards are not shown: they are too many", read.left_out));
+            self.left_out = read.left_out;
+        }
+        let changes = step.details.iter().flat_map(|details| &details.entries);
+        self.used += changes.map(|(_, key, value)| PER_CHANGE + key.len() + size(value.as_ref())).sum::<usize>();
+        if self.used > SHARE
+            && let Some(period) = self.period
+        {
+            self.used = 0;
+            self.period = Some(period * 2).filter(|period| *period <= LAST);
+            news.push(match self.period {
+                Some(period) => format!(
+                    "blackboards change much: from here on, they are read every {} s, and what changes in between is not \
+                     shown",
+                    period.as_secs_f64()
+                ),
+                None => "blackboards change too much: from here on, they are not shown any more".to_owned(),
+            });
+        }
+        news
+    }
+}
+
+fn size(value: Option<&EntryValue>) -> usize {
+    match value {
+        None | Some(EntryValue::Whole(_) | EntryValue::Real(_)) => 0,
+        Some(EntryValue::Text(text) | EntryValue::Other(text)) => text.len(),
+        Some(EntryValue::List(items)) => items.iter().map(String::len).sum(),
+    }
+}
+
+/// A value on a blackboard.
+pub(super) fn told(value: &BoardValue) -> EntryValue {
+    let value = match value {
+        BoardValue::Whole(value) => value,
+        BoardValue::Long(bytes) => return EntryValue::Other(format!("({bytes} bytes)")),
+    };
+    match value {
+        Value::Integer(number) => number.as_i64().map(EntryValue::Whole),
+        Value::F32(number) => Some(EntryValue::Real(f64::from(*number))),
+        Value::F64(number) => Some(EntryValue::Real(*number)),
+        Value::String(text) => text.as_str().map(|text| EntryValue::Text(text.to_owned())),
+        _ => None,
+    }
+    .unwrap_or_else(|| EntryValue::Other(value.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use recording::Details;
+
+    use super::*;
+
+    /// A reading of an entry of so many bytes that has changed.
+    fn changed(bytes: usize) -> Step {
+        let entries = vec![(0, "map".to_owned(), Some(EntryValue::Text("x".repeat(bytes))))];
+        Step { details: Some(Box::new(Details { entries, ..Details::default() })), ..Step::default() }
+    }
+
+    #[test]
+    fn what_is_kept_has_a_bound_however_long_it_takes() {
+        for bytes in [10, 4000, 1 << 20] {
+            let (step, mut budget, mut kept, mut news) = (changed(bytes), BoardBudget::default(), 0, Vec::new());
+            // A month, or until nothing more is read.
+            let (mut time, month) = (Duration::ZERO, Duration::from_hours(24 * 30));
+            while let Some(period) = budget.period().filter(|_| time < month) {
+                time += period;
+                kept += bytes;
+                news.extend(budget.take(&Blackboards::default(), &step));
+            }
+            assert!(kept < 15 * (SHARE + (1 << 20)), "{kept} of {bytes}");
+            assert!(news.len() <= 15 && news.iter().all(|text| text.contains("from here on")), "{news:?}");
+            assert_eq!(budget.period().is_none(), bytes == 1 << 20, "{news:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_is_told_once() {
+        let long = || vec![("Main".to_owned(), vec![("map".to_owned(), BoardValue::Long(5000))])];
+        let read = |left_out| Blackboards { boards: long(), left_out };
+        let mut budget = BoardBudget::default();
+        assert_eq!(budget.take(&read(0), &Step::default()).len(), 1);
+        assert_eq!(budget.take(&read(0), &Step::default()), [""; 0]);
+        assert_eq!(
+            budget.take(&read(3), &Step::default()),
+            ["3 entries of blackboards are not shown: they are too many"]
+        );
+        assert_eq!(budget.take(&read(2), &Step::default()), [""; 0]);
+        assert_eq!(told(&BoardValue::Long(5000)), EntryValue::Other("(5000 bytes)".to_owned()));
+    }
+}
