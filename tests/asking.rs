@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::steward::{refusal, steward};
+use crate::steward::{refusal, report, steward};
 
 const INTERFACE: &str = "
 [services.weigh]
@@ -241,6 +241,49 @@ fn a_condition_that_asks_answers_the_same_tick() {
     // One that asks for what takes longer keeps the tree waiting, at most until its timeout.
     let slow = "leaves.Is = { request = \"Arm.weigh\", arguments.what = \"a\", timeout_s = 0.5 }";
     assert!((first(&messages(&folder("<Is/>", slow)), "Is BT failure") - 0.52).abs() < 0.021);
+}
+
+/// What the report says of why the tree failed.
+fn failure(tree: &str, lines: &str, until_s: &str) -> Value {
+    let (folder, scenario) = folder(tree, lines);
+    let out = folder.path().join("out");
+    let until = format!("execution.max_time_s={until_s}");
+    let report = report(scenario.to_str().unwrap(), &out, &["--no-snapshots", "--set", &until]);
+    report["tree_failure"].clone()
+}
+
+#[test]
+fn a_leaf_that_failed_by_its_timeout_is_told_from_one_that_was_answered() {
+    let told = |failure: &Value| {
+        let text = |key: &str| failure[key].as_str().unwrap_or("-").to_owned();
+        (text("message"), text("unmet"), failure["is_called_off"].as_bool().unwrap(), failure["ran_s"].as_f64())
+    };
+    let told_of = |tree: &str, lines: &str| told(&failure(tree, lines, "12"));
+    let weigh = "request = \"Arm.weigh\", arguments.what =";
+    let dash = || "-".to_owned();
+    let request = |what: &str| format!("Do → Arm [<weigh>, {what:?}]");
+    let late = format!("leaves.Do = {{ {weigh} \"feather\", timeout_s = 0.7 }}");
+    assert_eq!(told_of("<Do/>", &late), (dash(), request("feather"), false, Some(1.0)));
+    // It could not even ask, as the request before has no answer.
+    let too_late = format!("{}\nexecution.tick_s = 0.4", late.replace("0.7", "0.3"));
+    let (message, unmet, _, _) = told(&failure("<Do/>", &too_late, "1.5"));
+    assert_eq!((message, unmet), (dash(), request("feather")));
+    let error = told_of("<Do/>", &format!("leaves.Do = {{ {weigh} \"sand\" }}"));
+    assert_eq!(error, ("Arm → Do [<error>, \"it trickles away\"]".to_owned(), dash(), false, Some(2.0)));
+    // The first attempt has succeeded.
+    let twice = "<Sequence><Script code=\"w := 'feather'\"/><Repeat num_cycles=\"2\"><Sequence><Do what=\"{w}\"/>\
+                 <Script code=\"w := 'sand'\"/></Sequence></Repeat></Sequence>";
+    let picks = "leaves.Do = { action = \"Arm.pick\", arguments.what = \"{what}\", timeout_s = 4.5 }";
+    let (message, unmet, is_called_off, _) = told_of(twice, picks);
+    assert_eq!(unmet, "Do → Arm [<pick.goal>, \"sand\"]");
+    assert!(is_called_off && message.contains("pick.canceled"), "{message}");
+    let waits = "leaves.Do = { topic = \"Arm.light\", success_when = \"message.lux < 0\", timeout_s = 2.5 }";
+    let (message, unmet, _, ran_s) = told_of("<Do/>", waits);
+    assert!(message.starts_with("Arm → Do [<light>") && unmet == "-" && ran_s == Some(3.0), "{message} {unmet}");
+    let knows = "leaves.Is = { topic = \"Arm.light\", success_when = \"message.lux < 0\" }";
+    let (message, unmet, _, ran_s) = told_of("<Is/>", knows);
+    assert!(message.starts_with("Arm → Is [<light>") || message == "-", "{message}");
+    assert_eq!((unmet, ran_s), (dash(), None));
 }
 
 /// The reply of what a halt asked is not that of the next request, which waits for it.

@@ -152,7 +152,7 @@ pub use step::{
 };
 pub use tally::{BatteryTally, LocalizationError, Tally};
 pub use trace_hash::TraceHash;
-pub use tree_failure::TreeFailure;
+pub use tree_failure::{TreeFailure, Unmet};
 pub use tree_log_writer::logged_transitions;
 pub use tree_logs::{BagTree, LogError};
 pub use tree_run::TreeRun;

@@ -1,4 +1,4 @@
-//! Why the tree failed: the leaf that made it fail, and the last message that this leaf had received.
+//! Why the tree failed: the leaf that made it fail, and what this leaf had received, or had waited for in vain.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -18,22 +18,104 @@ pub struct TreeFailure {
     pub tick: u64,
     /// Its time, since the start of the run.
     pub time: Duration,
-    /// The last message from a component to the leaf's skill up to then.
+    /// The last message from a component to the leaf's skill up to then. What came before the leaf asked for something,
+    /// or before it began to wait, is not why it failed.
     pub message: Option<Sighting>,
+    /// What the leaf's skill asked a component for and did not get.
+    pub unmet: Option<Unmet>,
+    /// How long the leaf had been running; none if it answered at once.
+    pub ran: Option<Duration>,
     /// Whether the tree has failed at every tick since then that it has answered.
     pub lasts: bool,
+}
+
+/// Something that a leaf's skill asked for and did not get.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unmet {
+    /// The request, or the goal.
+    pub request: Sighting,
+    /// Whether the skill called it off; otherwise nothing was answered.
+    pub is_called_off: bool,
 }
 
 /// Finds out about failures from one step after another.
 #[derive(Clone, Debug)]
 pub(crate) struct Failures {
-    /// By the index of the channel: the leaf whose skill receives a component's messages there.
-    leaves: Vec<Option<usize>>,
+    /// By the index of the channel: the leaf whose skill is at an end of it, and what the messages there are to it.
+    leaves: Vec<Option<(usize, Role)>>,
     /// By the index of the node.
-    messages: Vec<Option<Event>>,
+    attempts: Vec<Attempt>,
     latest: Option<TreeFailure>,
     /// The tick since which the tree has been running. Within a tick, it is running, too.
     running_since: Option<u64>,
+}
+
+/// What the messages of a channel are to a leaf's skill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    /// From the tree.
+    Order,
+    /// To the tree.
+    Answer,
+    /// To a component.
+    Request,
+    /// From a component.
+    Message,
+}
+
+/// What a leaf's skill has done and received since the tree told it to begin.
+#[derive(Clone, Debug, Default)]
+struct Attempt {
+    /// None if it has never begun.
+    since: Option<Duration>,
+    is_running: bool,
+    has_run: bool,
+    /// The last request, and whether anything has come since.
+    request: Option<Event>,
+    is_answered: bool,
+    is_called_off: bool,
+    /// The last request of an earlier attempt, until it is answered. Who asks one thing at a time waits for that.
+    owed: Option<Event>,
+    /// The last message from a component, also before it began.
+    message: Option<Event>,
+    /// Whether it came since then.
+    is_new: bool,
+}
+
+impl Attempt {
+    fn note(&mut self, role: Role, event: &Event, head: Option<&str>) {
+        match role {
+            Role::Order if self.is_running => {}
+            Role::Order => {
+                let Self { request, is_answered, owed, message, .. } = std::mem::take(self);
+                let owed = request.filter(|_| !is_answered).or(owed);
+                *self = Self { since: Some(event.time), owed, message, ..Self::default() };
+            }
+            Role::Answer => {
+                self.is_running = head == Some("running");
+                self.has_run |= self.is_running;
+            }
+            // So are actions called off, in the names of interfaces.
+            Role::Request if head.is_some_and(|head| head.ends_with(".cancel")) => self.is_called_off = true,
+            Role::Request => (self.request, self.is_answered, self.is_called_off) = (Some(event.clone()), false, false),
+            Role::Message if self.request.is_none() && self.owed.is_some() => self.owed = None,
+            Role::Message => (self.message, self.is_new, self.is_answered) = (Some(event.clone()), true, true),
+        }
+    }
+
+    /// What it asked for and did not get.
+    fn unmet(&self) -> Option<&Event> {
+        match &self.request {
+            Some(request) => (self.is_called_off || !self.is_answered).then_some(request),
+            None => self.owed.as_ref(),
+        }
+    }
+
+    /// The message that may be why it failed.
+    fn message(&self) -> Option<&Event> {
+        let asks = self.request.is_some() || self.has_run;
+        self.message.as_ref().filter(|_| self.is_new || !asks)
+    }
 }
 
 impl Failures {
@@ -42,15 +124,20 @@ impl Failures {
         let leaves: BTreeMap<&str, usize> = leaves.map(|(number, node)| (node.process.as_str(), number)).collect();
         let is_component = |name: &str| header.components.iter().any(|known| known == name);
         let ends = header.topology.channels().map(|channel| header.topology.ends(channel));
-        let leaves = ends.map(|(from, to)| leaves.get(to).copied().filter(|_| is_component(from)));
-        Self { leaves: leaves.collect(), messages: vec![None; header.tree.len()], latest: None, running_since: None }
+        let role = |(from, to): (&str, &str)| match (leaves.get(from), leaves.get(to)) {
+            (_, Some(leaf)) => Some((*leaf, if is_component(from) { Role::Message } else { Role::Order })),
+            (Some(leaf), None) => Some((*leaf, if is_component(to) { Role::Request } else { Role::Answer })),
+            (None, None) => None,
+        };
+        let attempts = vec![Attempt::default(); header.tree.len()];
+        Self { leaves: ends.map(role).collect(), attempts, latest: None, running_since: None }
     }
 
     /// Takes note of a message; its channel is in the topology.
     pub(crate) fn note(&mut self, event: &Event) {
-        let EventKind::Received { channel, .. } = event.kind else { return };
-        if let Some(leaf) = self.leaves[channel.index()] {
-            self.messages[leaf] = Some(event.clone());
+        let EventKind::Received { channel, message } = &event.kind else { return };
+        if let Some((leaf, role)) = self.leaves[channel.index()] {
+            self.attempts[leaf].note(role, event, message.head());
         }
     }
 
@@ -59,8 +146,12 @@ impl Failures {
         if let Some(node) = cause(&header.tree, outcomes) {
             let has_run = self.running_since.is_some_and(|since| since != tick);
             if has_run || self.latest.as_ref().is_none_or(|failure| !failure.lasts) {
-                let message = self.messages[node].as_ref().and_then(|event| Sighting::of(event, &header.topology));
-                self.latest = Some(TreeFailure { node, tick, time, message, lasts: true });
+                let (attempt, seen) = (&self.attempts[node], |event| Sighting::of(event, &header.topology));
+                let is_called_off = attempt.is_called_off;
+                let unmet = attempt.unmet().and_then(seen).map(|request| Unmet { request, is_called_off });
+                let message = attempt.message().and_then(seen);
+                let ran = attempt.since.filter(|_| attempt.has_run).map(|since| time.saturating_sub(since));
+                self.latest = Some(TreeFailure { node, tick, time, message, unmet, ran, lasts: true });
             }
             self.running_since = None;
         } else if let Some(Some(Outcome::Answered(answer))) = outcomes.first() {

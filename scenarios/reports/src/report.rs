@@ -268,8 +268,16 @@ pub struct TreeFailureReport {
     pub tick: u64,
     /// Its time, in seconds.
     pub time_s: f64,
-    /// The last message from a component to the leaf's skill up to then, in words; null without one.
+    /// The last message from a component to the leaf's skill up to then, in words; null without one. What came before
+    /// the leaf asked for something, or before it began to wait, is not why it failed.
     pub message: Option<String>,
+    /// What the leaf's skill asked a component for and did not get, in words: nothing was answered, or the skill called
+    /// it off. Null if there is no such request.
+    pub unmet: Option<String>,
+    /// Whether the skill called it off.
+    pub is_called_off: bool,
+    /// How long the leaf had been running, in seconds; null if it answered at once.
+    pub ran_s: Option<f64>,
     /// Whether the tree still failed at the end.
     pub lasts: bool,
 }
@@ -279,9 +287,15 @@ impl TreeFailureReport {
     #[must_use]
     pub fn words(&self) -> String {
         let Self { label, tick, time_s, .. } = self;
-        let message = self.message.as_ref().map_or_else(String::new, |message| format!(", after {message}"));
+        let ran = self.ran_s.map_or_else(String::new, |ran_s| format!(" after {ran_s:.2} s"));
+        let why = match (&self.unmet, &self.message) {
+            (Some(request), _) if self.is_called_off => format!("{ran}, and had called off {request}"),
+            (Some(request), _) => format!("{ran}, without an answer to {request}"),
+            (None, Some(message)) => format!("{ran}, after {message}"),
+            (None, None) => ran,
+        };
         let end = if self.lasts { "; it still failed at the end" } else { "; later it did not" };
-        format!("failed at tick {tick}, {time_s:.2} s, because {label} failed{message}{end}")
+        format!("failed at tick {tick}, {time_s:.2} s, because {label} failed{why}{end}")
     }
 }
 

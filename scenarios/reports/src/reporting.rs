@@ -266,7 +266,7 @@ fn undone_fault(undone: &UndoneFault) -> UndoneFaultReport {
 }
 
 fn tree_failure(view: &RunView, failure: TreeFailure) -> TreeFailureReport {
-    let TreeFailure { node, tick, time, message, lasts } = failure;
+    let TreeFailure { node, tick, time, message, unmet, ran, lasts } = failure;
     let words = |seen: Sighting| format!("{} → {} {}", seen.from, seen.to, seen.message_in_words());
     TreeFailureReport {
         node,
@@ -274,6 +274,9 @@ fn tree_failure(view: &RunView, failure: TreeFailure) -> TreeFailureReport {
         tick,
         time_s: time.as_secs_f64(),
         message: message.map(words),
+        is_called_off: unmet.as_ref().is_some_and(|unmet| unmet.is_called_off),
+        unmet: unmet.map(|unmet| words(unmet.request)),
+        ran_s: ran.map(|ran| ran.as_secs_f64()),
         lasts,
     }
 }
