@@ -69,7 +69,8 @@ impl DomainArgs {
         }
         let is_local = self.discovery_range == Range::Localhost
             || std::env::var("ROS_LOCALHOST_ONLY").is_ok_and(|only| only == "1");
-        network::obstacles(&|name| std::env::var(name).ok()).iter().for_each(|text| crate::output::note(text));
+        let (variable, read) = (|name: &str| std::env::var(name).ok(), |path: &str| std::fs::read_to_string(path).ok());
+        network::obstacles(&variable, &read).iter().for_each(|text| crate::output::note(text));
         Ok(network::Options { domain, is_local })
     }
 

@@ -234,6 +234,11 @@ impl Nodes {
                 FromNode::Message { topic, body: body.clone() }.wait_in(&mut self.answers);
             }
         }
+        if let Received::Lost { topic, .. } = received {
+            let name = &self.node.survey().topics[topic].name;
+            let lost = format!("messages on {name} were lost on their way: for the run, they have not been sent");
+            self.tell_once(lost);
+        }
         self.body = body;
         let mut is_idle = matches!(received, Received::Idle | Received::Over);
         while let Some(response) = self.node.response() {

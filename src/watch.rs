@@ -1,6 +1,7 @@
 //! `steward watch`: checks a running robot against properties.
 
 mod black_box;
+mod presence;
 mod target;
 
 use std::cell::RefCell;
@@ -29,10 +30,11 @@ use crate::verify::growing::pause;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
 use crate::verify::{self, bag};
 use black_box::Kept;
+use presence::Presence;
 use target::{TargetArgs, refused};
 
-/// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until its
-/// nodes have said who they are, for which they may have to be asked again.
+/// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until anything
+/// is there, and its nodes have said who they are, for which they may have to be asked again.
 const LISTEN: Duration = Duration::from_millis(2500);
 const LONGEST_LISTEN: Duration = Duration::from_secs(6);
 
@@ -84,6 +86,9 @@ pub(crate) struct WatchArgs {
 
 /// Watches until Ctrl-C, or for as long as asked. Status 2 if a property has no verdict, otherwise 1 if one is violated,
 /// or its verdict is unsure.
+///
+/// # Errors
+/// Also if there was nothing all the time.
 pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
     if args.list {
@@ -96,10 +101,14 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     };
     let robots = args.robots.spaces()?;
     let (mapping, text) = load_mapping(mapping, &args.robots)?;
+    let mapping = args.without_images(mapping);
     let judged: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
     let shown = mapping.robot().filter(|_| args.board.is_live());
     let shown: BTreeSet<String> = shown.iter().flat_map(|robot| robot.names()).map(str::to_owned).collect();
-    let mut robot = args.target.connect(Some(&judged | &shown))?;
+    let connected = args.target.connect(Some(&judged | &shown))?;
+    let presence = Presence::new(connected, args.target.absence());
+    let is_there = presence.is_there();
+    let mut robot: Box<dyn Live> = Box::new(presence);
     robot.only_show(&shown - &judged);
     note(&format!("listening to {}", robot.name()));
     let is_to_end = ends_after(args.seconds)?;
@@ -148,6 +157,10 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     let written = recorded
         .zip(args.record.as_ref())
         .map_or(Ok(()), |(file, path)| file.borrow_mut().finish().map_err(|source| unwritten(path, source)));
+    if !is_there.get() {
+        let [what, why] = args.target.absence();
+        return Err(Error::refused(what, why));
+    }
     verified.notes.iter().for_each(|text| note(text));
     if args.json {
         let mut report = verify::as_json(&verified, Path::new(&args.target.name()));
@@ -178,6 +191,22 @@ impl WatchArgs {
                 Err(error) => Some(format!("what led to it could not be written: {error}")),
             }
         })
+    }
+
+    /// The mapping without images that nothing needs, unless all messages are kept or shown.
+    fn without_images(&self, mapping: Mapping) -> Mapping {
+        let texts = self.properties.iter().map(|path| diagnostics::text_from_disk(path));
+        // Those that come with the program have no file; what cannot be read is refused later.
+        let Ok(texts) = texts.collect::<Result<Vec<String>, _>>() else { return mapping };
+        if self.record.is_some() || self.black_box.is_some() || self.board.is_live() {
+            return mapping;
+        }
+        let (mapping, left_out) = mapping.without_large(|sender| texts.iter().any(|text| text.contains(sender)));
+        if !left_out.is_empty() {
+            let topics = left_out.join(", ");
+            note(&format!("no property mentions the messages on {topics}: these are not subscribed to"));
+        }
+        mapping
     }
 
     /// The command that judges the messages again, if they were recorded, or otherwise watches again.
@@ -211,8 +240,14 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     let mut live = args.target.connect(None)?;
     let is_over = |time: Duration| ends_after(Some(time.as_secs_f64()));
     let (is_heard, is_to_end, mut body) = (is_over(LISTEN)?, is_over(LONGEST_LISTEN)?, Vec::new());
-    while !is_heard() || live.robot().unnamed > 0 && !is_to_end() {
+    let is_open = |live: &dyn Live| live.robot().unnamed > 0 || !presence::is_there(live);
+    while !is_heard() || is_open(live.as_ref()) && !is_to_end() {
         live.receive(&mut body);
+    }
+    if !presence::is_there(live.as_ref()) {
+        live.end();
+        let [what, why] = args.target.absence();
+        return Err(Error::refused(what, why));
     }
     let Robot { nodes, unnamed, actions, services, publishers } = live.robot().clone();
     live.end();

@@ -215,6 +215,77 @@ fn the_page_shows_the_robot_on_its_map() {
     served.join().expect("a bridge that ends");
 }
 
+/// A bridge of a robot of which there is nothing.
+fn empty_bridge(clients: usize) -> (String, JoinHandle<()>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let serve = move || {
+        for _ in 0..clients {
+            let mut socket = accepted(listener.accept().expect("a client").0);
+            say(&mut socket, &json!({ "op": "serverInfo", "name": "a robot" }));
+            say(&mut socket, &json!({ "op": "advertise", "channels": [] }));
+            while socket.read().is_ok() {}
+        }
+    };
+    (address, std::thread::spawn(serve))
+}
+
+/// Images cost a robot something: who only has them in a mapping does not need them.
+#[test]
+fn images_that_no_property_mentions_are_not_subscribed_to() {
+    let (_folder, mapping, properties) = files();
+    let entry = "[[messages]]\ntopic = \"/camera\"\ntype = \"sensor_msgs/msg/Image\"\nfrom = \"camera\"\nto = \"base\"\n\
+                 fields = { height = \"height\" }\n";
+    let text = std::fs::read_to_string(&mapping).expect("a mapping");
+    std::fs::write(&mapping, format!("{text}{entry}")).expect("room for a mapping");
+    let noted = |more: &[&str]| {
+        let (address, served) = bridge(1);
+        let asked = ["--map-channels", &mapping, "--property", &properties, "--seconds", "0.5", "--json"];
+        let output = steward(&[&["watch", "--foxglove", &address][..], &asked, more].concat());
+        served.join().expect("a bridge that ends");
+        let report = String::from_utf8(output.stdout).expect("text");
+        assert!(report.contains("\"violated\""), "{report}");
+        String::from_utf8(output.stderr).expect("text").contains("not subscribed to") && !report.contains("/camera")
+    };
+    assert!(noted(&[]));
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("all.mcap");
+    assert!(!noted(&["--record", recording.to_str().expect("a path in UTF-8")]));
+    let named = "property high := always (camera, base, m.height > 0)\n";
+    let text = std::fs::read_to_string(&properties).expect("properties");
+    std::fs::write(&properties, format!("{text}{named}")).expect("room for a property");
+    assert!(!noted(&[]));
+}
+
+/// Nothing is listed, and nothing is satisfied, where nothing is: neither through a bridge nor in a domain.
+#[test]
+fn a_robot_of_which_there_is_nothing_satisfies_nothing() {
+    let (folder, mapping, properties) = files();
+    let text = std::fs::read_to_string(&mapping).expect("a mapping");
+    let text = text.replace("topic = \"/stop\"\n", "topic = \"/stop\"\ntype = \"std_msgs/msg/Bool\"\n");
+    let text = text.replace("topic = \"/charge\"\n", "topic = \"/charge\"\ntype = \"std_msgs/msg/Float32\"\n");
+    std::fs::write(&mapping, text).expect("room for a mapping");
+    let (address, served) = empty_bridge(3);
+    let nowhere = |target: &[&str], why: &str| {
+        let list = [&["watch", "--list"][..], target].concat();
+        let out = folder.path().join("out");
+        let out = out.to_str().expect("a path in UTF-8");
+        let asked = ["--map-channels", &mapping, "--property", &properties, "--seconds", "0.5", "--out", out];
+        let judged = [&["watch"][..], target, &asked].concat();
+        for words in [list.clone(), [&list[..], &["--json"]].concat(), judged] {
+            let text = refusal(&words);
+            assert!(text.contains(why) && text.contains("domain"), "{words:?}: {text}");
+        }
+        let report = std::fs::read_to_string(Path::new(out).join("report.html")).expect("a page");
+        assert!(report.contains("unsure"), "the page does not show what is satisfied");
+    };
+    nowhere(&["--foxglove", &address], "offers none of the topics");
+    served.join().expect("a bridge that ends");
+    if cfg!(feature = "dds") {
+        nowhere(&["--domain", "187", "--discovery-range", "localhost"], "no node, no topic");
+    }
+}
+
 #[test]
 fn what_cannot_be_watched_is_refused() {
     let (_folder, mapping, properties) = files();

@@ -53,6 +53,25 @@ impl TargetArgs {
         }
     }
 
+    /// What is wrong if there is nothing of it, and the likely reasons.
+    pub(super) fn absence(&self) -> [String; 2] {
+        if let Some(address) = &self.foxglove {
+            let why = format!(
+                "the robot's nodes do not run, or the bridge does not see them: it may be in another domain, or its \
+                 `topic_whitelist` leaves them out. `steward watch --foxglove {} --list` shows what it offers",
+                quoted(address)
+            );
+            return [format!("the bridge at {address} offers none of the topics"), why];
+        }
+        let what = format!("nothing is known of a robot in DDS domain {}: no node, no topic", self.domain.number);
+        let why = "the robot's nodes do not run, or are in another domain (their ROS_DOMAIN_ID; here `--domain`); they are \
+                   on another host or in a container that multicast does not reach, or are told to stay on their own \
+                   (ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY); or they use only shared memory \
+                   (FASTDDS_BUILTIN_TRANSPORTS=SHM), a discovery server (ROS_DISCOVERY_SERVER), SROS 2 or zenoh. A \
+                   bridge sees them in any case: `--foxglove ws://HOST:8765`";
+        [what, why.to_owned()]
+    }
+
     /// The command that watches it.
     pub(super) fn command(&self) -> String {
         match &self.foxglove {

@@ -15,6 +15,9 @@ use crate::storage::Survey;
 pub use compile::{Compiled, Described};
 pub(crate) use compile::{CompiledEntry, FieldRule, MessageTime, Number};
 
+/// Types whose messages are so large that it costs a robot something to send them.
+const LARGE: [&str; 3] = ["sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/PointCloud2"];
+
 /// A mapping file that has been read but not yet compared with a bag.
 #[derive(Clone, Debug)]
 pub struct Mapping {
@@ -169,6 +172,25 @@ impl Mapping {
             Some((unused, _)) => Err(unused),
             None => Ok(Self { messages, robot, ..self }),
         }
+    }
+
+    /// The mapping without topics of images and point clouds whose senders, by their own names, nobody needs, and these
+    /// topics. Without any other topic, all remain.
+    #[must_use]
+    pub fn without_large(mut self, needs: impl Fn(&str) -> bool) -> (Self, Vec<String>) {
+        let is_large = |mapped: &Mapped| {
+            let sender = mapped.from.value.rsplit('/').next().unwrap_or_default();
+            mapped.kind.as_ref().is_some_and(|kind| LARGE.contains(&kind.value.as_str())) && !needs(sender)
+        };
+        if self.messages.iter().all(is_large) {
+            return (self, Vec::new());
+        }
+        let left_out = self.messages.extract_if(.., |mapped| is_large(mapped));
+        let mut topics: Vec<String> = left_out.map(|mapped| mapped.topic.value).collect();
+        topics.retain(|topic| !self.messages.iter().any(|mapped| mapped.topic.value == *topic));
+        topics.sort_unstable();
+        topics.dedup();
+        (self, topics)
     }
 
     /// The topics that tell where the robot is, if the mapping names them.
