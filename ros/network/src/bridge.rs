@@ -25,7 +25,8 @@ const PING: Duration = Duration::from_millis(50);
 /// How long a server may say nothing, not even answer a ping.
 const DEAD: Duration = Duration::from_secs(5);
 
-/// How long before the end a server may last have answered: what it may have told since then is missing otherwise.
+/// How long before the end a server may last have been asked whether it has told all: what it may have told since then is
+/// missing otherwise, whether it does not answer or this process did not get to it.
 const LATE: Duration = Duration::from_secs(1);
 
 /// How long a server may take to answer a connection.
@@ -363,9 +364,10 @@ impl Source for Bridge {
 
     fn end(&mut self) {
         let Some(connection) = self.connection.take() else { return };
-        if !connection.is_answered && connection.pinged.0.elapsed() > LATE {
-            let since = bags::moment(connection.pinged.1);
-            self.lose(format!("{} has not answered since {since}: what came from then on is missing", self.uri));
+        if connection.pinged.0.elapsed() > LATE {
+            let since = if connection.pinged.1 > 0 { connection.pinged.1 } else { self.begun_ns };
+            let since = bags::moment(since);
+            self.lose(format!("nothing is known of {} since {since}: what came from then on is missing", self.uri));
         }
         let mut socket = connection.socket;
         // Nobody is left to hear of an error; but the server ought to hear that this is the end.

@@ -157,27 +157,48 @@ fn what_a_bridge_does_not_offer_is_missing() {
     }
 }
 
+/// Either the bridge does not answer any more, or nobody has listened to it.
 #[test]
 #[expect(clippy::disallowed_methods, reason = "a server is silent in real time")]
-fn a_bridge_that_does_not_answer_at_the_end_has_lost_something() {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-    let address = format!("ws://{}", listener.local_addr().expect("an address"));
-    let served = std::thread::spawn(move || {
-        let mut socket = accepted(listener.accept().expect("a client").0);
-        socket.send(info()).and_then(|()| socket.send(advertise(&[channel(1, "/a")]))).expect("a client");
-        // The client does not wait for an answer that is on its way.
-        while !socket.read().expect("a client").is_ping() {}
-        socket
-    });
+fn what_is_not_known_at_the_end_is_lost() {
+    let later = || std::time::Instant::now() + std::time::Duration::from_secs(2);
+    let said = || vec![info(), advertise(&[channel(1, "/a")])];
+    // It answers, and then waits for the end.
+    let (address, served) = server(said());
     let mut bridge = Bridge::connect(&address, None).expect("a bridge");
-    let begun = std::time::Instant::now();
-    while begun.elapsed() < std::time::Duration::from_secs(2) {
-        bridge.receive(&mut Vec::new());
-    }
-    assert_eq!(bridge.lost(), [""; 0]);
+    let listens = |bridge: &mut Bridge| {
+        let until = later();
+        while std::time::Instant::now() < until {
+            bridge.receive(&mut Vec::new());
+        }
+    };
+    listens(&mut bridge);
     bridge.end();
-    assert!(bridge.lost()[0].contains("has not answered since"), "{:?}", bridge.lost());
-    drop(served.join());
+    assert_eq!(bridge.lost(), [""; 0]);
+    served.join().expect("a server that ends");
+    for is_heard in [true, false] {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let address = format!("ws://{}", listener.local_addr().expect("an address"));
+        let served = std::thread::spawn(move || {
+            let mut socket = accepted(listener.accept().expect("a client").0);
+            said().into_iter().for_each(|message| socket.send(message).expect("a client"));
+            // A server that is read answers the first ping, and no other.
+            while !socket.read().is_ok_and(|message| message.is_ping()) {}
+            socket.flush().expect("a client");
+            socket
+        });
+        let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+        while !matches!(bridge.receive(&mut Vec::new()), Received::Quiet(_)) {}
+        if is_heard {
+            listens(&mut bridge);
+        } else {
+            std::thread::sleep(std::time::Duration::from_secs(2));
+        }
+        assert_eq!(bridge.lost(), [""; 0]);
+        bridge.end();
+        assert!(bridge.lost()[0].starts_with("nothing is known of ws://"), "{:?}", bridge.lost());
+        drop(served.join());
+    }
 }
 
 #[test]
