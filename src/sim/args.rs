@@ -13,10 +13,12 @@ use crate::run::RunOptions;
 const TOPICS: &str = "\
 Topics that it publishes, reliably:
   /clock, /tf, scan, odom       the time, where the robot is, scans of all lasers
-  /tf_static, map               where the lasers are, and the map: both latched; the map not with --no-map
+  /tf_static                    where the lasers are, latched
+  map                           the map, latched, unless there is --no-map
   battery_state, contacts       the charge, and what the robot begins to touch
   doors                         how far the world's doors are open: latched
-  amcl_pose, particle_cloud     with --localize: where it believes that it is; the first is latched
+  amcl_pose                     with --localize: its estimated pose, latched
+  particle_cloud                with --localize: the particles of the estimate
   plan                          with --navigate: the way that is left
 
 Topics that it reads:
