@@ -230,6 +230,47 @@ fn empty_bridge(clients: usize) -> (String, JoinHandle<()>) {
     (address, std::thread::spawn(serve))
 }
 
+/// What a bridge does not offer any more, nobody knows; what else there is stays sure, and so does what is seen later.
+#[test]
+fn a_topic_that_a_bridge_withdraws_makes_only_what_is_about_it_unsure() {
+    let (_folder, mapping, properties) = files();
+    let text = "property idle := always not (operator, base, m.x = true)\n\
+                property charged := always (battery, base, m.x >= 20)\n";
+    std::fs::write(&properties, text).expect("room for a property");
+    for (returns, idle) in [(false, "unsure"), (true, "violated")] {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let address = format!("ws://{}", listener.local_addr().expect("an address"));
+        let served = std::thread::spawn(move || {
+            let mut socket = accepted(listener.accept().expect("a client").0);
+            let channel = |id: u64, topic: &str, kind: &str, schema: &str| json!({ "id": id, "topic": topic, "encoding": "cdr", "schemaName": kind, "schema": schema });
+            let stop = |id| channel(id, "/stop", "std_msgs/msg/Bool", "bool data");
+            let channels = [channel(1, "/charge", "std_msgs/msg/Float32", "float32 data"), stop(2)];
+            say(&mut socket, &json!({ "op": "serverInfo", "name": "a robot" }));
+            say(&mut socket, &json!({ "op": "advertise", "channels": channels }));
+            while !socket.read().expect("a request").is_text() {}
+            send(&mut socket, 0, &30_f32.to_le_bytes());
+            send(&mut socket, 1, &[0]);
+            say(&mut socket, &json!({ "op": "unadvertise", "channelIds": [2] }));
+            if returns {
+                say(&mut socket, &json!({ "op": "advertise", "channels": [stop(3)] }));
+                while !socket.read().expect("a request").is_text() {}
+                send(&mut socket, 1, &[1]);
+            }
+            while socket.read().is_ok() {}
+        });
+        let asked = ["--map-channels", &mapping, "--property", &properties, "--seconds", "1", "--json"];
+        let output = steward(&[&["watch", "--foxglove", &address][..], &asked].concat());
+        served.join().expect("a bridge that ends");
+        let text = String::from_utf8(output.stdout).expect("text");
+        let last: Value = text.lines().last().expect("a line").parse().expect("JSON");
+        let verdicts = last["monitors"].as_array().expect("monitors").iter();
+        let verdicts: Vec<_> = verdicts.map(|of| (of["name"].as_str(), of["verdict"].as_str())).collect();
+        assert_eq!(verdicts, [(Some("idle"), Some(idle)), (Some("charged"), Some("satisfied"))], "{last}");
+        assert!(last["notes"].to_string().contains("the bridge no longer offers it"), "{last}");
+        assert_eq!(output.status.code(), Some(1));
+    }
+}
+
 /// Images cost a robot something: who only has them in a mapping does not need them.
 #[test]
 fn images_that_no_property_mentions_are_not_subscribed_to() {
