@@ -318,7 +318,7 @@ fn a_robot_of_which_there_is_nothing_satisfies_nothing() {
             assert!(text.contains(why) && text.contains("domain"), "{words:?}: {text}");
         }
         let report = std::fs::read_to_string(Path::new(out).join("report.html")).expect("a page");
-        assert!(report.contains("unsure"), "the page does not show what is satisfied");
+        assert!(report.contains("There is no verdict"), "the page shows that nothing could be judged");
     };
     nowhere(&["--foxglove", &address], "offers none of the topics");
     served.join().expect("a bridge that ends");
