@@ -202,8 +202,12 @@ fn verify_event_log(
     let events = events_of(&mut log, refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
-    let doubts =
-        Doubts::new(&properties, &system.topology).on(&tree_log.map_or(Ground::Complete, |_| tree_log::ground()));
+    let ground = match &of_recording {
+        Some(_) if tree_log.is_some() => tree_log::ground(),
+        Some(_) => Ground::Complete,
+        None => described.ground(),
+    };
+    let doubts = Doubts::new(&properties, &system.topology).on(&ground);
     let about = match tree_log {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use campaigns::Error;
+use channels::Ground;
 use scenarios::scenario::find;
 
 use crate::output::note;
@@ -38,6 +39,12 @@ impl Description {
         };
         let message = format!("the log was written by version {version} of steward, and this is {THIS}");
         Err(Error::refused(message, "use that version, or a newer one"))
+    }
+
+    /// What vouches for the messages of the log: this program writes all of them.
+    pub(super) fn ground(&self) -> Ground {
+        let what = "the log has every message of the scenario's channels";
+        if self.version.is_some() { Ground::Complete } else { Ground::Assumed(what.to_owned()) }
     }
 
     /// The scenario to which the log belongs, unless another one is given.

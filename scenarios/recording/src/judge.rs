@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::{ChannelId, Event, Gap, Ground, Topology, Verdict};
 use maps::Pose;
-use monitors::{LogEnd, Property};
+use monitors::{LogEnd, Property, ScopeMonitor};
 
 use crate::{
     Details, Doubts, End, Ended, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin, RobotState,
@@ -18,8 +18,29 @@ pub struct Judge {
     topology: Arc<Topology>,
     monitors: MonitorLog,
     doubts: Doubts,
+    provisional: Vec<Provisional>,
     hash: TraceHash,
     end: LogEnd,
+}
+
+/// How far the violations of a property have been found, and what the last of them rests on.
+#[derive(Debug, Default)]
+struct Provisional {
+    violations: u64,
+    unless: Option<String>,
+}
+
+impl Provisional {
+    /// Unless which message was lost the property is violated. It is asked again only if it may have changed.
+    fn follow(&mut self, doubts: &Doubts, index: usize, property: &Property) -> Option<String> {
+        let counted = property.scope_monitor().and_then(ScopeMonitor::violations).map(|violations| violations.count);
+        let violations = counted.unwrap_or(u64::from(property.monitor.verdict() == Verdict::False));
+        if violations > self.violations || self.unless.is_some() {
+            self.unless = doubts.unless(index, property).filter(|_| doubts.why(index).is_none());
+        }
+        self.violations = violations;
+        self.unless.clone()
+    }
 }
 
 impl Judge {
@@ -52,6 +73,7 @@ impl Judge {
             topology: Arc::clone(topology),
             monitors,
             doubts,
+            provisional: properties.iter().map(|_| Provisional::default()).collect(),
             hash: TraceHash::default(),
             end: LogEnd::default(),
         };
@@ -79,6 +101,7 @@ impl Judge {
             if self.doubts.why(index).is_some() || self.doubts.is_groundless(index, property) {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
             }
+            state.unless = self.provisional[index].follow(&self.doubts, index, property);
             if state.verdict != Verdict::Inconclusive {
                 happenings.extend(self.monitors.verdict(index, property.monitor.as_ref(), &event));
             }

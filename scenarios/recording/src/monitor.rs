@@ -15,6 +15,8 @@ pub struct MonitorState {
     pub location: String,
     /// The active location of its graph, if it has one.
     pub active: Option<usize>,
+    /// Of a violation: unless which message was lost, in words, if that could not have been noticed yet.
+    pub unless: Option<String>,
 }
 
 impl MonitorState {
@@ -26,6 +28,7 @@ impl MonitorState {
             is_open: monitor.is_open(),
             location: monitor.location(),
             active: monitor.graph().map(|(_, active)| LocationId::index(active)),
+            unless: None,
         }
     }
 

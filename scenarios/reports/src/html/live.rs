@@ -114,8 +114,10 @@ fn line(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_
                 span.pill.(class) { (icon) (look.words) }
                 span.name { (monitor.name()) }
                 @if let Some(decision) = monitor.violation() { span.quiet { (words::time(decision.event.time)) } }
+                @if monitor.state.unless.is_some() { span.quiet { "unless a message was lost" } }
             }
             p { (text(&words::sentence(&monitor.about.summary))) }
+            @if let Some(unless) = &monitor.state.unless { p { "Unless " (text(unless)) "." } }
             @if let Some(evidence) = evidence { p { (violations::in_short(evidence, view)) } }
             @if !picture.diagram.locations.is_empty() {
                 div.swipe tabindex="0" { (colors::adopted(&drawing::diagram_svg(&picture.diagram))) }
