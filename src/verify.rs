@@ -6,6 +6,8 @@ pub(crate) mod args;
 pub(crate) mod around;
 pub(crate) mod bag;
 mod description;
+#[cfg(test)]
+mod disorder;
 pub(crate) mod growing;
 pub(crate) mod judge;
 pub(crate) mod live_page;
@@ -27,7 +29,7 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use bags::{Contents, Found};
+use bags::{Bag, Contents, Found};
 use campaigns::Error;
 use channels::{Gap, Ground};
 use editor::counted;
@@ -167,9 +169,18 @@ fn verify_event_log(
     folder: Option<&Path>,
     tree: Option<&BagTree>,
 ) -> Result<Verified, Error> {
-    if args.map_channels.is_some() {
-        let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
-        return Err(Error::refused(message, "leave out `--map-channels`"));
+    let is_foreign = path != Path::new("-") && !bags::is_bag(path);
+    match is_foreign.then(|| Bag::open(path).err()).flatten() {
+        Some(error @ (bags::Error::Ros1(_) | bags::Error::Read(_)))
+            if args.map_channels.is_some() || matches!(error, bags::Error::Ros1(_)) =>
+        {
+            return Err(Error::refused(error.to_string(), error.help()));
+        }
+        _ if args.map_channels.is_some() => {
+            let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
+            return Err(Error::refused(message, "leave out `--map-channels`"));
+        }
+        _ => {}
     }
     let unreadable = |error: std::io::Error| {
         let message = format!("cannot read the log {}: {error}", path.display());

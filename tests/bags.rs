@@ -108,11 +108,14 @@ fn messages_before_the_damage_are_checked() {
     fs::create_dir(&copies).unwrap();
     fs::write(copies.join("bag_0.mcap"), &whole).unwrap();
     fs::write(copies.join("bag_1.mcap"), &whole[..whole.len() / 2]).unwrap();
+    let (_, _, said) = recorded.verify(&[copies.to_str().unwrap()], &[]);
+    assert!(said.contains("bag_0.mcap and bag_1.mcap have messages of the same time"), "{said}");
+    let list = "relative_file_paths:\n- bag_0.mcap\n- bag_1.mcap\n";
+    fs::write(copies.join("metadata.yaml"), list).unwrap();
     let (status, said, noted) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert_eq!(status, Some(1));
     assert!(said.contains("slow_when_low violated"), "{said}");
-    // The second part covers the same minute.
-    assert!(noted.contains("bag_1.mcap breaks off") && noted.contains("messages come up to"), "{noted}");
+    assert!(noted.contains("bag_1.mcap breaks off"), "{noted}");
     let empty = recorded.write("empty.mcap", b"");
     let (status, _, noted) = recorded.verify(&[&empty, &recorded.path("nav2.mcap")], &[]);
     assert!(status == Some(2) && noted.contains("empty.mcap is empty"), "{noted}");
@@ -127,6 +130,21 @@ fn a_bag_that_cannot_be_checked_is_refused() {
     let log = recorded.write("run.jsonl", b"{}\n");
     let said = refusal(&["verify", &log, "--property", &scope, "--map-channels", &mapping]);
     assert!(said.contains("is not a ROS 2 bag, so it needs no mapping"), "{said}");
+    let (slip, ros_1) = (recorded.path("nav3.mcap"), recorded.write("old.bag", b"#ROSBAG V2.0\n"));
+    let said = refusal(&["verify", &slip, "--property", &scope, "--map-channels", &mapping]);
+    assert!(said.contains("cannot read") && said.contains("nav3.mcap: No such file"), "{said}");
+    for more in [&["--property", &scope, "--map-channels", &mapping][..], &["--property", &scope], &["--list"]] {
+        let said = refusal(&[&["verify", &ros_1], more].concat());
+        assert!(said.contains("old.bag is a bag of ROS 1") && said.contains("rosbags-convert --src"), "{said}");
+    }
+    for (name, bytes, why) in [
+        ("empty.btlog", &b""[..], "empty.btlog: it is empty"),
+        ("text.btlog", b"{}\n", "text.btlog: it does not begin as `FileLogger2`"),
+        ("old.fbl", b"\x10\0\0\0", "old.fbl: it is a log of `FileLogger`"),
+    ] {
+        let said = refusal(&["verify", &recorded.write(name, bytes), "--property", "phi1", "--scenario", "nominal"]);
+        assert!(said.contains(why), "{said}");
+    }
     let said = refusal(&["verify", "--list", &log]);
     assert!(said.contains("run.jsonl is not a bag"), "{said}");
 }

@@ -117,7 +117,7 @@ pub(crate) fn in_words(contents: &Contents, publishers: &BTreeMap<String, String
         let line = format!("# {name:names$}  {kind:kinds$}  {messages:>8}  {rate:>10}{publishers}{missing}");
         let _ = writeln!(text, "{}", line.trim_end());
     }
-    contents.lost.iter().for_each(|lost| text += &format!("# {lost}\n"));
+    contents.lost.iter().chain(&contents.notes).for_each(|what| text += &format!("# {what}\n"));
     match contents.proposal() {
         Some(proposal) => text += &format!("\n# A mapping of everything: keep what the properties need.\n{proposal}"),
         None => text += "# there is nothing to map\n",
@@ -139,6 +139,7 @@ pub(crate) fn as_json(contents: &Contents, path: &Path) -> serde_json::Value {
         "duration_s": contents.duration_s,
         "topics": contents.topics.iter().map(topic).collect::<Vec<_>>(),
         "lost": contents.lost,
+        "notes": contents.notes,
         "mapping": contents.proposal(),
     })
 }

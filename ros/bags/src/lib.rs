@@ -48,9 +48,32 @@ pub enum Error {
     /// It is neither a file of a known format nor a folder with one.
     #[error("{} is not a bag", .0.display())]
     NoBag(PathBuf),
+    /// It is a bag of ROS 1.
+    #[error("{} is a bag of ROS 1, which cannot be read", .0.display())]
+    Ros1(PathBuf),
     /// It is empty.
     #[error("{} is empty", .0.display())]
     Empty(PathBuf),
+    /// A folder contains files that are not one recording.
+    #[error("{} contains more than one recording: {} and {} {why}", folder.display(), files[0], files[1])]
+    Several {
+        /// The folder.
+        folder: PathBuf,
+        /// Two of the files.
+        files: [String; 2],
+        /// What shows it.
+        why: &'static str,
+    },
+    /// None of the files that the metadata lists is there, but others are.
+    #[error("{} has no {missing}, which its metadata.yaml lists; {other} is there", folder.display())]
+    NotListed {
+        /// The folder.
+        folder: PathBuf,
+        /// A listed file.
+        missing: String,
+        /// Another file.
+        other: String,
+    },
     /// The whole file is compressed.
     #[error("{} is compressed as a whole", .0.display())]
     Packed(PathBuf),
@@ -79,7 +102,23 @@ impl Error {
             Self::NoBag(_) => {
                 "a bag is a file `.mcap` or `.db3` that rosbag2 wrote, or the folder that contains them".to_owned()
             }
+            Self::Ros1(path) => {
+                format!(
+                    "convert it: `rosbags-convert --src {} --dst {} --dst-storage mcap`",
+                    path.display(),
+                    path.with_extension("").display()
+                )
+            }
             Self::Empty(_) => "the recorder was stopped before it wrote anything".to_owned(),
+            Self::Several { folder, files, .. } => {
+                format!(
+                    "name the file: {}; or leave only the files of one recording in the folder",
+                    folder.join(&files[0]).display()
+                )
+            }
+            Self::NotListed { folder, other, .. } => {
+                format!("name the file: {}; or correct the list", folder.join(other).display())
+            }
             Self::Packed(path) => format!("decompress it: `zstd -d {}`", path.display()),
             Self::NoSqlite(path) => {
                 let stem = path.with_extension("");

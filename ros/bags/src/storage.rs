@@ -3,6 +3,7 @@
 mod files;
 mod following;
 mod mcap;
+mod merge;
 mod source;
 #[cfg(feature = "sqlite")]
 mod sqlite;
@@ -10,11 +11,14 @@ mod survey;
 mod writer;
 mod zstandard;
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::Error;
-use files::Format;
+use files::{Files, Format};
+use merge::{Block, Merge, Plan, Unit};
 use source::{Aside, Wanted};
 use zstandard::Zstandard;
 
@@ -28,8 +32,17 @@ pub use writer::{BagWriter, Recorder};
 /// A ROS 2 recording: a file, or a folder of files.
 #[derive(Clone, Debug)]
 pub struct Bag {
-    files: Vec<(PathBuf, Format)>,
+    files: Vec<BagFile>,
     survey: Survey,
+}
+
+/// A file of a bag.
+#[derive(Clone, Debug)]
+struct BagFile {
+    path: PathBuf,
+    format: Format,
+    /// Where its messages are, if the whole file had to be read to know what is in it.
+    plan: Option<Arc<Plan>>,
 }
 
 impl Bag {
@@ -40,21 +53,29 @@ impl Bag {
     /// If it is not a bag or cannot be read at all. Damage is not an error: everything before it is read.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut survey = Survey::of_recorder();
-        let files = files::of(path, &mut survey)?;
-        for (path, format) in &files {
-            let file = diagnostics::open_regular(path);
+        let Files { found, are_listed } = files::of(path, &mut survey)?;
+        let (mut files, mut parts) = (Vec::new(), Vec::new());
+        for (path, format) in found {
+            let mut part = Survey::default();
+            let file = diagnostics::open_regular(&path);
             let file = file.map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
             if file.metadata().is_ok_and(|found| found.len() == 0) {
-                return Err(Error::Empty(path.clone()));
+                return Err(Error::Empty(path));
             }
-            match format {
-                Format::Mcap => mcap::survey(path, &mut survey)?,
+            let plan = match format {
+                Format::Mcap => mcap::survey(&path, &mut part)?,
                 #[cfg(feature = "sqlite")]
-                Format::Sqlite => sqlite::survey(path, &mut survey)?,
+                Format::Sqlite => Some(sqlite::survey(&path, &mut part)?),
                 #[cfg(not(feature = "sqlite"))]
-                Format::Sqlite => return Err(Error::NoSqlite(path.clone())),
-            }
+                Format::Sqlite => return Err(Error::NoSqlite(path)),
+            };
+            files.push(BagFile { path, format, plan: plan.map(Arc::new) });
+            parts.push(part);
         }
+        if !are_listed {
+            refuse_others(path, &files, &mut parts)?;
+        }
+        parts.into_iter().for_each(|part| survey.merge(part));
         Ok(Self { files, survey })
     }
 
@@ -64,7 +85,8 @@ impl Bag {
         &self.survey
     }
 
-    /// Reads the messages of the topics with the indices `wanted`, in the order in which they were recorded.
+    /// Reads the messages of the topics with the indices `wanted`, in the order of the times at which they were
+    /// recorded. Messages of one time are in the order in which they were recorded.
     #[must_use]
     pub fn messages(&self, wanted: &[usize]) -> Messages {
         let wanted = (0..self.survey.topics.len()).map(|topic| wanted.contains(&topic)).collect();
@@ -78,17 +100,94 @@ impl Bag {
     }
 
     fn messages_of(&self, wanted: Wanted) -> Messages {
-        let (files, survey) = (self.files.clone().into_iter(), self.survey.clone());
-        Messages { files, survey, wanted, current: None, aside: Aside::default() }
+        Messages {
+            files: self.files.clone(),
+            plans: Vec::new(),
+            units: Vec::new(),
+            merge: None,
+            readers: BTreeMap::new(),
+            survey: self.survey.clone(),
+            wanted,
+            aside: Aside { notes: self.survey.notes.clone(), ..Aside::default() },
+        }
     }
 }
 
+/// Refuses the files of a folder if they show that they are not one recording: the metadata does not list them.
+fn refuse_others(folder: &Path, files: &[BagFile], parts: &mut [Survey]) -> Result<(), Error> {
+    let name = |file: &BagFile| file.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let names: Vec<String> = files.iter().map(name).collect();
+    let several = |[first, second]: [usize; 2], why| {
+        let files = [first, second].map(|index| names[index].clone());
+        Err(Error::Several { folder: folder.to_owned(), files, why })
+    };
+    let spans = |[first, second]: [usize; 2]| parts[first].span_ns.zip(parts[second].span_ns);
+    let pairs = (0..parts.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
+    let mut others = None;
+    for pair in pairs {
+        let Some(spans) = spans(pair) else { continue };
+        let [first, second] = pair.map(|index| &parts[index]);
+        if spans.0 == spans.1 && spans.0.0 < spans.0.1 && counts(first) == counts(second) {
+            return several(pair, "have the same messages");
+        }
+        let [(stem, number), (other_stem, other)] = pair.map(|index| files::stem_and_number(&names[index]));
+        let is_next = stem == other_stem && number.is_some() && other.is_some();
+        if is_same_time(spans, is_next) {
+            return several(pair, "have messages of the same time");
+        }
+        if is_next {
+            continue;
+        }
+        let has_other_type = |topic: &Topic| {
+            let mut same = second.topics.iter().filter(|other| other.name == topic.name).peekable();
+            same.peek().is_some() && same.all(|other| other.kind != topic.kind)
+        };
+        if first.topics.iter().any(has_other_type) {
+            return several(pair, "have other types on the same topic");
+        }
+        others.get_or_insert(pair);
+    }
+    if let Some([first, second]) = others {
+        let note = format!(
+            "{} and {} are read as one recording: no {} lists its files",
+            names[first],
+            names[second],
+            files::METADATA
+        );
+        parts[first].notes.push(note);
+    }
+    Ok(())
+}
+
+/// Whether two files have messages of the same time, by when their first and last messages were recorded. Those of one
+/// recording may overlap a little; one that follows the other may also be that short.
+fn is_same_time(((begin, end), (other_begin, other_end)): ((i64, i64), (i64, i64)), is_next: bool) -> bool {
+    const LITTLE_NS: i64 = 1_000_000_000;
+    let both = end.min(other_end).saturating_sub(begin.max(other_begin));
+    let shorter = end.saturating_sub(begin).min(other_end.saturating_sub(other_begin));
+    both > LITTLE_NS || both > 0 && both > shorter / 2 && !is_next
+}
+
+/// How many messages there are on each topic that has any.
+fn counts(part: &Survey) -> BTreeMap<&str, u64> {
+    let all = part.topics.iter().zip(&part.counts).filter(|(_, count)| **count > 0);
+    all.map(|(topic, count)| (&*topic.name, *count)).collect()
+}
+
+/// No more files are open at the same time: a system limits their number.
+const MOST_OPEN: usize = 16;
+
 /// The messages of a bag, one after the other.
 pub struct Messages {
-    files: std::vec::IntoIter<(PathBuf, Format)>,
+    files: Vec<BagFile>,
+    /// Where the messages of each file are, once the first message has been asked for.
+    plans: Vec<Arc<Plan>>,
+    /// All units: the numbers of their files, and their own there.
+    units: Vec<(usize, usize)>,
+    merge: Option<Merge>,
+    readers: BTreeMap<usize, StorageReader>,
     survey: Survey,
     wanted: Wanted,
-    current: Option<StorageReader>,
     aside: Aside,
 }
 
@@ -99,15 +198,25 @@ enum StorageReader {
 }
 
 impl StorageReader {
-    fn open(path: &Path, format: Format, wanted: &Wanted, survey: &mut Survey) -> Result<Self, Error> {
-        match format {
-            Format::Mcap => mcap::McapReader::open(path, wanted, survey).map(|reader| Self::Mcap(Box::new(reader))),
+    fn open(file: &BagFile, plan: &Plan, wanted: &Wanted, survey: &mut Survey) -> Result<Self, Error> {
+        match file.format {
+            Format::Mcap => mcap::McapReader::open(&file.path, plan).map(|reader| Self::Mcap(Box::new(reader))),
             #[cfg(feature = "sqlite")]
             Format::Sqlite => {
-                sqlite::SqliteReader::open(path, wanted, survey).map(|reader| Self::Sqlite(Box::new(reader)))
+                sqlite::SqliteReader::open(&file.path, wanted, survey).map(|reader| Self::Sqlite(Box::new(reader)))
             }
             #[cfg(not(feature = "sqlite"))]
-            Format::Sqlite => Err(Error::NoSqlite(path.to_owned())),
+            Format::Sqlite => Err(Error::NoSqlite(file.path.clone())),
+        }
+    }
+}
+
+impl BagFile {
+    fn plan(&self) -> Result<Arc<Plan>, Error> {
+        match (&self.plan, self.format) {
+            (Some(plan), _) => Ok(Arc::clone(plan)),
+            (None, Format::Mcap) => mcap::plan(&self.path).map(Arc::new),
+            (None, Format::Sqlite) => Err(Error::NoBag(self.path.clone())),
         }
     }
 }
@@ -115,31 +224,63 @@ impl StorageReader {
 impl Messages {
     /// Reads the next message into `body`. Returns its time and topic; none at the end.
     pub fn next_into(&mut self, body: &mut Vec<u8>) -> Option<Head> {
-        loop {
-            let next = match &mut self.current {
-                None => {
-                    let (path, format) = self.files.next()?;
-                    match StorageReader::open(&path, format, &self.wanted, &mut self.survey) {
-                        Ok(reader) => self.current = Some(reader),
-                        Err(error) => self.aside.lost.push(error.to_string()),
-                    }
-                    continue;
-                }
-                Some(StorageReader::Mcap(reader)) => {
-                    match reader.receive(&self.wanted, &mut self.survey, body, &mut self.aside.lost) {
-                        Received::Message(head) => Some(head),
-                        _ => None,
-                    }
-                }
-                #[cfg(feature = "sqlite")]
-                Some(StorageReader::Sqlite(reader)) => reader.next_into(body, &mut self.aside.lost),
-            };
-            if next.is_some() {
-                unpack(body, &mut self.aside.lost);
-                return next;
-            }
-            self.current = None;
+        let mut merge = self.merge.take().unwrap_or_else(|| self.begin());
+        let head = merge.next_into(body, |number, block| self.load(number, block));
+        self.merge = Some(merge);
+        if head.is_some() {
+            unpack(body, &mut self.aside.lost);
         }
+        head
+    }
+
+    /// Finds the units of all files.
+    fn begin(&mut self) -> Merge {
+        let mut merge = Merge::default();
+        for (number, file) in self.files.iter().enumerate() {
+            let plan = file.plan().unwrap_or_else(|error| {
+                self.aside.lost.push(error.to_string());
+                Arc::default()
+            });
+            // What is lost at the end of a file in disorder may have come before what is left.
+            if !plan.is_ascending() {
+                self.aside.lost.extend(plan.lost.iter().cloned());
+            }
+            for (index, unit) in plan.units.iter().enumerate() {
+                if is_needed(unit, &plan, &self.wanted, &mut self.survey) {
+                    merge.add(self.units.len(), unit);
+                    self.units.push((number, index));
+                }
+            }
+            self.plans.push(plan);
+        }
+        merge
+    }
+
+    /// Reads the wanted messages of a unit.
+    fn load(&mut self, number: usize, block: &mut Block) {
+        let (file, index) = self.units[number];
+        let (plan, mut lost) = (Arc::clone(&self.plans[file]), Vec::new());
+        if !self.readers.contains_key(&file) {
+            if self.readers.len() >= MOST_OPEN {
+                self.readers.pop_first();
+            }
+            match StorageReader::open(&self.files[file], &plan, &self.wanted, &mut self.survey) {
+                Ok(reader) => drop(self.readers.insert(file, reader)),
+                Err(error) => lost.push(error.to_string()),
+            }
+        }
+        let unit = &plan.units[index];
+        match self.readers.get_mut(&file) {
+            Some(StorageReader::Mcap(reader)) => {
+                reader.load(unit, block, &self.wanted, &mut self.survey, &mut lost);
+            }
+            #[cfg(feature = "sqlite")]
+            Some(StorageReader::Sqlite(reader)) => reader.load(unit, block, &mut lost),
+            None => {}
+        }
+        // A unit may be read several times.
+        lost.retain(|what| !self.aside.lost.contains(what));
+        self.aside.lost.append(&mut lost);
     }
 
     /// Damaged or missing parts so far, in words.
@@ -147,6 +288,13 @@ impl Messages {
     pub fn lost(&self) -> &[String] {
         &self.aside.lost
     }
+}
+
+/// Whether a unit may have wanted messages.
+fn is_needed(unit: &Unit, plan: &Plan, wanted: &Wanted, survey: &mut Survey) -> bool {
+    // An index without channels comes from a writer that indexes no messages: the chunk may have any.
+    let Some(channels) = unit.channels.as_ref().filter(|channels| !channels.is_empty()) else { return true };
+    channels.iter().any(|channel| plan.topics.get(channel).is_none_or(|topic| wanted.index(topic, survey).is_some()))
 }
 
 impl Source for Messages {

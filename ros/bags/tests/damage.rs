@@ -65,7 +65,7 @@ fn a_chunk_with_a_wrong_checksum_is_lost_and_the_rest_is_read() {
 }
 
 #[test]
-fn a_folder_is_read_in_the_order_of_its_files() {
+fn only_the_files_that_the_metadata_lists_are_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let part = |name: &str, ms| {
         let bytes = written(&[("/cmd_vel", TWIST, ms, twist(1.0))], mcap::WriteOptions::new());
@@ -77,12 +77,65 @@ fn a_folder_is_read_in_the_order_of_its_files() {
         let bag = Bag::open(folder.path()).expect("a bag");
         let contents =
             Contents::of(bag.survey(), &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
-        (times(&bag).0, contents.lost)
+        (times(&bag).0, contents.lost, contents.notes)
     };
-    assert_eq!(found(), (vec![9, 10], vec![]));
-    let metadata = "info:\n  relative_file_paths:\n    - bag_10.mcap\n    - \"bag_11.mcap\"\n  duration: 1\n";
-    fs::write(folder.path().join("metadata.yaml"), metadata).expect("room for a file");
-    assert_eq!(found(), (vec![10, 9], vec!["bag_11.mcap is missing, although metadata.yaml lists it".to_owned()]));
+    let before = "bag_0.mcap to bag_8.mcap are missing: bag_9.mcap is there".to_owned();
+    assert_eq!(found(), (vec![9, 10], vec![before], vec![]));
+    let missing = "bag_11.mcap is missing, although metadata.yaml lists it".to_owned();
+    let other = "bag_9.mcap is not read: metadata.yaml does not list it".to_owned();
+    for metadata in [
+        "info:\n  relative_file_paths:\n    - bag_10.mcap\n    - \"bag_11.mcap\"\n  duration: 1\n",
+        "relative_file_paths: [drive/bag_10.mcap, 'bag_11.mcap.zstd']\n",
+    ] {
+        fs::write(folder.path().join("metadata.yaml"), metadata).expect("room for a file");
+        assert_eq!(found(), (vec![10], vec![missing.clone()], vec![other.clone()]));
+    }
+    fs::write(folder.path().join("metadata.yaml"), "relative_file_paths:\n- bag_1.mcap\n").expect("room for a file");
+    let error = Bag::open(folder.path()).expect_err("no listed file is there");
+    let text = format!("{error}: {}", error.help()).replace(&*folder.path().to_string_lossy(), "…");
+    let expected = "… has no bag_1.mcap, which its metadata.yaml lists; bag_9.mcap is there: name the file: …/bag_9.mcap; \
+                    or correct the list";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn files_that_are_not_one_recording_are_refused() {
+    let opened = |parts: &[(&str, [u64; 2], (&str, &str))]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, times, kind) in parts {
+            let messages = times.map(|ms| ("/cmd_vel", *kind, ms, twist(1.0)));
+            fs::write(folder.path().join(name), written(&messages, mcap::WriteOptions::new()))
+                .expect("room for a file");
+        }
+        match Bag::open(folder.path()) {
+            Ok(bag) => (bag.survey().lost.join("; "), bag.survey().notes.join("; ")),
+            Err(error) => {
+                assert!(error.help().starts_with("name the file: "), "{}", error.help());
+                (error.to_string().replace(&*folder.path().to_string_lossy(), "…"), "refused".to_owned())
+            }
+        }
+    };
+    let refused = |why: &str| (format!("… contains more than one recording: {why}"), "refused".to_owned());
+    let nothing = || (String::new(), String::new());
+    assert_eq!(opened(&[("bag_0.mcap", [0, 9], TWIST), ("bag_1.mcap", [8, 20], TWIST)]), nothing());
+    let skipped = "bag_1.mcap is missing: bag_2.mcap is there".to_owned();
+    let gap = [("bag_0.mcap", [0, 9], TWIST), ("bag_2.mcap", [20, 30], TWIST)];
+    assert_eq!(opened(&gap), (skipped, String::new()));
+    let copy = [("bag_0.mcap", [0, 9], TWIST), ("bag_1.mcap", [0, 9], TWIST)];
+    assert_eq!(opened(&copy), refused("bag_0.mcap and bag_1.mcap have the same messages"));
+    let beside = [("a.mcap", [0, 9], TWIST), ("b.mcap", [1, 8], TWIST)];
+    assert_eq!(opened(&beside), refused("a.mcap and b.mcap have messages of the same time"));
+    let types = [("a.mcap", [0, 9], TWIST), ("b.mcap", [10, 20], ODD)];
+    assert_eq!(opened(&types), refused("a.mcap and b.mcap have other types on the same topic"));
+    let one = "a.mcap and b.mcap are read as one recording: no metadata.yaml lists its files".to_owned();
+    assert_eq!(opened(&[("a.mcap", [0, 9], TWIST), ("b.mcap", [10, 20], TWIST)]), (String::new(), one));
+    // A copy in the other format has the ending of it, whatever is in it.
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, bytes) in [("bag_0.mcap", b"\x89MCAP0\r\n".as_slice()), ("bag_0.db3", b"SQLite format 3\0")] {
+        fs::write(folder.path().join(name), bytes).expect("room for a file");
+    }
+    let error = Bag::open(folder.path()).expect_err("a copy").to_string();
+    assert!(error.ends_with("bag_0.db3 and bag_0.mcap have different formats"), "{error}");
 }
 
 #[test]
@@ -98,6 +151,9 @@ fn what_is_no_bag_is_refused_with_advice() {
     let help = "a bag is a file `.mcap` or `.db3` that rosbag2 wrote, or the folder that contains them";
     assert_eq!(refused("b.mcap", b"not MCAP"), format!("…/b.mcap is not a bag: {help}"));
     assert_eq!(refused("c.txt", b"text"), format!("…/c.txt is not a bag: {help}"));
+    let convert = "convert it: `rosbags-convert --src …/d.bag --dst …/d --dst-storage mcap`";
+    let ros_1 = "…/d.bag is a bag of ROS 1, which cannot be read";
+    assert_eq!(refused("d.bag", b"#ROSBAG V2.0\n"), format!("{ros_1}: {convert}"));
     let error = Bag::open(&PathBuf::from("there is none.mcap")).expect_err("no bag");
     assert_eq!(error.to_string(), "cannot read there is none.mcap: No such file or directory (os error 2)");
     fs::write(folder.path().join("d.mcap.zstd"), b"").expect("room for a file");

@@ -89,7 +89,7 @@ fn the_files_of_a_bag_follow_one_another_until_rosbag2_has_written_its_metadata(
     assert_eq!(received(&mut following), (vec![1, 2], Received::Idle));
     write("metadata.yaml", b"rosbag2_bagfile_information:\n");
     assert_eq!(received(&mut following), (vec![], Received::Over));
-    assert!(following.lost().is_empty());
+    assert_eq!(following.lost(), ["bag_2.mcap to bag_9.mcap are missing: bag_10.mcap is there"]);
     assert_eq!(received(&mut following.restart().expect("the same folder")), (vec![0, 1, 2], Received::Over));
 }
 
@@ -110,7 +110,8 @@ fn a_file_that_is_missing_at_the_end_is_told() {
     assert_eq!(received(&mut following), (vec![1], Received::Idle));
     fs::remove_dir_all(folder.path()).expect("a folder");
     assert_eq!(received(&mut following), (vec![], Received::Over));
-    assert!(following.lost()[0].starts_with("cannot read"), "{:?}", following.lost());
+    assert_eq!(following.lost()[0], "bag_0.mcap is missing: bag_1.mcap is there");
+    assert!(following.lost()[1].starts_with("cannot read"), "{:?}", following.lost());
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod following;
 mod mappings;
 mod messages;
 mod on_board;
+mod order;
 mod packing;
 mod reading;
 mod recorder;

@@ -6,8 +6,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::files::{METADATA, listed, names};
-use super::mcap::McapReader;
+use super::files::{METADATA, is_missing, listed, names, skipped, stem_and_number};
+use super::mcap::{MAGIC, McapFollower};
 use super::source::{Aside, Received, Source, Wanted, received};
 use super::survey::Survey;
 use super::unpack;
@@ -27,7 +27,7 @@ pub struct Following {
     is_folder: bool,
     /// The names of the folder's files that have been opened; if the path is a file, whether it has been.
     opened: BTreeSet<String>,
-    current: Option<(PathBuf, McapReader)>,
+    current: Option<(PathBuf, McapFollower)>,
     survey: Survey,
     wanted: Wanted,
     aside: Aside,
@@ -78,14 +78,20 @@ impl Following {
     fn enter(&mut self, name: String, path: PathBuf) -> Result<bool, Error> {
         let length = diagnostics::open_regular(&path).and_then(|file| Ok(file.metadata()?.len()));
         let length = length.map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
-        if length < mcap::MAGIC.len() as u64 {
+        if length < MAGIC.len() as u64 {
             return Ok(false);
         }
-        let reader = McapReader::follow(&path).map_err(|error| match error {
+        let reader = McapFollower::open(&path).map_err(|error| match error {
             Error::NoBag(path) => Error::Followed(path),
             other => other,
         })?;
         self.opened.insert(name);
+        if self.is_folder && self.listed().is_empty() {
+            let mut names: Vec<String> = self.opened.iter().cloned().collect();
+            names.sort_by_key(|name| stem_and_number(name).1);
+            let skipped = skipped(&names).into_iter().filter(|what| !self.aside.lost.contains(what));
+            self.aside.lost.extend(skipped.collect::<Vec<_>>());
+        }
         self.current = Some((path, reader));
         Ok(true)
     }
@@ -99,8 +105,21 @@ impl Following {
         if let Some(other) = names.iter().find(|name| name.ends_with(".db3")) {
             return Err(Error::Followed(self.path.join(other)));
         }
-        let next = names.into_iter().find(|name| name.ends_with(".mcap") && !self.opened.contains(name));
+        // Once there is a list, only what it contains; until then, what is named like the first file.
+        let listed = self.listed();
+        let first = self.opened.first().map(|name| stem_and_number(name).0);
+        let is_of_it = |name: &String| match listed.is_empty() {
+            true => first.is_none_or(|first| stem_and_number(name).0 == first),
+            false => listed.contains(name),
+        };
+        let is_next = |name: &String| name.ends_with(".mcap") && !self.opened.contains(name) && is_of_it(name);
+        let next = names.into_iter().find(is_next);
         Ok(next.map(|name| (name.clone(), self.path.join(name))))
+    }
+
+    /// What rosbag2's metadata lists, once there is any.
+    fn listed(&self) -> Vec<String> {
+        fs::read_to_string(self.path.join(METADATA)).map(|metadata| listed(&metadata)).unwrap_or_default()
     }
 
     /// Whether no further file is to be expected.
@@ -125,7 +144,7 @@ impl Following {
         self.end(Some(format!("{} was never closed: its end is missing", file.display())))
     }
 
-    /// Which listed file was never found, or that the folder is gone, in words.
+    /// Which listed file was never found, or which was read that is not listed, or that the folder is gone, in words.
     fn missing(&self) -> Option<String> {
         if !self.is_folder {
             return None;
@@ -133,8 +152,10 @@ impl Following {
         let Ok(metadata) = fs::read_to_string(self.path.join(METADATA)) else {
             return Some(format!("{} was removed while it was followed", self.path.display()));
         };
-        let missing = listed(&metadata).into_iter().find(|name| !self.opened.contains(name))?;
-        Some(format!("{missing} is missing, although {METADATA} lists it"))
+        let listed = listed(&metadata);
+        let missing = listed.iter().find(|name| !self.opened.contains(*name)).map(|name| is_missing(name));
+        let other = || self.opened.iter().find(|name| !listed.is_empty() && !listed.contains(name));
+        missing.or_else(|| other().map(|name| format!("{name} was read, although {METADATA} does not list it")))
     }
 
     fn end(&mut self, lost: Option<String>) -> Received {

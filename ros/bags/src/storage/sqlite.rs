@@ -4,34 +4,62 @@ use std::collections::BTreeMap;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
-use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
+use rusqlite::{Connection, OpenFlags, params};
 use tempfile::{NamedTempFile, TempPath};
 
+use super::merge::{Block, Plan, UNIT, Unit};
 use super::source::Wanted;
 use super::survey::{Definition, Head, Survey, Topic, hash};
 use crate::Error;
 
-/// Adds the contents of a file.
-pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
-    let Opened { file, _copy, .. } = open(path)?;
+/// Adds the contents of a file. Returns where its messages are.
+pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<Plan, Error> {
+    let Opened { file, is_cut_off, _copy } = open(path)?;
     let refused = |error: rusqlite::Error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() };
     // Since Humble, rosbag2 writes the distribution, or nothing if its environment does not name it.
     let distribution = file.query_row("SELECT ros_distro FROM schema", [], |row| row.get::<_, String>(0));
     survey.distributions.extend(distribution.ok().filter(|name| !name.is_empty()));
-    for (id, topic) in topics(&file).map_err(refused)? {
-        let index = survey.add(topic);
-        let counted =
-            file.query_row("SELECT COUNT(*) FROM messages WHERE topic_id = ?1", [id], |row| row.get::<_, i64>(0));
-        // Whatever can be read of a damaged file counts.
-        survey.counts[index] += counted.map_or(0, |count| count.max(0) as u64);
-    }
-    let span = file.query_row("SELECT MIN(timestamp), MAX(timestamp) FROM messages", [], |row| {
-        Ok(row.get::<_, Option<i64>>(0)?.zip(row.get::<_, Option<i64>>(1)?))
+    let known = topics(&file).map_err(refused)?;
+    let known: BTreeMap<i64, usize> = known.into_iter().map(|(id, topic)| (id, survey.add(topic))).collect();
+    let mut plan = Plan::default();
+    // Whatever can be read of a damaged file counts; what is lost will be reported when the messages are read.
+    let _ = divide(&file, &mut plan, |topic, time_ns| match known.get(&topic) {
+        Some(topic) => survey.count(*topic, time_ns),
+        None => survey.note_times(time_ns, time_ns),
     });
-    if let Ok(Some((first, last))) = span {
-        survey.note_times(first, last);
+    if is_cut_off {
+        plan.lost.push(breaks_off(path, plan.units.last().map(|unit| unit.last_ns), survey.first_ns(), ""));
     }
-    Ok(())
+    Ok(plan)
+}
+
+/// Divides the messages into units, by the ids of their rows, which are in the order of recording.
+fn divide(file: &Connection, plan: &mut Plan, mut counted: impl FnMut(i64, i64)) -> rusqlite::Result<()> {
+    let mut unit = Unit::empty(i64::MIN);
+    let mut size = 0;
+    let mut rows = || -> rusqlite::Result<()> {
+        // Only the heads of the rows are read.
+        let mut query = file.prepare("SELECT id, topic_id, timestamp, LENGTH(data) FROM messages ORDER BY id")?;
+        let mut rows = query.query([])?;
+        while let Some(row) = rows.next()? {
+            let (id, time_ns) = (row.get(0)?, row.get(2)?);
+            if size >= UNIT {
+                let next = Unit::empty(id);
+                plan.units.push(Unit { end: id, ..std::mem::replace(&mut unit, next) });
+                size = 0;
+            }
+            size += row.get::<_, Option<i64>>(3)?.unwrap_or(0).unsigned_abs() + 32;
+            unit.note(time_ns);
+            counted(row.get(1)?, time_ns);
+        }
+        Ok(())
+    };
+    let read = rows();
+    if unit.is_empty() {
+        unit.note(i64::MIN);
+    }
+    plan.units.push(unit);
+    read
 }
 
 /// An open file; if it is cut off within a page, a copy of its whole pages.
@@ -97,7 +125,7 @@ fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
     topics.collect()
 }
 
-/// The wanted messages of a file.
+/// Reads the units of a file.
 pub(super) struct SqliteReader {
     path: PathBuf,
     opened: Opened,
@@ -106,8 +134,8 @@ pub(super) struct SqliteReader {
     query: String,
     /// When the first message of the bag was recorded.
     first_ns: i64,
-    /// The last row read, and when its message was recorded.
-    last: (i64, Option<i64>),
+    /// When the last message that was read was recorded.
+    last_ns: Option<i64>,
 }
 
 impl SqliteReader {
@@ -119,50 +147,45 @@ impl SqliteReader {
         let topics: BTreeMap<i64, usize> = known.iter().filter_map(index).collect();
         let ids: Vec<String> = topics.keys().map(i64::to_string).collect();
         let query = format!(
-            "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ?1 AND topic_id IN ({}) ORDER BY id LIMIT 1",
+            "SELECT topic_id, timestamp, data FROM messages WHERE id >= ?1 AND id < ?2 AND topic_id IN ({}) ORDER BY id",
             ids.join(", ")
         );
         let first_ns = survey.first_ns();
-        Ok(Self { path: path.to_owned(), opened, topics, query, first_ns, last: (i64::MIN, None) })
+        Ok(Self { path: path.to_owned(), opened, topics, query, first_ns, last_ns: None })
     }
 
-    pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
-        // One query per row, found by its primary key: a statement that stays open would borrow from the connection
-        // beside it.
-        let row = self.opened.file.prepare_cached(&self.query).and_then(|mut query| {
-            let read = |row: &rusqlite::Row<'_>| {
-                body.clear();
-                body.extend_from_slice(row.get_ref(3)?.as_blob()?);
-                Ok((row.get(0)?, row.get::<_, i64>(1)?, row.get(2)?))
-            };
-            query.query_row(params![self.last.0], read).optional()
-        });
-        match row {
-            Ok(None) => {
-                if std::mem::take(&mut self.opened.is_cut_off) {
-                    lost.push(self.breaks_off(""));
-                }
-                None
-            }
-            Ok(Some((id, topic, log_ns))) => {
-                self.last = (id, Some(log_ns));
-                Some(Head { topic: *self.topics.get(&topic)?, log_ns, publish_ns: log_ns })
-            }
-            Err(error) => {
-                lost.push(self.breaks_off(&format!(" ({error})")));
-                self.opened.is_cut_off = false;
-                // From here on, no row is found, rather than the same error again.
-                self.query = "SELECT 0, 0, 0, 0 WHERE ?1 IS NULL".to_owned();
-                None
-            }
+    /// Reads the wanted messages of a unit.
+    pub(super) fn load(&mut self, unit: &Unit, block: &mut Block, lost: &mut Vec<String>) {
+        let read = self.read(unit, block);
+        let is_last = unit.end == i64::MAX;
+        let reason = read.err().map(|error| format!(" ({error})"));
+        if reason.is_some() || is_last && self.opened.is_cut_off {
+            lost.push(breaks_off(&self.path, self.last_ns, self.first_ns, &reason.unwrap_or_default()));
         }
     }
 
-    fn breaks_off(&self, reason: &str) -> String {
-        let since = self
-            .last
-            .1
-            .map_or_else(|| "before its first message".to_owned(), |last| crate::after_first(last, self.first_ns));
-        format!("{} breaks off {since}{reason}: the rest is lost", self.path.display())
+    fn read(&mut self, unit: &Unit, block: &mut Block) -> rusqlite::Result<()> {
+        let mut query = self.opened.file.prepare_cached(&self.query)?;
+        let mut rows = query.query(params![unit.start, unit.end])?;
+        while let Some(row) = rows.next()? {
+            let log_ns = row.get(1)?;
+            self.last_ns = Some(log_ns);
+            let Some(topic) = self.topics.get(&row.get(0)?) else { continue };
+            let Some(number) = block.place(log_ns) else { continue };
+            let (data, at) = (row.get_ref(2)?.as_blob()?, block.bytes().len());
+            block.bytes().extend_from_slice(data);
+            block.add(Head { topic: *topic, log_ns, publish_ns: log_ns }, number, at, data.len());
+            if block.is_full(0) {
+                block.shorten();
+            }
+        }
+        Ok(())
     }
+}
+
+/// That the rest of a file is lost, in words.
+fn breaks_off(path: &Path, last_ns: Option<i64>, first_ns: i64, reason: &str) -> String {
+    let since =
+        last_ns.map_or_else(|| "before its first message".to_owned(), |last| crate::after_first(last, first_ns));
+    format!("{} breaks off {since}{reason}: the rest is lost", path.display())
 }

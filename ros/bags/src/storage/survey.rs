@@ -40,6 +40,9 @@ pub struct Survey {
     pub topics: Vec<Topic>,
     /// The number of messages on each.
     pub counts: Vec<u64>,
+    /// When the first and the last message on topics were recorded, in nanoseconds since 1970, as far as it is known, by
+    /// the indices of the topics.
+    pub spans_ns: BTreeMap<usize, (i64, i64)>,
     /// When the first and the last message were recorded, in nanoseconds since 1970, if there are any.
     pub span_ns: Option<(i64, i64)>,
     /// The distributions of ROS 2 in which it was recorded, such as `humble`, if it names any.
@@ -50,6 +53,8 @@ pub struct Survey {
     pub ground: Ground,
     /// That of single topics, by their indices, where it is another.
     pub grounds: BTreeMap<usize, Ground>,
+    /// What else is to be known of its files, in words.
+    pub notes: Vec<String>,
 }
 
 impl Survey {
@@ -88,7 +93,31 @@ impl Survey {
     /// Counts a message on a topic, and when it was received, in nanoseconds since 1970.
     pub fn count(&mut self, topic: usize, log_ns: i64) {
         self.counts[topic] += 1;
+        self.note_times_on(topic, (log_ns, log_ns));
         self.note_times(log_ns, log_ns);
+    }
+
+    /// Adds what another file contains.
+    pub(super) fn merge(&mut self, other: Self) {
+        for (index, (topic, count)) in other.topics.into_iter().zip(other.counts).enumerate() {
+            let topic = self.add(topic);
+            let span_ns = other.spans_ns.get(&index);
+            if count > 0 && self.counts[topic] > 0 && span_ns.is_some() != self.spans_ns.contains_key(&topic) {
+                self.spans_ns.remove(&topic);
+            } else {
+                span_ns.into_iter().for_each(|span_ns| self.note_times_on(topic, *span_ns));
+            }
+            self.counts[topic] += count;
+        }
+        other.span_ns.into_iter().for_each(|(first, last)| self.note_times(first, last));
+        self.distributions.extend(other.distributions);
+        self.lost.extend(other.lost);
+        self.notes.extend(other.notes);
+    }
+
+    pub(super) fn note_times_on(&mut self, topic: usize, (first_ns, last_ns): (i64, i64)) {
+        let span_ns = self.spans_ns.entry(topic).or_insert((first_ns, last_ns));
+        *span_ns = (span_ns.0.min(first_ns), span_ns.1.max(last_ns));
     }
 
     pub(super) fn note_times(&mut self, first_ns: i64, last_ns: i64) {

@@ -1,0 +1,591 @@
+//! The records of an MCAP file, one after the other.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::parse_record;
+use mcap::records::{ChunkIndex, MessageHeader, Record, op};
+
+use super::nanoseconds;
+use crate::Error;
+use crate::storage::survey::{Definition, Topic, hash};
+use crate::storage::zstandard::Zstandard;
+
+/// Larger records are read only if they are messages: no definition is longer.
+const LONGEST: u64 = 1 << 26;
+
+/// Chunks of up to this size are read into memory as a whole; larger ones are read twice if they have a checksum.
+const LARGEST_WHOLE: u64 = 1 << 24;
+
+/// The name of rosbag2's own metadata.
+const METADATA: &str = "rosbag2";
+
+/// The number of bytes in a message's record before its data.
+const MESSAGE_HEAD: u64 = 22;
+
+/// How much of a message is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum ReadDepth {
+    Nothing,
+    Head,
+    /// Its bytes take the place of others.
+    Body,
+    /// Its bytes are added to others.
+    More,
+}
+
+/// Decides how much of a message is read.
+pub(super) trait Chooses: FnMut(&MessageHeader, &BTreeMap<u16, Topic>) -> ReadDepth {}
+
+impl<F: FnMut(&MessageHeader, &BTreeMap<u16, Topic>) -> ReadDepth> Chooses for F {}
+
+/// The summary at the end of a file.
+pub(super) struct Summary {
+    pub(super) counts: BTreeMap<u16, u64>,
+    pub(super) span: Option<(u64, u64)>,
+    pub(super) chunks: Vec<ChunkIndex>,
+    /// Where the summary begins.
+    pub(super) start: u64,
+}
+
+/// A walk through the records of a file.
+pub(super) struct Walk {
+    path: PathBuf,
+    file: BufReader<File>,
+    length: u64,
+    /// Whether more records may be written to the file.
+    pub(super) grows: bool,
+    /// The position of the next record of the file, outside of chunks that are decompressed.
+    pub(super) at: u64,
+    /// Where the chunk of the last message begins, or the message if it is in none; and the earliest time in that
+    /// chunk, as it says.
+    pub(super) origin: (u64, Option<u64>),
+    /// The chunk that is being read, unless its records can be read from the file like any others.
+    chunk: Option<Chunk>,
+    /// The last chunk; memory to reuse for the next.
+    pub(super) spare: Vec<u8>,
+    /// The position in the file after the last chunk.
+    after_chunk: u64,
+    pub(super) known: Known,
+    /// When the first message of the bag was recorded.
+    pub(super) first_ns: i64,
+    /// When the last message was recorded.
+    last: Option<u64>,
+    pub(super) is_over: bool,
+}
+
+/// The records of a chunk, decompressed.
+enum Chunk {
+    /// All records, and the error if they end too early.
+    Whole(Cursor<Vec<u8>>, Option<io::Error>),
+    Stream(BufReader<Box<dyn Read>>),
+}
+
+/// The schemas and channels to which messages refer, and what is known of the recording.
+#[derive(Default)]
+pub(super) struct Known {
+    schemas: BTreeMap<u16, (String, Definition)>,
+    pub(super) channels: BTreeMap<u16, Topic>,
+    /// The distributions of ROS 2 in which it was recorded.
+    pub(super) distributions: BTreeSet<String>,
+}
+
+impl Walk {
+    pub(super) fn open(path: &Path) -> Result<Self, Error> {
+        let unreadable = |source| Error::Read(diagnostics::Error::Read { path: path.to_owned(), source });
+        let file = diagnostics::open_regular(path).map_err(unreadable)?;
+        let length = file.metadata().map_err(unreadable)?.len();
+        let mut file = BufReader::with_capacity(1 << 16, file);
+        let mut magic = [0; 8];
+        if file.read_exact(&mut magic).is_err() || magic != mcap::MAGIC {
+            return Err(Error::NoBag(path.to_owned()));
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            length,
+            grows: false,
+            at: magic.len() as u64,
+            origin: (0, None),
+            chunk: None,
+            spare: Vec::new(),
+            after_chunk: 0,
+            known: Known::default(),
+            first_ns: 0,
+            last: None,
+            is_over: false,
+        })
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Goes to a record outside of chunks, or to a chunk.
+    pub(super) fn go_to(&mut self, at: u64) {
+        (self.chunk, self.after_chunk, self.at) = (None, 0, at);
+        self.is_over = self.file.seek(SeekFrom::Start(at)).is_err();
+    }
+
+    /// Whether the next record is a chunk; then also where it ends.
+    pub(super) fn chunk_end(&mut self) -> io::Result<Option<u64>> {
+        let head = record_head(&mut self.file)?;
+        self.file.seek(SeekFrom::Start(self.at))?;
+        Ok(head.filter(|(kind, _)| *kind == op::CHUNK).map(|(_, length)| self.at.saturating_add(9 + length)))
+    }
+
+    /// Whether the records of a chunk are read, after which those of the file follow.
+    pub(super) fn is_in_chunk(&self) -> bool {
+        self.chunk.is_some()
+    }
+
+    /// Where the bytes of the last message are in a chunk that is in memory as a whole.
+    pub(super) fn place_in_chunk(&self, length: usize) -> Option<usize> {
+        match &self.chunk {
+            Some(Chunk::Whole(records, _)) => Some(records.position() as usize - length),
+            _ => None,
+        }
+    }
+
+    /// Whether a chunk is in memory as a whole.
+    pub(super) fn is_whole(&self) -> bool {
+        matches!(self.chunk, Some(Chunk::Whole(..)))
+    }
+
+    /// The summary, after adding all its channels; none if the file was not closed or the summary is incomplete. Goes
+    /// back to the first record.
+    pub(super) fn summary(&mut self) -> Option<Summary> {
+        let summary = self.read_summary();
+        self.go_to(mcap::MAGIC.len() as u64);
+        if summary.is_none() {
+            self.known = Known::default();
+        }
+        summary
+    }
+
+    /// When the first and the last message on a channel were recorded, according to the index.
+    pub(super) fn span_of(&mut self, channel: u16, chunks: &[ChunkIndex]) -> Option<(u64, u64)> {
+        let of_channel = || chunks.iter().filter(|chunk| chunk.message_index_offsets.contains_key(&channel));
+        let first = of_channel().min_by_key(|chunk| chunk.message_start_time)?;
+        let last = of_channel().max_by_key(|chunk| chunk.message_end_time)?;
+        let mut times = |chunk: &ChunkIndex| {
+            let (at, mut body) = (*chunk.message_index_offsets.get(&channel)?, Vec::new());
+            self.file.seek(SeekFrom::Start(at)).ok()?;
+            let (kind, length) = record_head(&mut self.file).ok()??;
+            read_body(&mut self.file, length.min(LONGEST), &mut body).ok()?;
+            let Ok(Record::MessageIndex(index)) = parse_record(kind, &body) else { return None };
+            let times = || index.records.iter().map(|entry| entry.log_time);
+            times().min().zip(times().max())
+        };
+        Some((times(first)?.0, times(last)?.1))
+    }
+
+    fn read_summary(&mut self) -> Option<Summary> {
+        const FOOTER: u64 = 9 + 20;
+        let end = self.length.checked_sub(FOOTER + mcap::MAGIC.len() as u64)?;
+        let mut tail = Vec::new();
+        self.file.seek(SeekFrom::Start(end)).ok()?;
+        self.file.read_to_end(&mut tail).ok()?;
+        if !tail.ends_with(mcap::MAGIC) || tail[0] != op::FOOTER {
+            return None;
+        }
+        let Ok(Record::Footer(footer)) = parse_record(op::FOOTER, &tail[9..29]) else { return None };
+        let start = footer.summary_start;
+        if start == 0 || start > end {
+            return None;
+        }
+        let mut at = self.file.seek(SeekFrom::Start(start)).ok()?;
+        let (mut statistics, mut chunks, mut body, mut metadata) = (None, Vec::new(), Vec::new(), Vec::new());
+        while at < end {
+            let (kind, length) = record_head(&mut self.file).ok()??;
+            at = at.checked_add(9)?.checked_add(length).filter(|at| *at <= end)?;
+            read_body(&mut self.file, length, &mut body).ok()?;
+            match parse_record(kind, &body).ok()? {
+                Record::Statistics(found) => statistics = Some(found),
+                Record::ChunkIndex(index) => chunks.push(index),
+                Record::MetadataIndex(index) if index.name == METADATA => metadata.push(index.offset),
+                record => self.known.note(record),
+            }
+        }
+        for at in metadata {
+            self.file.seek(SeekFrom::Start(at)).ok()?;
+            self.known.step(&mut self.file, &mut |_, _: &_| ReadDepth::Nothing, &mut body).ok()?;
+        }
+        // Some writers leave channels out of the summary. Their messages would not be found; the whole file is read
+        // then.
+        let statistics = statistics.filter(|found| found.channel_count as usize == self.known.channels.len())?;
+        let span = (statistics.message_start_time, statistics.message_end_time);
+        Some(Summary {
+            counts: statistics.channel_message_counts,
+            span: (statistics.message_count > 0).then_some(span),
+            chunks,
+            start,
+        })
+    }
+
+    /// The next message that is to be read at least in part; none at the end, or if none has been written yet.
+    pub(super) fn next_message(
+        &mut self,
+        mut chooses: impl Chooses,
+        body: &mut Vec<u8>,
+        lost: &mut Vec<String>,
+    ) -> Option<MessageHeader> {
+        while !self.is_over {
+            match self.advance(&mut chooses, body, lost) {
+                WalkStep::Message(head, _) => return Some(head),
+                WalkStep::Unwritten => return None,
+                WalkStep::Other | WalkStep::End => {}
+            }
+        }
+        None
+    }
+
+    /// Reads the next record of the chunk, or of the file itself. Damage ends the chunk, or the file.
+    pub(super) fn advance(
+        &mut self,
+        chooses: &mut impl Chooses,
+        body: &mut Vec<u8>,
+        lost: &mut Vec<String>,
+    ) -> WalkStep {
+        match self.step(chooses, body) {
+            Ok(step) => {
+                match &step {
+                    WalkStep::Message(head, _) => self.last = Some(head.log_time),
+                    WalkStep::End => self.is_over = true,
+                    WalkStep::Other | WalkStep::Unwritten => {}
+                }
+                step
+            }
+            Err(error) => {
+                // A chunk says where it ends, so the file can be read from there on, unless it ends before.
+                let is_in_chunk = self.file.stream_position().is_ok_and(|at| at < self.after_chunk);
+                let goes_on = is_in_chunk && (self.grows || self.after_chunk < self.length);
+                lost.push(self.damage(goes_on, &error));
+                if let Some(Chunk::Whole(records, _)) = self.chunk.take() {
+                    self.spare = records.into_inner();
+                }
+                self.is_over = !goes_on || self.file.seek(SeekFrom::Start(self.after_chunk)).is_err();
+                self.at = self.after_chunk;
+                WalkStep::Other
+            }
+        }
+    }
+
+    /// What is lost, in words.
+    fn damage(&self, goes_on: bool, error: &io::Error) -> String {
+        let since = self.last.map_or_else(
+            || "before its first message".to_owned(),
+            |last| crate::after_first(nanoseconds(last), self.first_ns),
+        );
+        let (what, rest) =
+            if goes_on { ("contains a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
+        let reason = if error.kind() == io::ErrorKind::UnexpectedEof { String::new() } else { format!(" ({error})") };
+        format!("{} {what} {since}{reason}: {rest} is lost", self.path.display())
+    }
+
+    fn step(&mut self, chooses: &mut impl Chooses, body: &mut Vec<u8>) -> io::Result<WalkStep> {
+        if let Some(chunk) = &mut self.chunk {
+            let (step, _) = match chunk {
+                Chunk::Whole(records, _) => self.known.step(records, chooses, body)?,
+                Chunk::Stream(records) => self.known.step(records, chooses, body)?,
+            };
+            if !matches!(step, WalkStep::End) {
+                return Ok(step);
+            }
+            // Only now does damage matter: the records before it have been returned.
+            if let Some(Chunk::Whole(records, damage)) = self.chunk.take() {
+                self.spare = records.into_inner();
+                damage.map_or(Ok(()), Err)?;
+            }
+            self.at = self.file.seek(SeekFrom::Start(self.after_chunk))?;
+            return Ok(WalkStep::Other);
+        }
+        if self.grows && !self.is_written()? {
+            return Ok(WalkStep::Unwritten);
+        }
+        match self.file.fill_buf()?.first() {
+            None => Err(io::ErrorKind::UnexpectedEof.into()),
+            Some(&(op::DATA_END | op::FOOTER)) => Ok(WalkStep::End),
+            Some(&op::CHUNK) => {
+                let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
+                self.after_chunk = self.at.saturating_add(9).saturating_add(length);
+                self.origin = (self.at, None);
+                self.enter()?;
+                self.at = self.file.stream_position()?;
+                Ok(WalkStep::Other)
+            }
+            Some(_) => {
+                if self.at >= self.after_chunk {
+                    self.origin = (self.at, None);
+                }
+                let (step, length) = self.known.step(&mut self.file, chooses, body)?;
+                self.at = self.at.saturating_add(9).saturating_add(length);
+                Ok(step)
+            }
+        }
+    }
+
+    /// Whether the whole of the next record is in the file. Only then does it count: its writer may be in the middle of
+    /// it.
+    fn is_written(&mut self) -> io::Result<bool> {
+        const HEAD: u64 = 1 + 8;
+        if let Some([_, length @ ..]) = self.file.buffer().first_chunk::<{ HEAD as usize }>() {
+            let whole = u64::from_le_bytes(*length).saturating_add(HEAD);
+            if self.file.buffer().len() as u64 >= whole {
+                return Ok(true);
+            }
+        }
+        let at = self.file.stream_position()?;
+        let written = self.file.get_ref().metadata()?.len();
+        let rest = written.checked_sub(at).ok_or_else(|| io::Error::other("it has become shorter"))?;
+        if rest < HEAD {
+            return Ok(false);
+        }
+        // Some writers correct the length of a chunk when it is complete, so what was read before does not count.
+        self.file.seek(SeekFrom::Start(at))?;
+        let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
+        self.file.seek_relative(-(HEAD as i64))?;
+        Ok(rest - HEAD >= length)
+    }
+
+    /// The fields of a chunk before its records.
+    fn chunk_head(&mut self) -> io::Result<ChunkHead> {
+        let earliest = u64::from_le_bytes(self.bytes()?);
+        let _latest: [u8; 8] = self.bytes()?;
+        self.origin.1 = (earliest > 0).then_some(earliest);
+        let size = u64::from_le_bytes(self.bytes()?);
+        let checksum = u32::from_le_bytes(self.bytes()?);
+        let name_length = u32::from_le_bytes(self.bytes()?);
+        let mut compression = Vec::new();
+        read_body(&mut self.file, name_length.into(), &mut compression)?;
+        Ok(ChunkHead { size, checksum, compression, length: u64::from_le_bytes(self.bytes()?) })
+    }
+
+    fn bytes<const N: usize>(&mut self) -> io::Result<[u8; N]> {
+        let mut bytes = [0; N];
+        self.file.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Enters a chunk. Without compression and checksum, its records follow like any others, and unwanted messages can
+    /// be skipped without reading them. Otherwise it is decompressed into memory, if it is small enough. Records must
+    /// not be returned before a checksum over all of them is known to be right, so a large chunk is decompressed twice.
+    fn enter(&mut self) -> io::Result<()> {
+        let ChunkHead { size, checksum, compression, length } = self.chunk_head()?;
+        if compression.is_empty() && checksum == 0 {
+            return Ok(());
+        }
+        let at = self.file.stream_position()?;
+        let wrong = || Err(io::Error::other("its checksum is not that of its messages"));
+        let mut plain = decompressed(&self.path, at, length, &compression)?;
+        if size > LARGEST_WHOLE {
+            let is_other = |(read, found)| read == size && found != checksum;
+            if checksum != 0 && size_and_checksum(&mut plain).is_ok_and(is_other) {
+                return wrong();
+            }
+            let plain = decompressed(&self.path, at, length, &compression)?;
+            self.chunk = Some(Chunk::Stream(BufReader::with_capacity(1 << 16, plain)));
+            return Ok(());
+        }
+        // If the chunk is damaged, the records before the damage are returned first.
+        let mut whole = std::mem::take(&mut self.spare);
+        whole.clear();
+        let read = plain.take(LARGEST_WHOLE).read_to_end(&mut whole);
+        let is_short = whole.len() as u64 != size;
+        let damage = read.err().or_else(|| is_short.then(|| io::ErrorKind::UnexpectedEof.into()));
+        if damage.is_none() && checksum != 0 && crc32fast::hash(&whole) != checksum {
+            return wrong();
+        }
+        self.chunk = Some(Chunk::Whole(Cursor::new(whole), damage));
+        Ok(())
+    }
+}
+
+/// The records of a chunk, whose bytes are at that position of a file.
+fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Result<Box<dyn Read>> {
+    let mut file = diagnostics::open_regular(path)?;
+    file.seek(SeekFrom::Start(at))?;
+    let packed = BufReader::with_capacity(1 << 16, file.take(length));
+    match compression {
+        b"" => Ok(Box::new(packed)),
+        b"zstd" => Ok(Box::new(Zstandard::new(packed)?)),
+        b"lz4" => Ok(Box::new(lz4_flex::frame::FrameDecoder::new(packed))),
+        other => {
+            let other = String::from_utf8_lossy(other);
+            Err(io::Error::other(format!("the compression `{other}` is not supported")))
+        }
+    }
+}
+
+fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
+    let (mut size, mut hasher, mut buffer) = (0, crc32fast::Hasher::new(), [0; 1 << 13]);
+    loop {
+        match input.read(&mut buffer)? {
+            0 => return Ok((size, hasher.finalize())),
+            read => {
+                size += read as u64;
+                hasher.update(&buffer[..read]);
+            }
+        }
+    }
+}
+
+impl Known {
+    /// Adds a schema, a channel or metadata.
+    fn note(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, data } => {
+                let text = String::from_utf8_lossy(&data).into_owned();
+                self.schemas.insert(header.id, (header.name, Definition { language: header.encoding, text }));
+            }
+            Record::Channel(channel) => {
+                let (kind, definition) = self.schemas.get(&channel.schema_id).cloned().unzip();
+                let topic = Topic {
+                    name: channel.topic,
+                    kind: kind.unwrap_or_default(),
+                    encoding: channel.message_encoding,
+                    definition: definition.filter(|definition| !definition.language.is_empty()),
+                    hash: channel.metadata.get("topic_type_hash").and_then(|text| hash(text)),
+                };
+                self.channels.insert(channel.id, topic);
+            }
+            // In Humble and Iron. Later versions write the distribution into the metadata file.
+            Record::Metadata(metadata) if metadata.name == METADATA => {
+                let distribution = metadata.metadata.get("ROS_DISTRO").filter(|name| !name.is_empty());
+                self.distributions.extend(distribution.cloned());
+            }
+            _ => {}
+        }
+    }
+
+    /// Reads the next record of a chunk, or of the file. Returns the number of bytes after its kind and its length, too.
+    fn step(
+        &mut self,
+        input: &mut (impl BufRead + Pass),
+        chooses: &mut impl Chooses,
+        body: &mut Vec<u8>,
+    ) -> io::Result<(WalkStep, u64)> {
+        let Some((kind, length)) = record_head(input)? else { return Ok((WalkStep::End, 0)) };
+        let step = match kind {
+            op::MESSAGE if length >= MESSAGE_HEAD => {
+                let mut head = [0; MESSAGE_HEAD as usize];
+                input.read_exact(&mut head)?;
+                let head = message_head(&head);
+                let (reading, rest) = (chooses(&head, &self.channels), length - MESSAGE_HEAD);
+                match reading {
+                    ReadDepth::Body => read_body(input, rest, body)?,
+                    ReadDepth::More => read_more(input, rest, body)?,
+                    ReadDepth::Nothing | ReadDepth::Head => input.pass(rest)?,
+                }
+                if reading == ReadDepth::Nothing { WalkStep::Other } else { WalkStep::Message(head, rest as usize) }
+            }
+            op::SCHEMA | op::CHANNEL | op::METADATA if length <= LONGEST => {
+                let mut body = Vec::new();
+                read_body(input, length, &mut body)?;
+                match parse_record(kind, &body) {
+                    // Messages can be read without it.
+                    Err(_) if kind == op::METADATA => {}
+                    record => self.note(record.map_err(io::Error::other)?),
+                }
+                WalkStep::Other
+            }
+            // Indexes and attachments; also what is too short for a message or too long for a definition.
+            _ => input.pass(length).map(|()| WalkStep::Other)?,
+        };
+        Ok((step, length))
+    }
+}
+
+/// What precedes the records of a chunk.
+struct ChunkHead {
+    /// Their number of bytes without compression.
+    size: u64,
+    /// Their CRC-32 without compression; 0 if there is none.
+    checksum: u32,
+    /// The name of the compression; empty if there is none.
+    compression: Vec<u8>,
+    /// The number of bytes that follow.
+    length: u64,
+}
+
+pub(super) enum WalkStep {
+    /// A message that is to be read at least in part, and the number of its bytes.
+    Message(MessageHeader, usize),
+    Other,
+    /// The next record has not been written as a whole yet.
+    Unwritten,
+    End,
+}
+
+/// An input that can skip bytes.
+trait Pass {
+    fn pass(&mut self, length: u64) -> io::Result<()>;
+}
+
+impl Pass for Cursor<Vec<u8>> {
+    fn pass(&mut self, length: u64) -> io::Result<()> {
+        let end = self.position().checked_add(length).filter(|end| *end <= self.get_ref().len() as u64);
+        self.set_position(end.ok_or(io::ErrorKind::UnexpectedEof)?);
+        Ok(())
+    }
+}
+
+impl Pass for BufReader<Box<dyn Read>> {
+    fn pass(&mut self, length: u64) -> io::Result<()> {
+        let passed = io::copy(&mut self.take(length), &mut io::sink())?;
+        if passed == length { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+    }
+}
+
+/// Skipping beyond the end of the file shows at the next read.
+impl Pass for BufReader<File> {
+    fn pass(&mut self, length: u64) -> io::Result<()> {
+        self.seek_relative(i64::try_from(length).map_err(io::Error::other)?)
+    }
+}
+
+/// The kind and the length of the next record; none at the end.
+fn record_head(input: &mut impl BufRead) -> io::Result<Option<(u8, u64)>> {
+    if input.fill_buf()?.is_empty() {
+        return Ok(None);
+    }
+    let mut head = [0; 1 + 8];
+    input.read_exact(&mut head)?;
+    let [kind, length @ ..] = head;
+    Ok(Some((kind, u64::from_le_bytes(length))))
+}
+
+fn read_body(input: &mut impl BufRead, length: u64, body: &mut Vec<u8>) -> io::Result<()> {
+    body.clear();
+    read_more(input, length, body)
+}
+
+/// Adds bytes; if they end too early, none.
+fn read_more(input: &mut impl BufRead, length: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
+    // Most records are completely in the buffer.
+    if let Some(whole) = input.fill_buf()?.get(..usize::try_from(length).unwrap_or(usize::MAX)) {
+        bytes.extend_from_slice(whole);
+        input.consume(length as usize);
+        return Ok(());
+    }
+    let before = bytes.len();
+    input.take(length).read_to_end(bytes)?;
+    if (bytes.len() - before) as u64 == length {
+        return Ok(());
+    }
+    bytes.truncate(before);
+    Err(io::ErrorKind::UnexpectedEof.into())
+}
+
+fn message_head(bytes: &[u8; MESSAGE_HEAD as usize]) -> MessageHeader {
+    let number = |from: usize| u64::from_le_bytes(std::array::from_fn(|place| bytes[from + place]));
+    MessageHeader {
+        channel_id: u16::from_le_bytes([bytes[0], bytes[1]]),
+        sequence: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
+        log_time: number(6),
+        publish_time: number(14),
+    }
+}
