@@ -50,6 +50,8 @@ pub enum Flaw {
     Missing,
     /// Messages come later than they were sent. None is missing.
     Late,
+    /// A message comes after others that were sent after it.
+    Displaced,
     /// Messages may be missing, and those that come may be others than they seem.
     Mixed,
 }

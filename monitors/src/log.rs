@@ -325,10 +325,15 @@ impl<R: BufRead> EventLog<R> {
                 },
                 b"flaw" => {
                     found.flaw = match scanner.string()? {
+                        b"displaced" => Flaw::Displaced,
                         b"late" => Flaw::Late,
                         b"mixed" => Flaw::Mixed,
                         b"missing" => Flaw::Missing,
-                        _ => return Err(scanner.unreadable("a flaw is \"missing\", \"late\" or \"mixed\"")),
+                        _ => {
+                            return Err(
+                                scanner.unreadable("a flaw is \"missing\", \"late\", \"displaced\" or \"mixed\"")
+                            );
+                        }
                     }
                 }
                 b"since_s" => found.since = Some(scanner.seconds()?),

@@ -72,6 +72,8 @@ pub struct Events<'r> {
     new_grounds: VecDeque<(ChannelId, Ground)>,
     /// How many of the source's notes have been returned.
     noted: usize,
+    /// What comes before everything else.
+    next: VecDeque<Found>,
     /// How many messages came too late, and the greatest delay.
     late: (u64, i64),
 }
@@ -180,6 +182,7 @@ impl<'r> Events<'r> {
             may_be_new: true,
             new_grounds: VecDeque::new(),
             noted: 0,
+            next: VecDeque::new(),
             late: (0, 0),
         }
     }
@@ -207,10 +210,11 @@ impl<'r> Events<'r> {
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
-                "{} messages come up to {:.3} s too late and get the time of the message before them; `reorder_s` \
-                 sets how long to wait for them",
-                self.late.0,
-                self.late.1 as f64 * 1e-9
+                "{} up to {:.3} s too late and {} the time of what has come before; what this could change is unsure; \
+                 `reorder_s` sets how long to wait",
+                if self.late.0 == 1 { "1 message comes".to_owned() } else { format!("{} messages come", self.late.0) },
+                self.late.1 as f64 * 1e-9,
+                if self.late.0 == 1 { "gets" } else { "get" }
             )
         });
         let topics = &self.source.survey().topics;
@@ -413,6 +417,26 @@ impl<'r> Events<'r> {
         self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, what));
     }
 
+    /// A message comes too late to be put in order: it gets the time of what has come before it, which has been judged
+    /// without it. If it belongs before all that has come, the run began earlier, and no tick is where it should be.
+    fn displace(&mut self, channel: ChannelId, time_ns: i64, now_ns: i64) {
+        self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
+        let (what, delay_s) = (self.compiled.topology.describe(channel), (now_ns - time_ns) as f64 * 1e-9);
+        let why = format!("a message {what} comes {delay_s:.3} s too late to be put in order");
+        let is_within = self.start_ns.is_some_and(|start_ns| start_ns <= time_ns);
+        // What has the same time was recorded before it.
+        let since = if is_within { self.since_start(time_ns + 1) } else { Duration::ZERO };
+        let channel = is_within.then_some(channel);
+        self.next.push_back(Found::LeftOut(Gap {
+            flaw: Flaw::Displaced,
+            why,
+            channel,
+            since: Some(since),
+            ends: is_within,
+        }));
+        self.next.extend(channel.map(Found::Resumed));
+    }
+
     fn leave_out(&mut self, topic: usize, index: usize, reason: Reason, first: String) {
         let (channel, entry) = &self.compiled.entries[topic][index];
         // Of bytes that do not fit, nobody knows how many items they should have been.
@@ -481,6 +505,9 @@ impl Iterator for Events<'_> {
 
     fn next(&mut self) -> Option<Found> {
         loop {
+            if let Some(found) = self.next.pop_front() {
+                return Some(found);
+            }
             if let Some(gap) = self.new_gap() {
                 return Some(Found::LeftOut(gap));
             }
@@ -508,13 +535,17 @@ impl Iterator for Events<'_> {
                         Waiting::Resumed(channel) => return Some(Found::Resumed(channel)),
                     };
                     if time_ns < now_ns {
-                        self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
+                        self.displace(channel, time_ns, now_ns);
                     }
                     self.last_ns = now_ns;
                     self.steps += 1;
                     let kind = EventKind::Received { channel, message };
                     let time = self.since_start(now_ns);
-                    return Some(Found::Event(Event { step: self.steps, tick: self.ticks - 1, time, kind }));
+                    let event = Found::Event(Event { step: self.steps, tick: self.ticks - 1, time, kind });
+                    if self.next.is_empty() {
+                        return Some(event);
+                    }
+                    self.next.insert(1, event);
                 }
                 // Silence makes ticks, too.
                 _ => {

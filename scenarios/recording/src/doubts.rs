@@ -237,7 +237,8 @@ impl State {
         self.anew = None;
         let is_late = self.was_reached_since(gap) && self.verdict(property) == Verdict::False;
         match (&mut self.possible, gap.channel.filter(|_| gap.ends)) {
-            (Some(possible), Some(channel)) => {
+            // Where a displaced message belongs, it is missing; where it comes, it was not sent.
+            (Some(possible), Some(channel)) if gap.flaw != Flaw::Displaced => {
                 possible.miss(channel, gap.since);
                 let is_elsewhen = is_late && possible.broken() != self.reached.map(|(_, step)| step);
                 if possible.are_unknown() || is_elsewhen {
@@ -266,7 +267,9 @@ impl State {
 
     /// Whether the verdict was reached after messages had begun to be missing.
     fn was_reached_since(&self, gap: &Gap) -> bool {
-        self.reached.zip(gap.since).is_some_and(|((reached, _), since)| reached > since)
+        // A displaced message may belong before all that has come, which begins at time 0.
+        let is_since = |reached, since| reached > since || gap.flaw == Flaw::Displaced && reached == since;
+        self.reached.zip(gap.since).is_some_and(|((reached, _), since)| is_since(reached, since))
     }
 
     /// Messages may be missing, and what they could change is not worked out.

@@ -27,6 +27,7 @@ fn gap_line(gap: &Gap) -> serde_json::Value {
     let flaw = match gap.flaw {
         Flaw::Missing => "missing",
         Flaw::Late => "late",
+        Flaw::Displaced => "displaced",
         Flaw::Mixed => "mixed",
     };
     let mut line = json!({ "missing": gap.why, "flaw": flaw });
