@@ -271,7 +271,7 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
     let time = root.text("time").about(about).words(TIME).spanned().default(log);
     let reorder = root.seconds("reorder_s").about(
         "How long to wait for messages that arrive late, in seconds. Messages that arrive even later get the time \
-         of the message before them.",
+         of the message before them, and what they could change is unsure.",
     );
     let reorder = reorder.default(Duration::from_secs(1));
     let folders = root

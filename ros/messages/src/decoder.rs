@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::definition::{Base, Count, Primitive, Type, TypeName};
 use crate::layout::Layout;
 use crate::reader::CdrReader;
-use crate::value::{Mismatch, Value};
+use crate::value::{Mismatch, Value, WideWidth};
 
 /// Which parts of a value are wanted. The rest is skipped.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -31,14 +31,29 @@ impl Want {
 }
 
 /// Decodes the messages of a type: the wanted parts are stored, the rest is skipped.
+///
+/// How wide strings are encoded [depends on the program](WideWidth) that wrote a message. The width is the one with which
+/// the bytes are a message of the type. If they are with both, it is that of the program; if this is unknown, it is the
+/// one with which no character is 0; if this does not tell, and the wanted parts differ, they are no message.
 #[derive(Clone, Debug)]
-pub struct Decoder(Arc<Plan>);
+pub struct Decoder {
+    plan: Arc<Plan>,
+    /// Whether messages have wide strings.
+    is_wide: bool,
+    width: Option<WideWidth>,
+}
 
 impl Decoder {
     /// A decoder for the wanted parts of messages of that type.
     #[must_use]
     pub fn new(layout: &Layout, want: &Want) -> Self {
-        Self(plan(layout, want, &mut BTreeMap::new()))
+        Self { plan: plan(layout, want, &mut BTreeMap::new()), is_wide: layout.has_wide_strings(), width: None }
+    }
+
+    /// The same for messages of a program whose wide strings have this width; `None` if it is unknown.
+    #[must_use]
+    pub fn with_width(self, width: Option<WideWidth>) -> Self {
+        Self { width, ..self }
     }
 
     /// Decodes a message.
@@ -55,10 +70,31 @@ impl Decoder {
     /// # Errors
     /// As [`decode`](Self::decode); `value` may then have parts of the message.
     pub fn decode_into(&self, bytes: &[u8], value: &mut Value) -> Result<(), Mismatch> {
+        let likely = self.width.unwrap_or_default();
+        let found = self.decode_with(likely, bytes, value);
+        if !self.is_wide || found.is_ok() && self.width.is_some() {
+            return found.map(drop);
+        }
+        let other = if likely == WideWidth::Four { WideWidth::Two } else { WideWidth::Four };
+        let mut second = Value::Passed;
+        match (found, self.decode_with(other, bytes, &mut second)) {
+            (found, Err(_)) => found.map(drop),
+            (Ok(_), Ok(_)) if value.is_same(&second) => Ok(()),
+            (Ok(false), Ok(true)) => Ok(()),
+            (Ok(true), Ok(false)) | (Err(_), Ok(_)) => {
+                *value = second;
+                Ok(())
+            }
+            (Ok(_), Ok(_)) => Err(Mismatch::Wide),
+        }
+    }
+
+    /// Returns whether a wide string has a zero.
+    fn decode_with(&self, width: WideWidth, bytes: &[u8], value: &mut Value) -> Result<bool, Mismatch> {
         let mut cdr = CdrReader::new(bytes)?;
-        self.0.read(&mut cdr, Some(value))?;
+        self.plan.read(&mut cdr, width, Some(value))?;
         // Some writers pad the message to a multiple of eight bytes.
-        if cdr.left() < 8 { Ok(()) } else { Err(Mismatch::Long) }
+        if cdr.left() < 8 { Ok(cdr.has_wide_zero()) } else { Err(Mismatch::Long) }
     }
 }
 
@@ -146,40 +182,57 @@ impl Plan {
         }
     }
 
-    fn read(&self, cdr: &mut CdrReader<'_>, value: Option<&mut Value>) -> Result<(), Mismatch> {
+    fn read(&self, cdr: &mut CdrReader<'_>, width: WideWidth, value: Option<&mut Value>) -> Result<(), Mismatch> {
         let fields = value.map_or(&mut [][..], |value| value.fields(self.fields));
         self.steps.iter().try_for_each(|step| match step {
             DecodingStep::Skip { size, count } => cdr.skip(*size, *count),
             DecodingStep::Field { wanted, kind } => {
-                read_field(cdr, kind, wanted.and_then(|index| fields.get_mut(index)))
+                read_field(cdr, width, kind, wanted.and_then(|index| fields.get_mut(index)))
             }
         })
     }
 }
 
-fn read_field(cdr: &mut CdrReader<'_>, kind: &Type<Arc<Plan>>, value: Option<&mut Value>) -> Result<(), Mismatch> {
+fn read_field(
+    cdr: &mut CdrReader<'_>,
+    width: WideWidth,
+    kind: &Type<Arc<Plan>>,
+    value: Option<&mut Value>,
+) -> Result<(), Mismatch> {
     let count = match kind.count {
-        Count::One => return read_item(cdr, &kind.base, value),
+        Count::One => return read_item(cdr, width, &kind.base, value),
         Count::Exactly(count) if count > cdr.left() => return Err(Mismatch::Short),
         Count::Exactly(count) => count,
         Count::UpTo(bound) => cdr.length(bound)?,
         Count::Any => cdr.length(usize::MAX)?,
     };
     match (value, numbers(&kind.base)) {
-        (Some(value), _) => value.items(count).iter_mut().try_for_each(|value| read_item(cdr, &kind.base, Some(value))),
+        (Some(value), _) => {
+            value.items(count).iter_mut().try_for_each(|value| read_item(cdr, width, &kind.base, Some(value)))
+        }
         (None, Some((size, each))) => cdr.skip(size, count.saturating_mul(each)),
-        (None, None) => (0..count).try_for_each(|_| read_item(cdr, &kind.base, None)),
+        (None, None) => (0..count).try_for_each(|_| read_item(cdr, width, &kind.base, None)),
     }
 }
 
-fn read_item(cdr: &mut CdrReader<'_>, base: &Base<Arc<Plan>>, value: Option<&mut Value>) -> Result<(), Mismatch> {
+fn read_item(
+    cdr: &mut CdrReader<'_>,
+    width: WideWidth,
+    base: &Base<Arc<Plan>>,
+    value: Option<&mut Value>,
+) -> Result<(), Mismatch> {
     match base {
-        Base::Message(plan) => plan.read(cdr, value),
-        Base::Primitive(primitive) => read_primitive(cdr, *primitive, value),
+        Base::Message(plan) => plan.read(cdr, width, value),
+        Base::Primitive(primitive) => read_primitive(cdr, width, *primitive, value),
     }
 }
 
-fn read_primitive(cdr: &mut CdrReader<'_>, kind: Primitive, value: Option<&mut Value>) -> Result<(), Mismatch> {
+fn read_primitive(
+    cdr: &mut CdrReader<'_>,
+    width: WideWidth,
+    kind: Primitive,
+    value: Option<&mut Value>,
+) -> Result<(), Mismatch> {
     let found = match kind {
         Primitive::Bool => match cdr.number()? {
             [byte @ (0 | 1)] => Value::Bool(byte == 1),
@@ -203,7 +256,7 @@ fn read_primitive(cdr: &mut CdrReader<'_>, kind: Primitive, value: Option<&mut V
             }
             return Ok(());
         }
-        Primitive::WString(bound) => Value::Text(String::from_utf16_lossy(&cdr.wide_string(bound)?)),
+        Primitive::WString(bound) => Value::Text(String::from_utf16_lossy(&cdr.wide_string(bound, width)?)),
     };
     if let Some(value) = value {
         *value = found;

@@ -2,22 +2,30 @@
 
 use crate::definition::{Base, Count, Primitive};
 use crate::layout::Layout;
-use crate::value::{Mismatch, Value};
+use crate::value::{Mismatch, Value, WideWidth};
 use crate::writer::CdrWriter;
 
 impl Layout {
-    /// Encodes a message of this type, little-endian.
+    /// Encodes a message of this type, little-endian, as ROS 2 does.
     ///
     /// # Errors
     /// [`Mismatch::Value`] if the value or a part of it is of another type or out of range, [`Mismatch::Bound`] if an
     /// array or a string is too long.
     pub fn encode(&self, message: &Value) -> Result<Vec<u8>, Mismatch> {
+        self.encode_with(WideWidth::default(), message)
+    }
+
+    /// The same for programs whose wide strings have this width.
+    ///
+    /// # Errors
+    /// As [`encode`](Self::encode).
+    pub fn encode_with(&self, width: WideWidth, message: &Value) -> Result<Vec<u8>, Mismatch> {
         let mut cdr = CdrWriter::reusing(Vec::new());
-        self.write(message, &mut cdr)?;
+        self.write(message, width, &mut cdr)?;
         Ok(cdr.bytes())
     }
 
-    fn write(&self, message: &Value, cdr: &mut CdrWriter) -> Result<(), Mismatch> {
+    fn write(&self, message: &Value, width: WideWidth, cdr: &mut CdrWriter) -> Result<(), Mismatch> {
         let Value::Message(values) = message else { return Err(Mismatch::Value) };
         if values.len() != self.fields.len() {
             return Err(Mismatch::Value);
@@ -41,14 +49,14 @@ impl Layout {
                 _ => return Err(Mismatch::Value),
             };
             items.iter().try_for_each(|item| match &field.kind.base {
-                Base::Message(layout) => layout.write(item, cdr),
-                Base::Primitive(primitive) => write_primitive(*primitive, item, cdr),
+                Base::Message(layout) => layout.write(item, width, cdr),
+                Base::Primitive(primitive) => write_primitive(*primitive, item, width, cdr),
             })
         })
     }
 }
 
-fn write_primitive(kind: Primitive, value: &Value, cdr: &mut CdrWriter) -> Result<(), Mismatch> {
+fn write_primitive(kind: Primitive, value: &Value, width: WideWidth, cdr: &mut CdrWriter) -> Result<(), Mismatch> {
     match (kind, value) {
         (Primitive::Bool, Value::Bool(truth)) => cdr.number([u8::from(*truth)]),
         (Primitive::Float32, Value::Real(number)) => cdr.number((*number as f32).to_le_bytes()),
@@ -58,11 +66,13 @@ fn write_primitive(kind: Primitive, value: &Value, cdr: &mut CdrWriter) -> Resul
             cdr.text(text);
         }
         (Primitive::WString(bound), Value::Text(text)) => {
-            // ROS gives each unit of UTF-16 four bytes.
-            let units: Vec<[u8; 4]> = text.encode_utf16().map(|unit| u32::from(unit).to_le_bytes()).collect();
+            let units: Vec<u16> = text.encode_utf16().collect();
             within(units.len(), bound)?;
             cdr.length(units.len());
-            cdr.numbers(units.into_iter());
+            match width {
+                WideWidth::Two => cdr.numbers(units.into_iter().map(u16::to_le_bytes)),
+                WideWidth::Four => cdr.numbers(units.into_iter().map(|unit| u32::from(unit).to_le_bytes())),
+            }
         }
         (kind, Value::Int(number)) => {
             let (least, greatest) = kind.range().ok_or(Mismatch::Value)?;

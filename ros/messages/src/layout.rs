@@ -1,9 +1,9 @@
 //! Message types with all nested types resolved, as CDR needs them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::definition::{Base, Constant, Field, Message, Type, TypeName};
+use crate::definition::{Base, Constant, Field, Message, Primitive, Type, TypeName};
 
 /// A message type: a [`Message`] whose fields have the types themselves in place of their names.
 #[derive(Debug, PartialEq)]
@@ -47,6 +47,24 @@ impl Layout {
         find: &mut dyn FnMut(&TypeName) -> Result<Message, Undefined>,
     ) -> Result<Arc<Self>, Undefined> {
         resolve(name, find, &mut BTreeMap::new(), 0)
+    }
+
+    /// Whether its messages have wide strings.
+    #[must_use]
+    pub fn has_wide_strings(&self) -> bool {
+        // A type may be used many times: each is looked into once.
+        let (mut seen, mut open) = (BTreeSet::new(), vec![self]);
+        while let Some(layout) = open.pop() {
+            for field in &layout.fields {
+                match &field.kind.base {
+                    Base::Primitive(Primitive::WString(_)) => return true,
+                    Base::Primitive(_) => {}
+                    Base::Message(inner) if seen.insert(&inner.name) => open.push(inner),
+                    Base::Message(_) => {}
+                }
+            }
+        }
+        false
     }
 }
 

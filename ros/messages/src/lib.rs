@@ -71,5 +71,5 @@ pub use on_board::{EDITIONS, messages_on_board, on_board};
 pub use reader::CdrReader;
 pub use rust::{Byte, RosMessage, RosType};
 pub use structure::Structure;
-pub use value::{Mismatch, Value};
+pub use value::{Mismatch, Value, WideWidth};
 pub use writer::CdrWriter;

@@ -2,7 +2,7 @@
 //!
 //! Source: OMG's DDS-XTypes 1.3, 7.4.1 (plain CDR, version 1).
 
-use crate::value::Mismatch;
+use crate::value::{Mismatch, WideWidth};
 
 /// A message while it is decoded.
 #[derive(Clone, Debug)]
@@ -11,6 +11,8 @@ pub struct CdrReader<'b> {
     bytes: &'b [u8],
     at: usize,
     is_big: bool,
+    /// Whether a wide string had a zero. In ROS, none has.
+    has_wide_zero: bool,
 }
 
 impl<'b> CdrReader<'b> {
@@ -20,7 +22,9 @@ impl<'b> CdrReader<'b> {
     /// [`Mismatch::Encoding`] if they are not those of plain CDR.
     pub fn new(message: &'b [u8]) -> Result<Self, Mismatch> {
         match message {
-            [0, order @ (0 | 1), _, _, bytes @ ..] => Ok(Self { bytes, at: 0, is_big: *order == 0 }),
+            [0, order @ (0 | 1), _, _, bytes @ ..] => {
+                Ok(Self { bytes, at: 0, is_big: *order == 0, has_wide_zero: false })
+            }
             _ => Err(Mismatch::Encoding),
         }
     }
@@ -96,12 +100,23 @@ impl<'b> CdrReader<'b> {
         Ok(text.strip_suffix(&[0]).unwrap_or(text))
     }
 
-    /// The units of a wide string. ROS gives each unit of UTF-16 four bytes.
+    /// The units of a wide string.
     ///
     /// # Errors
-    /// As [`length`](Self::length).
-    pub fn wide_string(&mut self, bound: Option<usize>) -> Result<Vec<u16>, Mismatch> {
+    /// As [`length`](Self::length); [`Mismatch::Wide`] if a unit is none of UTF-16.
+    pub fn wide_string(&mut self, bound: Option<usize>, width: WideWidth) -> Result<Vec<u16>, Mismatch> {
         let length = self.length(bound.unwrap_or(usize::MAX))?;
-        (0..length).map(|_| Ok(u32::from_le_bytes(self.number()?) as u16)).collect()
+        let unit = |_| match width {
+            WideWidth::Two => Ok(u16::from_le_bytes(self.number()?)),
+            WideWidth::Four => u16::try_from(u32::from_le_bytes(self.number()?)).map_err(|_| Mismatch::Wide),
+        };
+        let units = (0..length).map(unit).collect::<Result<Vec<u16>, _>>()?;
+        self.has_wide_zero |= units.contains(&0);
+        Ok(units)
+    }
+
+    /// Whether a wide string had a zero.
+    pub(crate) fn has_wide_zero(&self) -> bool {
+        self.has_wide_zero
     }
 }

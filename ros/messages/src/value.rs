@@ -40,6 +40,17 @@ impl Value {
         items
     }
 
+    /// Whether both are the same value; unlike equal values, also if they are NaN.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Real(a), Self::Real(b)) => a.to_bits() == b.to_bits(),
+            (Self::List(a), Self::List(b)) | (Self::Message(a), Self::Message(b)) => {
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.is_same(b))
+            }
+            (a, b) => a == b,
+        }
+    }
+
     /// Turns this into a string.
     pub(crate) fn set_text(&mut self, text: &str) {
         match self {
@@ -50,6 +61,19 @@ impl Value {
             other => *other = Self::Text(text.to_owned()),
         }
     }
+}
+
+/// How many bytes a unit of a wide string has.
+///
+/// Source: `cdr_serialize` in `serialization_helpers.hpp` of `rosidl_typesupport_fastrtps_cpp` 3.6, and
+/// `Cdr::serialize(wchar_t)` of Fast CDR 1 and 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WideWidth {
+    /// In programs that use Fast CDR 2 without ROS.
+    Two,
+    /// In ROS, with all kinds of middleware.
+    #[default]
+    Four,
 }
 
 /// Why bytes or a value are not a message of that type.
@@ -70,6 +94,9 @@ pub enum Mismatch {
     /// The bytes have another encoding.
     #[error("they are not in CDR version 1 (XCDR2 and parameter lists are not supported)")]
     Encoding,
+    /// Wide strings fit with each width that ROS has used, or have units that are none of UTF-16.
+    #[error("it is not known how wide the characters of their wide strings are")]
+    Wide,
     /// The value is of another type than its field, or out of its range.
     #[error("a value does not fit its field")]
     Value,

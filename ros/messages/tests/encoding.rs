@@ -7,6 +7,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use ros_messages::{
     Base, Count, Decoder, Folders, Layout, Message, Mismatch, Primitive, Type, TypeName, Undefined, Value, Want,
+    WideWidth,
 };
 
 use crate::random;
@@ -77,6 +78,28 @@ fn a_type_is_refused_if_a_definition_is_missing_or_endless() {
     assert_eq!(why("Other other", &[("Other", "T[] more")]), "p/Other contains itself");
 }
 
+/// `WStrings` of `test_msgs`, as rclpy of Jazzy serializes it: with defaults, and with one more string in a sequence.
+#[test]
+fn wide_strings_are_those_of_ros() {
+    let text = "wstring a\nwstring b \"Hello world!\"\nwstring[3] c\nwstring[<=3] d\nwstring[] e\n";
+    let layout = layout(text, &[]).expect("a type");
+    let texts = |texts: &[&str]| Value::List(texts.iter().map(|text| Value::Text((*text).to_owned())).collect());
+    let [a, b] = ["aß😀", "Hello world!"].map(|text| Value::Text(text.to_owned()));
+    let message = Value::Message(vec![a, b, texts(&["", "", ""]), texts(&["x"]), texts(&[])]);
+    let units = |text: &str| -> Vec<u8> {
+        let units: Vec<u16> = text.encode_utf16().collect();
+        let length = (units.len() as u32).to_le_bytes();
+        length.into_iter().chain(units.iter().flat_map(|unit| u32::from(*unit).to_le_bytes())).collect()
+    };
+    let one = [1, 0, 0, 0];
+    let parts = [&units("aß😀")[..], &units("Hello world!"), &[0; 12], &one, &one, &[b'x', 0, 0, 0], &[0; 4]];
+    let bytes = [&[0, 1, 0, 0][..], &parts.concat()].concat();
+    assert_eq!(bytes[4..24], [4, 0, 0, 0, 0x61, 0, 0, 0, 0xdf, 0, 0, 0, 0x3d, 0xd8, 0, 0, 0, 0xde, 0, 0]);
+    assert_eq!(layout.encode(&message), Ok(bytes.clone()));
+    // The other width does not fit.
+    assert_eq!(Decoder::new(&layout, &Want::All).decode(&bytes), Ok(message));
+}
+
 #[test]
 fn values_that_do_not_fit_are_not_encoded() {
     let with = |kind: &str, value: Value| {
@@ -145,14 +168,40 @@ fn types() -> impl Strategy<Value = Arc<Layout>> {
 }
 
 proptest! {
+    /// With the width of its distribution, any message is decoded; without it, only if there is no other reading.
+    #[test]
+    fn wide_strings_of_both_widths_are_decoded_or_refused((layout, message) in types().prop_flat_map(|layout| (Just(layout.clone()), value(&layout)))) {
+        for width in [WideWidth::Two, WideWidth::Four] {
+            let bytes = layout.encode_with(width, &message).expect("it is a message of that type");
+            let decoder = Decoder::new(&layout, &Want::All);
+            let decoded = decoder.clone().with_width(Some(width)).decode(&bytes);
+            prop_assert_eq!(format!("{decoded:?}"), format!("Ok({message:?})"));
+            match decoder.decode(&bytes) {
+                // Of a string with a zero, another reading may have none.
+                Ok(decoded) => {
+                    let [decoded, message] = [decoded, message.clone()].map(|value| format!("{value:?}"));
+                    prop_assert!(decoded == message || message.contains("\\0"), "{decoded} and not {message}");
+                }
+                Err(mismatch) => {
+                    let other = if width == WideWidth::Two { WideWidth::Four } else { WideWidth::Two };
+                    let other = decoder.with_width(Some(other)).decode(&bytes);
+                    prop_assert!(mismatch == Mismatch::Wide && layout.has_wide_strings() && other.is_ok());
+                }
+            }
+        }
+    }
+
     #[test]
     fn what_is_encoded_is_decoded_again((layout, message) in types().prop_flat_map(|layout| (Just(layout.clone()), value(&layout)))) {
         let bytes = layout.encode(&message).expect("it is a message of that type");
         // Debug text, since NaN differs from itself.
-        let decoded = Decoder::new(&layout, &Want::All).decode(&bytes).expect("it is a message");
+        let decoder = Decoder::new(&layout, &Want::All).with_width(Some(WideWidth::Four));
+        let decoded = decoder.decode(&bytes).expect("it is a message");
         prop_assert_eq!(format!("{decoded:?}"), format!("{message:?}"));
         prop_assert_eq!(Decoder::new(&layout, &Want::Nothing).decode(&bytes), Ok(Value::Message(vec![Value::Passed; layout.fields.len()])));
         // Without its last byte, it is not a message of that type.
-        prop_assert_eq!(Decoder::new(&layout, &Want::Nothing).decode(&bytes[..bytes.len() - 1]), Err(Mismatch::Short));
+        if !layout.has_wide_strings() {
+            prop_assert_eq!(Decoder::new(&layout, &Want::Nothing).decode(&bytes[..bytes.len() - 1]), Err(Mismatch::Short));
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, FieldKind, Ground, Role, Shape, Symbol, Topology, Value};
 use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest, nearest_or_all};
-use ros_messages::{Decoder, Layout, Want, messages_on_board};
+use ros_messages::{Decoder, Layout, Want, WideWidth, messages_on_board};
 
 use super::{FieldSource, Mapped, Mapping};
 use crate::definitions::Definitions;
@@ -330,8 +330,10 @@ impl Mapping {
                 return None;
             }
         };
+        // Of the programs that write messages, those of ROS say which distribution they are from.
+        let width = (!definitions.survey.distributions.is_empty()).then(WideWidth::default);
         let before = problems.len();
-        let made = self.entry(mapped, layout, problems);
+        let made = self.entry(mapped, layout, width, problems);
         made.filter(|_| problems.len() == before)
     }
 
@@ -339,6 +341,7 @@ impl Mapping {
         &self,
         mapped: &Mapped,
         layout: Arc<Layout>,
+        width: Option<WideWidth>,
         problems: &mut Vec<Problem>,
     ) -> Option<(CompiledEntry, Shape)> {
         let mut fields = FieldCompiler { layout: &layout, items: None, want: Want::Nothing, problems };
@@ -358,7 +361,7 @@ impl Mapping {
             Some((rule, (name.clone(), kind)))
         });
         let (rules, kinds): (Vec<FieldRule>, Vec<(String, FieldKind)>) = compiled.unzip();
-        let decoder = Decoder::new(&layout, &fields.want);
+        let decoder = Decoder::new(&layout, &fields.want).with_width(width);
         let entry = CompiledEntry { decoder, clock: clock?, each, is_lossy: mapped.is_lossy, tests, fields: rules };
         Some((entry, Shape::new(kinds).with_role(Role::Topic)))
     }

@@ -138,10 +138,8 @@ fn unquoted(value: &Span) -> Result<String, Problem> {
     let text = value.text();
     let Some(quote) = text.chars().next().filter(|first| is_quote(*first)) else { return Ok(text.to_owned()) };
     let inside = text.get(1..text.len() - 1).filter(|_| text.len() >= 2 && text.ends_with(quote));
-    let Some(inside) = inside else {
-        let problem = value.problem("the string does not end with the quote with which it begins");
-        return Err(problem.with_label("this text").with_help("a `#` begins a comment, even in a string"));
-    };
+    // As in ROS, where a `#` begins a comment even in a string: what is left of the string has its quote.
+    let Some(inside) = inside else { return Ok(text.to_owned()) };
     if let Some(at) = closing(inside, quote) {
         let problem = part(value, 1 + at, 2 + at).problem(format!("a {quote} inside the string ends it"));
         return Err(problem.with_label("this quote").with_help(format!("write \\{quote}")));
