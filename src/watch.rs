@@ -261,10 +261,18 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     let typed = |all: &BTreeMap<String, Option<String>>| -> Value {
         all.iter().map(|(name, kind)| json!({ "name": name, "type": kind })).collect()
     };
+    let is_introspected = |service: &str| {
+        let is_event = |topic: &str| topic.strip_suffix("/_service_event") == Some(service);
+        survey.topics.iter().any(|topic| is_event(&topic.name))
+    };
     if args.json {
         let mut listed = bag::as_json(&contents, Path::new(&args.target.name()));
         listed["nodes"] = json!(nodes);
         (listed["actions"], listed["services"]) = (typed(&actions), typed(&services));
+        for service in listed["services"].as_array_mut().into_iter().flatten() {
+            let is_introspected = service["name"].as_str().is_some_and(is_introspected);
+            service["introspected"] = is_introspected.into();
+        }
         listed["publishers"] = json!(publishers);
         print_json(&listed)?;
     } else {
@@ -274,8 +282,11 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
                 format!("# {what:8} {name}  {}", kind.as_deref().unwrap_or_default()).trim_end().to_owned() + "\n"
             }
         };
-        let named = actions.iter().map(of("action")).chain(services.iter().map(of("service")));
-        let text: String = nodes.chain(named).collect();
+        let hidden = |(name, kind): (&String, &Option<String>)| {
+            let why = if is_introspected(name) { "" } else { "  without introspection: its calls cannot be mapped" };
+            of("service")((name, kind)).trim_end().to_owned() + why + "\n"
+        };
+        let text: String = nodes.chain(actions.iter().map(of("action"))).chain(services.iter().map(hidden)).collect();
         print(&(text + &bag::in_words(&contents, &publishers)))?;
     }
     Ok(ExitCode::SUCCESS)

@@ -82,6 +82,21 @@ enum Reader {
     Nav2(Box<Nav2Log>),
 }
 
+/// Why a file that does not begin as a log is none; of one that is named as a log, what is wrong with it.
+fn by_name(path: PathBuf, head: &[u8]) -> LogError {
+    let is = |ending: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
+    let problem = match head {
+        [] if is("btlog") || is("fbl") => "it is empty: its writer was stopped before it wrote anything",
+        _ if is("btlog") => "it does not begin as `FileLogger2` of BehaviorTree.CPP begins a log",
+        _ if is("fbl") => {
+            "it is a log of `FileLogger`, as BehaviorTree.CPP wrote it up to version 4.6.1, which cannot be read; log \
+             with `FileLogger2`"
+        }
+        _ => return LogError::Foreign(path),
+    };
+    LogError::Damaged { path, problem: problem.to_owned() }
+}
+
 impl Log {
     /// Opens a log. Of several sessions, `FILE#2` names the second, and the file's name alone the last.
     ///
@@ -102,7 +117,7 @@ impl Log {
             }
         }
         if head != file_logger::MAGIC {
-            return Err(LogError::Foreign(path));
+            return Err(by_name(path, &head));
         }
         if let Some(session) = session {
             let problem = format!("it has no sessions: leave out `#{session}`");

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use ros_messages::{Constant, Layout, Value};
 
 use crate::definitions::Definitions;
-use crate::path::{End, ItemsPath, ValueField, leaves};
+use crate::path::{End, ValueField, arrays, leaves};
 use crate::storage::{Survey, Topic, is_note};
 
 /// What a bag contains.
@@ -20,6 +20,8 @@ pub struct Contents {
     pub duration_s: f64,
     /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
+    /// What else is to be known of its files, in words.
+    pub notes: Vec<String>,
 }
 
 /// A topic of a bag.
@@ -41,9 +43,8 @@ pub struct Listed {
 /// No more fields than this are proposed: nobody would read them.
 const MOST_FIELDS: usize = 16;
 
-/// Types with an array of which every item tells something of its own, so that each becomes a message.
-const WITH_ITEMS: [(&str, &str); 2] =
-    [("nav2_msgs/msg/BehaviorTreeLog", "event_log"), ("tf2_msgs/msg/TFMessage", "transforms")];
+/// Nor entries for more arrays of a topic.
+const MOST_ARRAYS: usize = 8;
 
 impl Contents {
     /// The contents of a bag or of another source, with the definitions in it and in some folders.
@@ -57,8 +58,9 @@ impl Contents {
             .topics
             .iter()
             .zip(&survey.counts)
-            .filter(|(topic, _)| !is_note(topic))
-            .map(|(topic, messages)| {
+            .enumerate()
+            .filter(|(_, (topic, _))| !is_note(topic))
+            .map(|(index, (topic, messages))| {
                 let defined = definitions.defined(topic);
                 let found = defined.as_ref().map(|defined| leaves(&defined.layout)).unwrap_or_default();
                 let on_board = defined.as_ref().ok().and_then(|defined| defined.on_board.as_deref());
@@ -74,14 +76,15 @@ impl Contents {
                     name: topic.name.clone(),
                     kind: topic.kind.clone(),
                     messages: *messages,
-                    rate_hz: (*messages > 1 && duration_s > 0.0).then(|| (*messages - 1) as f64 / duration_s),
+                    rate_hz: rate_hz(survey, index, *messages),
                     fields: defined.as_ref().map(|_| fields).map_err(|undefined| undefined.to_string()),
                     entry,
                 }
             })
             .collect();
         topics.sort_by(|a, b| a.name.cmp(&b.name));
-        Self { topics, start_ns: survey.span_ns.map(|(first, _)| first), duration_s, lost: survey.lost.clone() }
+        let (start_ns, lost) = (survey.span_ns.map(|(first, _)| first), survey.lost.clone());
+        Self { topics, start_ns, duration_s, lost, notes: survey.notes.clone() }
     }
 
     /// A mapping of all topics that can be mapped, as a starting point; none if no topic can.
@@ -122,44 +125,82 @@ fn what(end: End) -> &'static str {
     }
 }
 
-/// The entry of a topic in a mapping; empty if no field can be mapped. It names the type, if it is the only one, so
-/// that properties can be checked without the topic; if the type is defined on board, it says so.
+/// How many messages come in a second: between the first and the last on the topic or, if these are not known, in the
+/// whole time. None if that is no time.
+fn rate_hz(survey: &Survey, topic: usize, messages: u64) -> Option<f64> {
+    let s = |(first, last): (i64, i64)| last.saturating_sub(first) as f64 * 1e-9;
+    let (count, duration_s) = match survey.spans_ns.get(&topic) {
+        Some(span) => (messages.saturating_sub(1), s(*span)),
+        None => (messages, s(survey.span_ns?)),
+    };
+    (messages > 1 && duration_s > 0.0).then(|| count as f64 / duration_s)
+}
+
+/// The entries of a topic in a mapping: one for the message, and one for the items of each array of messages, so that
+/// all of them are judged. Empty if no field can be mapped. They name the type, if it is the only one, so that
+/// properties can be checked without the topic; if the type is defined on board, they say so.
 fn entry(topic: &Topic, has_one_type: bool, on_board: Option<&str>, layout: &Layout) -> String {
     let Topic { name, kind, .. } = topic;
-    let with_items = WITH_ITEMS.iter().find(|(with_items, _)| with_items == kind);
-    let items = with_items.and_then(|(_, each)| Some((each, ItemsPath::resolve(each, layout).ok()?)));
-    let mut leaves = leaves(items.as_ref().map_or(layout, |(_, items)| &items.layout));
-    leaves.retain(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time);
-    if leaves.is_empty() {
-        return String::new();
-    }
     let on_board = on_board.map_or_else(String::new, |how| format!(" # defined on board, {how}"));
-    let each = items.as_ref().map_or_else(String::new, |(each, _)| format!("each = {each:?}\n"));
     let named = if has_one_type {
         format!("type = {kind:?}{on_board}\n")
     } else {
         format!("# of several types, such as {kind}{}\n", on_board.replace(" #", ","))
     };
-    let mut text = format!(
-        "\n[[messages]]\ntopic = {name:?}\n{named}from = \"{}\"\nto = \"monitor\"\n{each}[messages.fields]\n",
-        process(name)
-    );
-    let mut names = BTreeSet::new();
+    let of = |items: Option<&str>, from: &str, fields: &str| {
+        let each = items.map_or_else(String::new, |each| format!("each = {each:?}\n"));
+        format!(
+            "\n[[messages]]\ntopic = {name:?}\n{named}from = \"{from}\"\nto = \"monitor\"\n{each}[messages.fields]\n{fields}"
+        )
+    };
+    let (whole, arrays) = (fields(layout, false), arrays(layout));
+    let own = process(name);
+    let mut text = whole.as_ref().map_or_else(String::new, |fields| of(None, &own, fields));
+    let has_one = whole.is_none() && arrays.len() == 1;
+    for (array, items) in arrays.iter().take(MOST_ARRAYS) {
+        // Messages of another kind come from a process of their own: a property is then about one of them.
+        let from = if has_one { own.clone() } else { format!("{own}_{}", array.replace('.', "_")) };
+        if let Some(fields) = fields(items, true) {
+            text += &of(Some(array), &from, &fields);
+        }
+    }
+    if arrays.len() > MOST_ARRAYS {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "# {} more arrays", arrays.len() - MOST_ARRAYS);
+    }
+    text
+}
+
+/// The fields of a message in a mapping, or of the items of an array; none if there are none. Of an array in an item,
+/// there is a list of all its items.
+fn fields(layout: &Layout, is_item: bool) -> Option<String> {
+    let mut leaves = leaves(layout);
+    let is_list = |leaf: &ValueField<'_>| leaf.path.contains("[-1]");
+    leaves.retain(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time);
+    // Of an array in an item of an array in an item, a mapping can have no list.
+    let is_deep = |leaf: &ValueField<'_>| is_item && leaf.path.matches("[-1]").count() > 1;
+    let deep = leaves.iter().filter(|leaf| is_deep(leaf)).count();
+    leaves.retain(|leaf| !is_list(leaf) || is_item && !is_deep(leaf));
+    let (mut text, mut names) = (String::new(), BTreeSet::new());
     for leaf in leaves.iter().take(MOST_FIELDS) {
         let mut name = leaf.path.replace("[-1]", "").replace('.', "_");
         while !names.insert(name.clone()) {
             name.push('_');
         }
+        let path = leaf.path.replace("[-1]", "[]");
         // Writing to a string cannot fail.
         let _ = match symbols(leaf) {
-            Some(symbols) => writeln!(text, "{name} = {{ path = \"{}\", symbols = {{ {symbols} }} }}", leaf.path),
-            None => writeln!(text, "{name} = \"{}\"", leaf.path),
+            Some(symbols) => writeln!(text, "{name} = {{ path = {path:?}, symbols = {{ {symbols} }} }}"),
+            None => writeln!(text, "{name} = {path:?}"),
         };
     }
     if leaves.len() > MOST_FIELDS {
         let _ = writeln!(text, "# {} more", leaves.len() - MOST_FIELDS);
     }
-    text
+    if deep > 0 {
+        let _ = writeln!(text, "# {deep} more in arrays of arrays, of which a path names one item: `a[-1].b[-1].c`");
+    }
+    leaves.first().map(|_| text)
 }
 
 /// The name of a process for a topic.

@@ -278,3 +278,23 @@ fn add_leaves<'l>(layout: &'l Layout, below: &str, left: &mut usize, found: &mut
         }
     }
 }
+
+/// The arrays of messages in a message, with the type of their items, but for those within the items of others.
+pub(crate) fn arrays(layout: &Layout) -> Vec<(String, &Layout)> {
+    let (mut found, mut left) = (Vec::new(), 10_000);
+    add_arrays(layout, "", &mut left, &mut found);
+    found
+}
+
+fn add_arrays<'l>(layout: &'l Layout, below: &str, left: &mut usize, found: &mut Vec<(String, &'l Layout)>) {
+    for field in &layout.fields {
+        let Some(fewer) = left.checked_sub(1) else { return };
+        *left = fewer;
+        let Base::Message(inner) = &field.kind.base else { continue };
+        let path = if below.is_empty() { field.name.clone() } else { format!("{below}.{}", field.name) };
+        match field.kind.count {
+            Count::One => add_arrays(inner, &path, left, found),
+            _ => found.push((path, inner)),
+        }
+    }
+}

@@ -96,6 +96,36 @@ fn the_proposed_mapping_works_as_it_is() {
     assert_eq!((events.len(), notes.len()), (4, 0), "{events:?}");
 }
 
+/// Of an array, the last item alone would be judged.
+#[test]
+fn the_proposed_mapping_covers_every_item_of_every_array() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let definition = "uint8 level\nStatus[] status\nMotor[2] motors\n===\nMSG: p/Status\nbyte ERROR=2\nstring name\n\
+                      KeyValue[] values\n===\nMSG: p/KeyValue\nstring key\n===\nMSG: p/Motor\nuint8 id\nuint8[] codes\n";
+    let text = |text: &str| [&(text.len() as u32 + 1).to_le_bytes()[..], text.as_bytes(), &[0]].concat();
+    let count = |count: u32| count.to_le_bytes().to_vec();
+    let status = [text("abc"), count(2), text("abc"), text("xyz"), text("def"), count(1), text("ghi")].concat();
+    let motors = [[&[1, 0, 0, 0][..], &count(0)].concat(), [&[2, 0, 0, 0][..], &count(0)].concat()].concat();
+    let body = [&[0, 1, 0, 0][..], &[5, 0, 0, 0], &count(2), &status, &motors].concat();
+    let bag = bag_of(folder.path(), &[("/diagnostics", ("p/msg/D", definition), 1, body)]);
+    let contents =
+        Contents::of(bag.survey(), &Definitions { survey: &Survey::default(), folders: &[], read: &nothing });
+    let proposal = contents.proposal().expect("there are fields");
+    insta::assert_snapshot!(proposal);
+    let (events, notes) = read_with(&bag, &proposal);
+    assert_eq!(notes, [""; 0]);
+    let messages: Vec<&str> =
+        events.iter().filter_map(|line| line.split_once(": ")?.1.split_once(": ")).map(|(_, rest)| rest).collect();
+    let expected = [
+        "diagnostics → monitor [5]",
+        "diagnostics_status → monitor [\"abc\", [\"abc\", \"xyz\"]]",
+        "diagnostics_status → monitor [\"def\", [\"ghi\"]]",
+        "diagnostics_motors → monitor [1]",
+        "diagnostics_motors → monitor [2]",
+    ];
+    assert_eq!(messages, expected);
+}
+
 #[test]
 fn what_each_item_tells_is_proposed_as_a_message_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
