@@ -47,6 +47,13 @@ pub(crate) struct TreeScript {
 }
 
 impl TreeScript {
+    /// The names of the leaves in the file, as far as it can be read. They need not be declared in the tree's file.
+    pub(crate) fn leaves(file: &Path) -> Vec<String> {
+        let table: toml::Table = diagnostics::text_from_disk(file).unwrap_or_default().parse().unwrap_or_default();
+        let leaves = table.get("leaves").and_then(toml::Value::as_table);
+        leaves.into_iter().flatten().map(|(name, _)| name.clone()).collect()
+    }
+
     /// Reads the file, which must have a behavior for every leaf.
     pub(crate) fn open(file: &Path, tree: &Tree) -> Result<Self, Error> {
         let name = file.display().to_string();

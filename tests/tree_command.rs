@@ -101,6 +101,17 @@ fn the_status_of_every_node_is_printed_at_every_tick() {
 }
 
 #[test]
+fn leaves_that_the_file_of_leaves_names_need_not_be_declared() {
+    let tree = r#"<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><Look/><Find pose="{p}"/></Sequence></BehaviorTree></root>"#;
+    let (_folder, tree, leaves) = files(tree, "[leaves]\nLook = \"success\"\nFind = \"failure\"\n");
+    let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves)], 0);
+    assert!(table.contains("Look") && table.contains("F failure"), "{table}");
+    std::fs::write(&leaves, "[leaves]\nLook = \"success\"\n").unwrap();
+    let refused = refusal(&["tree", "run", text(&tree), "--leaves", text(&leaves)]);
+    assert!(refused.contains("unknown node type <Find>") && !refused.contains("<Look>"), "{refused}");
+}
+
+#[test]
 fn other_leaves_may_have_a_common_answer_and_entries_may_be_written_later() {
     let leaves = "ticks = 3\notherwise = \"success\"\n[leaves]\nIsOpen = \"failure\"\n[blackboard]\nstrength = 1\n\
                   [[writes]]\nbefore_tick = 2\nentries = { strength = 2.5 }\n";

@@ -50,9 +50,14 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
                 Some(target) => found.push((target, node.span)),
                 None => {
                     let problems = &mut files[definition.file].problems;
-                    let help = hint(id, index.ids(), problems.len());
+                    let include = "a tree of another file needs <include path=\"FILE.xml\"/> above the trees";
+                    let help = match hint(id, index.ids(), problems.len()) {
+                        Some(help) if help.starts_with("known") => format!("{help}; {include}"),
+                        Some(help) => help,
+                        None => include.to_owned(),
+                    };
                     let problem = Problem::new(format!("unknown tree `{id}`")).at(node.span, "no such tree");
-                    problems.push(problem.with_help_if(help));
+                    problems.push(problem.with_help(help));
                 }
             }
         }

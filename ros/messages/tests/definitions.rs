@@ -86,7 +86,8 @@ fn values_are_read_as_in_ros() {
     let values: Vec<Value> = constants.into_iter().map(|constant| constant.value).collect();
     assert_eq!(values, [text("with spaces"), Value::Int(65), text(" x "), text("")]);
     // As rosidl_adapter of Jazzy reads them.
-    let hashes = message("string A=\"a # b\"\nstring B='x#y'  # comment\nstring C=a # b\nstring D=say \"a # b\"\n").constants;
+    let hashes =
+        message("string A=\"a # b\"\nstring B='x#y'  # comment\nstring C=a # b\nstring D=say \"a # b\"\n").constants;
     let values: Vec<Value> = hashes.into_iter().map(|constant| constant.value).collect();
     assert_eq!(values, ["\"a", "'x", "a", "say \"a"].map(text));
 }

@@ -54,8 +54,19 @@ fn what(kind: Kind) -> &'static str {
 /// # Errors
 /// Everything that is wrong with it.
 pub fn tree(disk: &Disk, argument: &Path) -> Result<Tree, Error> {
+    tree_with(disk, argument, [])
+}
+
+/// The same; leaves with these IDs need not be declared in it.
+///
+/// # Errors
+/// The same.
+pub fn tree_with(disk: &Disk, argument: &Path, leaves: impl IntoIterator<Item = String>) -> Result<Tree, Error> {
     let (path, text) = read(disk, Kind::Tree, argument)?;
-    Loader::default().load_with(path, &text, |path| files(disk).read_text(path)).map_err(Error::bad_input)
+    Loader::default()
+        .leaves(leaves)
+        .load_with(path, &text, |path| files(disk).read_text(path))
+        .map_err(Error::bad_input)
 }
 
 /// Loads a machine.
