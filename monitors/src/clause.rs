@@ -460,6 +460,11 @@ pub(crate) fn trigger(part: &LiteralSet, words: &Vocabulary) -> Trigger {
     Trigger::of(std::iter::once(part), words)
 }
 
+/// Whether a part is only about the present and the past.
+pub(crate) fn is_of_the_present(part: &LiteralSet) -> bool {
+    part.iter().all(|literal| matches!(literal, Literal::Event { .. }) || literal.past().is_some())
+}
+
 /// The clauses that must always hold, if that is all that the formula demands.
 pub(crate) fn always(form: &Form) -> Option<Vec<&LiteralSet>> {
     let mut clauses = Vec::new();

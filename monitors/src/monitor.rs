@@ -10,7 +10,9 @@ use std::any::Any;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict};
+use channels::{
+    ChannelId, Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict,
+};
 
 use crate::clause::Window;
 use crate::describe;
@@ -21,7 +23,7 @@ use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
 use record::{Observation, Record};
 use vacuity::Watch;
-use violations::Recurrence;
+use violations::{Position, Recurrence};
 
 pub use possible::PossibleStates;
 pub use vacuity::Vacuity;
@@ -31,7 +33,8 @@ pub use witness::{EventTime, OpenObligation, Sighting, Witness};
 /// The monitor of a SCOPE property.
 ///
 /// Its verdict never changes once it is true or false. The time per event and the memory depend on the formula and its
-/// bounds, never on the length of the run.
+/// bounds, never on the length of the run. Events come in the order of their ticks and times: if time goes back, there is
+/// no verdict unless there was one, and the outcome is inconclusive.
 ///
 /// ```
 /// use std::{sync::Arc, time::Duration};
@@ -69,7 +72,7 @@ pub struct ScopeMonitor {
     verdict: Verdict,
     record: Record,
     watches: Vec<Watch>,
-    /// Once it has been violated.
+    /// All violations; none in a normal form, or after letters that were read in advance.
     recurrence: Option<Box<Recurrence>>,
 }
 
@@ -87,7 +90,8 @@ impl ScopeMonitor {
     ///
     /// # Errors
     /// [`FormulaError`] if the formula has more than 64 different events and operators that look back, its clause form
-    /// has more than two thousand parts, or an operator that looks ahead is inside one that looks back.
+    /// has more than two thousand parts, an operator that looks ahead is inside one that looks back, or a field has the
+    /// number 0.
     pub fn new(name: &str, formula: Formula, topology: &Arc<Topology>) -> Result<Self, FormulaError> {
         Self::with(name, formula, topology, Choice::Best)
     }
@@ -118,7 +122,6 @@ impl ScopeMonitor {
         let rules = synthesis.rules().filter(|_| synthesis.compact().is_none());
         Ok(Self {
             name: name.to_owned(),
-            formula: Arc::new(formula),
             topology: Arc::clone(topology),
             picture,
             rules: rules.map(|rules| CompactRun::new(Arc::clone(rules))),
@@ -127,7 +130,8 @@ impl ScopeMonitor {
             verdict: run.verdict(),
             record: Record::new(&synthesis),
             watches: Watch::of(&synthesis, topology),
-            recurrence: None,
+            formula: Arc::new(formula),
+            recurrence: Some(Box::new(Recurrence::new(&synthesis))),
             run,
             synthesis: Arc::new(synthesis),
         })
@@ -182,10 +186,10 @@ impl ScopeMonitor {
         self.record.witness()
     }
 
-    /// Every violation so far; `None` if there was none, or only one that was found in [advance](Self::run_symbols).
+    /// Every violation so far; `None` if there was none, or if it was found in [advance](Self::run_symbols).
     #[must_use]
     pub fn violations(&self) -> Option<&Violations> {
-        self.recurrence.as_ref().map(|recurrence| recurrence.violations())
+        self.recurrence.as_ref().filter(|_| self.verdict == Verdict::False)?.violations()
     }
 
     /// This monitor, judging only what begins from here on: what is owed, and a violation, are given up; the last
@@ -193,13 +197,12 @@ impl ScopeMonitor {
     /// the property demands that clauses `always` hold which do not look back.
     #[must_use]
     pub fn anew(&self) -> Option<Self> {
-        let memory = match &self.recurrence {
-            Some(recurrence) => recurrence.memory(),
-            None => Some(self.record.memory()),
-        };
-        let can_begin = self.verdict != Verdict::True && self.synthesis.can_begin_anew();
-        let memory = memory.filter(|_| can_begin)?.clone();
-        let mut anew = Self { verdict: Verdict::Inconclusive, recurrence: None, ..self.clone() };
+        if self.verdict == Verdict::True || !self.synthesis.can_begin_anew() {
+            return None;
+        }
+        let memory = self.record.memory().clone();
+        let recurrence = Some(Box::new(Recurrence::new(&self.synthesis)));
+        let mut anew = Self { verdict: Verdict::Inconclusive, recurrence, ..self.clone() };
         anew.run = self.synthesis.resume(&memory, self.now);
         let rules = self.rules.as_ref();
         anew.rules = rules.map(|rules| CompactRun::resume(Arc::clone(rules.compact()), memory.clone(), self.now));
@@ -207,7 +210,7 @@ impl ScopeMonitor {
         Some(anew)
     }
 
-    /// Messages may be missing: from now on, no antecedent is known never to have held.
+    /// Messages may be missing: from now on, no antecedent is known never to have held, and no channel to be silent.
     pub fn give_up_vacuity(&mut self) {
         self.watches.clear();
     }
@@ -266,7 +269,7 @@ impl ScopeMonitor {
         open.collect()
     }
 
-    /// The clauses whose antecedent never held in a state in which it was checked.
+    /// The clauses whose antecedent never held in a state in which it was checked; none if the property is violated.
     #[must_use]
     pub fn vacuous(&self) -> Vec<Vacuity> {
         self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
@@ -328,7 +331,7 @@ impl ScopeMonitor {
             return;
         }
         let alphabet = &self.synthesis.alphabet;
-        self.rules = None;
+        (self.rules, self.recurrence) = (None, None);
         match &mut self.run {
             RunningMonitor::Compact(run) => run.run(symbols, alphabet),
             RunningMonitor::Automaton(run) => run.run(symbols, alphabet),
@@ -388,7 +391,8 @@ impl ScopeMonitor {
     /// The state that determines how it continues: the verdict if it is final, else that of the machine, and whether τ
     /// has begun.
     fn situation(&self) -> (Verdict, Option<(bool, Situation<'_>)>) {
-        let open = (self.verdict == Verdict::Inconclusive).then(|| (self.start.is_some(), self.run.situation()));
+        let is_open = self.verdict == Verdict::Inconclusive;
+        let open = is_open.then(|| (self.start.is_some(), self.run.situation()));
         (self.verdict, open)
     }
 
@@ -429,23 +433,36 @@ impl ScopeMonitor {
         }
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
         self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict);
-        if self.verdict == Verdict::False {
-            self.recurrence =
-                Some(Box::new(Recurrence::new(&self.synthesis, self.record.memory(), event, letter, now)));
-        }
+        follow(&mut self.recurrence, &observation, letter, &self.record, self.now, self.verdict);
     }
 
     /// Processes a state after a violation.
     fn read_again(&mut self, event: &Event, letter: Letter) {
-        let Some(recurrence) = &mut self.recurrence else { return };
-        let now = self.synthesis.vocabulary.tau(event).saturating_sub(self.start.unwrap_or(0));
-        self.now = self.now.max(now);
+        let start = self.start.unwrap_or(0);
+        let now = self.synthesis.vocabulary.tau(event).saturating_sub(start);
         let message = match &event.kind {
             EventKind::Received { channel, message } => Some((*channel, message)),
             EventKind::Tick => None,
         };
-        recurrence.read(event, letter, message, self.now);
-        self.record.note(event);
+        self.record.see(event, letter, message, &self.synthesis.past, now.saturating_sub(self.now));
+        self.now = self.now.max(now);
+        let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
+        follow(&mut self.recurrence, &observation, letter, &self.record, self.now, self.verdict);
+    }
+}
+
+/// Follows all violations through a state that has been read.
+fn follow(
+    recurrence: &mut Option<Box<Recurrence>>,
+    observation: &Observation<'_>,
+    letter: Letter,
+    record: &Record,
+    now: u64,
+    verdict: Verdict,
+) {
+    let is_violated = verdict == Verdict::False;
+    if let Some(recurrence) = recurrence.as_mut().filter(|recurrence| is_violated || !recurrence.is_idle()) {
+        recurrence.follow(Position { observation, letter, memory: record.memory(), now }, is_violated);
     }
 }
 

@@ -431,7 +431,15 @@ fn a_distant_deadline_is_exact_to_the_tick() {
     }
 }
 
-/// Random formulas about the present and the past that always hold, on long sequences.
+/// A clause fails at a position or not, whatever failed before, and each deadline is missed once.
+#[test]
+fn every_deadline_that_is_missed_is_found_with_its_times() {
+    let pairs = cases(2_000);
+    let tally = agree(Class::Missed, 0, pairs, 20, 3);
+    assert!(tally.again > pairs, "{tally}");
+}
+
+/// Random formulas that always hold, on long sequences.
 #[test]
 fn every_violation_is_found_and_lasts_until_the_property_holds_again() {
     let topologies = Topologies::new();

@@ -115,6 +115,16 @@ impl Obligations {
         &self.clauses
     }
 
+    /// The next τ at which a window begins or has ended.
+    pub(crate) fn changes_at(&self) -> Option<u64> {
+        let changes = self.clauses.iter().flatten().filter_map(|obligation| match *obligation {
+            Obligation::Passes { first, .. } if first != 0 => Some(first),
+            Obligation::Passes { last, .. } => last.checked_add(1),
+            Obligation::Goes(..) | Obligation::Waits(..) => None,
+        });
+        changes.min()
+    }
+
     /// The clause that could only be met by messages until `last`, if there is one: it is missed when τ passes `last`.
     pub(crate) fn ending_by(&self, last: u64) -> Option<&Clause> {
         let ends = |obligation: &Obligation| match obligation {

@@ -157,8 +157,32 @@ impl Operators {
         })
     }
 
+    /// Whether the state may change these obligations.
+    pub(crate) fn concerns(&self, obligations: &Obligations, state: State<'_>) -> bool {
+        obligations.clauses().iter().flatten().any(|obligation| match obligation {
+            Obligation::Goes(..) => true,
+            Obligation::Waits(operator, _) => self.is_asked(*operator, state.letter),
+            Obligation::Passes { event, first, values, .. } => {
+                *first <= state.now && self.passes(*event, state, values)
+            }
+        })
+    }
+
+    /// The events for which the root's own literals wait in this state, each with the values that it compares with.
+    pub(crate) fn answers(&self, state: State<'_>) -> Vec<(EventId, Values)> {
+        let of_clause = |clause: &CompiledPart| {
+            let values = state.remembered(clause, &Values::default());
+            let awaited = clause.literals.iter().filter_map(|literal| match literal {
+                Compiled::Time { event, holds: true, .. } => Some((*event, values.only(&self.past.names(*event)))),
+                _ => None,
+            });
+            awaited.collect::<Vec<_>>()
+        };
+        self.root.iter().flat_map(of_clause).collect()
+    }
+
     /// Whether the state's message satisfies the event.
-    fn passes(&self, event: EventId, state: State<'_>, values: &Values) -> bool {
+    pub(crate) fn passes(&self, event: EventId, state: State<'_>, values: &Values) -> bool {
         match state.data {
             Some(data) => data.passes(event, values, &self.past.known),
             None => state.letter.satisfied & (1 << event.0) != 0,

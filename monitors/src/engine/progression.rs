@@ -6,7 +6,7 @@ use channels::{ChannelId, Message, Verdict};
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligations};
-use crate::engine::operators::{Operators, State};
+use crate::engine::operators::Operators;
 use crate::engine::past::Memory;
 use crate::engine::situation::Situation;
 
@@ -55,16 +55,6 @@ impl Progression {
         });
     }
 
-    /// Begins with the present state, which has this letter and is in the memory already.
-    pub(crate) fn begin_with(&mut self, letter: Letter) {
-        self.owed = Some(self.operators.begin(State::present(letter, &self.memory, self.now)));
-    }
-
-    /// Begins anew with the next state, with the same memory.
-    pub(crate) fn begin_anew(&mut self) {
-        (self.owed, self.missed) = (None, None);
-    }
-
     /// Processes symbols; ticks are [`Symbol::NEXT_TICK`].
     pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
         for symbol in symbols {
@@ -75,11 +65,6 @@ impl Progression {
                 self.read(alphabet.letter(*symbol), None);
             }
         }
-    }
-
-    /// Everything that matters for what comes, besides the obligations.
-    pub(crate) fn memory(&self) -> &Memory {
-        &self.memory
     }
 
     /// The clause whose deadline passed before it was met, if that is why the formula is false.

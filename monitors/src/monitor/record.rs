@@ -50,12 +50,18 @@ impl Observation<'_> {
 
     /// When the verdict was reached: when the last moment for an answer had passed, even if nothing happened then.
     fn settled(&self, last: Option<u64>) -> EventTime {
-        let mut settled = EventTime::of(self.event);
-        if let Some(last) = last.filter(|_| self.synthesis.vocabulary.is_timed) {
-            let passed = last.saturating_add(self.start).saturating_add(1);
-            settled.time = settled.time.min(Duration::from_nanos(passed));
+        last.map_or(EventTime::of(self.event), |last| self.just_after(last))
+    }
+
+    /// The moment just after `last`, which counts from the first state: in a timed property, it may lie before this
+    /// event. Otherwise, time passes only with events.
+    pub(crate) fn just_after(&self, last: u64) -> EventTime {
+        let mut at = EventTime::of(self.event);
+        if self.synthesis.vocabulary.is_timed {
+            at.time = at.time.min(Duration::from_nanos(last.saturating_add(self.start).saturating_add(1)));
+            at.tick = self.tick(last.saturating_add(1));
         }
-        settled
+        at
     }
 }
 
@@ -333,8 +339,8 @@ impl Record {
             since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
             deadline_tick: due.map(|last| observation.tick(last)),
-            // If a clause has a single literal, what is missing is the clause itself.
-            missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
+            // If a clause has a single literal, what is missing is the clause itself; its moment may lie between ticks.
+            missing: ((clause.len() > 1 || words.is_timed) && !missing.is_empty()).then(|| missing.join(" or ")),
             settled: observation.settled(due),
         }
     }

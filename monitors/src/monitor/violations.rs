@@ -1,42 +1,53 @@
-//! Every violation of a property, not only the first: a monitor that begins anew.
+//! Every violation of a property, not only the first: each clause is followed at each position.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, Message, Verdict};
+use channels::Event;
 use serde::{Deserialize, Serialize};
 
+use super::record::Observation;
 use super::witness::EventTime;
-use crate::clause::{Form, Literal, LiteralSet, always, trigger};
-use crate::engine::{Letter, LetterTrigger, Memory, Operators, Progression};
+use crate::clause::{EventId, Form, LiteralSet, always, is_of_the_present, trigger};
+use crate::data::Values;
+use crate::engine::{Letter, LetterTrigger, Memory, Obligations, Operators, State};
 use crate::synthesis::Synthesis;
 
 /// How often, when and how long a property was violated.
 ///
-/// A property that only demands that clauses `always` hold is judged anew after a violation. A violated clause begins
-/// anew with the next state, but what was seen before still counts for the operators that look back. What it still owed
-/// is given up with the violation, and so is what all clauses owed at the first one. A violation lasts until each
-/// violated clause has been checked again and held. Any other property is violated once and for good.
+/// A property that only demands that clauses `always` hold can be violated again and again. At each position at which
+/// a clause is checked, it holds or fails, whatever has failed before.
+///
+/// - A clause about the present and the past fails there and then. Such clauses of a property are violated in
+///   stretches: one violation lasts until each of them that has failed was checked again and held.
+/// - A clause that looks ahead makes an obligation at each position. Each obligation that is missed is a violation,
+///   from the moment at which nothing can meet it: its deadline, or the message that must not come. It lasts until a
+///   message comes for which the clause waits, or to the end of the run; if the clause waits for none, it is over at
+///   once.
+///
+/// Any other property is violated once and for good.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Violations {
     /// How many there were.
     pub count: u64,
-    /// How long those that have ended lasted together.
+    /// How long at least one of them lasted, until the last time at which none did.
     pub total: Duration,
-    /// When the present one began, if the property has not been checked and held since.
+    /// Since when at least one has lasted, if one does at present.
     pub since: Option<EventTime>,
     /// The first of them: at most [`Violations::MOST`].
     pub first: Vec<Violation>,
-    /// Whether the property is judged anew after each violation.
+    /// Whether the property can be violated again.
     pub goes_on: bool,
 }
 
-/// A stretch of a run in which a property was violated.
+/// One violation of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Violation {
-    /// When it was noticed.
+    /// When it began. Of an obligation that was missed, this is its deadline: in a timed property the moment itself,
+    /// otherwise the tick.
     pub from: EventTime,
-    /// The next time at which the property was checked and held; `None` if there was none.
+    /// When it was over; `None` if it lasts to the end.
     pub until: Option<EventTime>,
 }
 
@@ -44,7 +55,7 @@ impl Violations {
     /// So many violations are kept with their times. More do not fit on a page; all are counted.
     pub const MOST: usize = 1000;
 
-    /// How long they lasted together if the run ends at this time.
+    /// How long at least one of them lasted if the run ends at this time.
     #[must_use]
     pub fn lasting(&self, end: Duration) -> Duration {
         self.total + self.since.map_or(Duration::ZERO, |since| end.saturating_sub(since.time))
@@ -54,7 +65,7 @@ impl Violations {
     /// violated first: for good.
     #[must_use]
     pub fn in_words(&self, end: Duration) -> Option<String> {
-        // A missed deadline is noticed, and over: it has no length.
+        // A message that must not come is noticed, and over: such a violation has no length.
         let lasted_s = self.lasting(end).as_secs_f64();
         let has_lasted = lasted_s >= 0.005;
         match (self.count, self.since) {
@@ -74,99 +85,261 @@ impl Violations {
     }
 }
 
-/// Judges a violated property anew.
+/// Obligations that are pending at once, and missed ones that last at once, are followed up to this number of
+/// different ones for each clause, so that memory stays bounded.
+const MOST_AT_ONCE: usize = 100_000;
+
+/// Follows the clauses of a property.
 #[derive(Clone, Debug)]
 pub(super) struct Recurrence {
     /// The clauses that must always hold; none if the property is violated for good.
     clauses: Vec<Clause>,
     violations: Violations,
+    /// How many violations last at present.
+    lasting: u64,
+    /// The stretch in which a clause about the present is violated.
+    stretch: Option<Place>,
+    /// A violation that was certain before any clause had failed: the next one that does is the same.
+    foreseen: Option<Place>,
+    missed: Vec<Missed>,
 }
+
+/// The index of a violation among the first ones, if it is one of these.
+type Place = Option<usize>;
+
+/// The messages that would answer an obligation, each with the values that it compares with.
+type Awaited = Vec<(EventId, Values)>;
 
 /// A clause that must always hold.
 #[derive(Clone, Debug)]
 struct Clause {
-    run: Progression,
+    operators: Arc<Operators>,
     /// When it is checked.
     trigger: LetterTrigger,
-    /// Whether it was violated when it was checked last.
+    looks_ahead: bool,
+    /// Of one about the present: whether it was violated when it was checked last.
     is_violated: bool,
+    /// What it demands because of earlier positions, which are told apart only as far as they demand different things.
+    pending: VecDeque<Pending>,
+}
+
+#[derive(Clone, Debug)]
+struct Pending {
+    owed: Obligations,
+    awaited: Awaited,
+    /// At how many positions.
+    count: u64,
+}
+
+/// Obligations that were missed, and for which the same answers are still awaited.
+#[derive(Clone, Debug)]
+struct Missed {
+    awaited: Awaited,
+    count: u64,
+    places: Vec<usize>,
+}
+
+/// Obligations that have just been missed.
+struct Failed {
+    from: EventTime,
+    awaited: Awaited,
+    count: u64,
+}
+
+/// A state of the run, after it has been read.
+#[derive(Clone, Copy)]
+pub(super) struct Position<'a> {
+    pub(super) observation: &'a Observation<'a>,
+    pub(super) letter: Letter,
+    pub(super) memory: &'a Memory,
+    /// τ, counted from the first state.
+    pub(super) now: u64,
 }
 
 impl Recurrence {
-    /// Begins with the first violation, in this state at τ = `now`; `memory` is what has been seen.
-    pub(super) fn new(synthesis: &Synthesis, memory: &Memory, event: &Event, letter: Letter, now: u64) -> Self {
-        let Synthesis { form, vocabulary, alphabet, past, .. } = synthesis;
-        let clauses = always(form);
+    pub(super) fn new(synthesis: &Synthesis) -> Self {
+        let clauses = always(&synthesis.form);
         let violations = Violations { goes_on: clauses.is_some(), ..Violations::default() };
-        let clauses = clauses.into_iter().flatten().map(|clause| {
-            let alone = Literal::Release { escape: Form::new(), hold: Form::from([clause.clone()]) };
-            let operators = Operators::new(&Form::from([LiteralSet::from([alone])]), vocabulary, alphabet, past);
-            let mut run = Progression::resume(Arc::new(operators), None, memory.clone(), now);
-            run.begin_with(letter);
-            let trigger = LetterTrigger::new(&trigger(clause, vocabulary), alphabet);
-            let mut clause = Clause { run, trigger, is_violated: false };
-            clause.settle(letter);
-            clause
-        });
-        let mut begun = Self { clauses: clauses.collect(), violations };
-        begun.violated(event);
-        begun
+        let clauses = clauses.into_iter().flatten().map(|clause| Clause::new(clause, synthesis)).collect();
+        Self { clauses, violations, lasting: 0, stretch: None, foreseen: None, missed: Vec::new() }
     }
 
-    /// What has been seen, unless the property is violated for good.
-    pub(super) fn memory(&self) -> Option<&Memory> {
-        Some(self.clauses.first()?.run.memory())
+    /// The violations so far; `None` if there was none.
+    pub(super) fn violations(&self) -> Option<&Violations> {
+        Some(&self.violations).filter(|violations| violations.count > 0)
     }
 
-    pub(super) fn violations(&self) -> &Violations {
-        &self.violations
+    /// Whether nothing is to be followed before the property is violated.
+    pub(super) fn is_idle(&self) -> bool {
+        !self.clauses.iter().any(|clause| clause.looks_ahead)
     }
 
-    /// Processes a state at τ = `now`.
-    pub(super) fn read(&mut self, event: &Event, letter: Letter, message: Option<(ChannelId, &Message)>, now: u64) {
+    /// Processes a state. Clauses about the present are looked at only once the property is violated.
+    pub(super) fn follow(&mut self, position: Position<'_>, is_violated: bool) {
+        let Position { observation, letter, memory, now } = position;
+        let state = State::present(letter, memory, now);
+        let event = observation.event;
+        let mut failed: Vec<Failed> = Vec::new();
+        self.clauses.iter_mut().for_each(|clause| clause.advance(observation, now, &mut failed));
+        failed.sort_by_key(|failed| failed.from.time);
+        failed.drain(..).for_each(|failed| self.miss(failed));
+        self.answer(state, event);
+        self.clauses.iter_mut().for_each(|clause| clause.step(event, state, &mut failed));
+        failed.into_iter().for_each(|failed| self.miss(failed));
+        if is_violated {
+            self.check(state, event);
+            if self.violations.count == 0 {
+                let place = self.begin(EventTime::of(event));
+                self.foreseen = self.violations.goes_on.then_some(place);
+            }
+        }
+    }
+
+    /// The clauses about the present.
+    fn check(&mut self, state: State<'_>, event: &Event) {
         let (mut is_checked, mut is_broken) = (false, false);
-        for clause in &mut self.clauses {
-            clause.run.advance(now);
-            clause.run.read(letter, message);
-            is_broken |= clause.settle(letter);
-            is_checked |= clause.trigger.at(letter);
+        for clause in self.clauses.iter_mut().filter(|clause| !clause.looks_ahead) {
+            if clause.trigger.at(state.letter) {
+                clause.is_violated = clause.operators.begin(state).is_broken();
+                is_broken |= clause.is_violated;
+                is_checked = true;
+            }
         }
-        if is_broken {
-            self.violated(event);
-        } else if is_checked && self.clauses.iter().all(|clause| !clause.is_violated) {
-            self.ended(event);
+        let at = EventTime::of(event);
+        if is_broken && self.stretch.is_none() {
+            self.stretch = Some(self.foreseen.take().unwrap_or_else(|| self.begin(at)));
+        } else if is_checked
+            && self.clauses.iter().all(|clause| !clause.is_violated)
+            && let Some(place) = self.stretch.take()
+        {
+            self.end(place.as_slice(), 1, at);
         }
     }
 
-    fn violated(&mut self, event: &Event) {
-        let Violations { count, since: since @ None, first, .. } = &mut self.violations else { return };
-        let from = EventTime::of(event);
-        *since = Some(from);
+    fn miss(&mut self, Failed { from, awaited, count }: Failed) {
+        let mut places: Vec<usize> = Vec::new();
+        let foreseen = self.foreseen.take();
+        places.extend(foreseen.flatten());
+        for _ in 0..count - u64::from(foreseen.is_some()) {
+            places.extend(self.begin(from));
+        }
+        if let Some(missed) = self.missed.iter_mut().find(|missed| missed.awaited == awaited) {
+            missed.count += count;
+            missed.places.append(&mut places);
+        } else if awaited.is_empty() || self.missed.len() == MOST_AT_ONCE {
+            self.end(&places, count, from);
+        } else {
+            self.missed.push(Missed { awaited, count, places });
+        }
+    }
+
+    /// Ends the violations that this state's message answers.
+    fn answer(&mut self, state: State<'_>, event: &Event) {
+        let Some(Clause { operators, .. }) = self.clauses.first() else { return };
+        let is_answered =
+            |missed: &mut Missed| missed.awaited.iter().any(|(event, values)| operators.passes(*event, state, values));
+        let answered: Vec<Missed> = self.missed.extract_if(.., is_answered).collect();
+        answered.iter().for_each(|missed| self.end(&missed.places, missed.count, EventTime::of(event)));
+    }
+
+    fn begin(&mut self, from: EventTime) -> Place {
+        if self.lasting == 0 {
+            self.violations.since = Some(from);
+        }
+        self.lasting += 1;
+        let Violations { count, first, .. } = &mut self.violations;
         *count += 1;
-        if first.len() < Violations::MOST {
+        let is_kept = first.len() < Violations::MOST;
+        is_kept.then(|| {
             first.push(Violation { from, until: None });
-        }
+            first.len() - 1
+        })
     }
 
-    fn ended(&mut self, event: &Event) {
+    fn end(&mut self, places: &[usize], count: u64, until: EventTime) {
         let Violations { total, since, first, .. } = &mut self.violations;
-        let Some(from) = since.take() else { return };
-        let until = EventTime::of(event);
-        *total += until.time.saturating_sub(from.time);
-        if let Some(last) = first.last_mut().filter(|last| last.from == from) {
-            last.until = Some(until);
+        places.iter().for_each(|place| first[*place].until = Some(until));
+        self.lasting -= count;
+        if self.lasting == 0
+            && let Some(from) = since.take()
+        {
+            *total += until.time.saturating_sub(from.time);
         }
     }
 }
 
 impl Clause {
-    /// Begins anew if the clause is violated now; returns whether it is.
-    fn settle(&mut self, letter: Letter) -> bool {
-        let is_broken = self.run.verdict() == Verdict::False;
-        if is_broken {
-            self.run.begin_anew();
+    fn new(clause: &LiteralSet, synthesis: &Synthesis) -> Self {
+        let Synthesis { vocabulary, alphabet, past, .. } = synthesis;
+        Self {
+            operators: Arc::new(Operators::new(&Form::from([clause.clone()]), vocabulary, alphabet, past)),
+            trigger: LetterTrigger::new(&trigger(clause, vocabulary), alphabet),
+            looks_ahead: !is_of_the_present(clause),
+            is_violated: false,
+            pending: VecDeque::new(),
         }
-        self.is_violated = is_broken || self.is_violated && !self.trigger.at(letter);
-        is_broken
+    }
+
+    /// τ grows: deadlines pass.
+    fn advance(&mut self, observation: &Observation<'_>, now: u64, failed: &mut Vec<Failed>) {
+        let operators = &self.operators;
+        self.pending.retain_mut(|pending| {
+            let Some(first) = pending.owed.changes_at().filter(|first| *first <= now) else { return true };
+            // The moment at which it is broken, if it is: a window ends there.
+            let mut moment = first;
+            loop {
+                pending.owed = operators.advance(std::mem::take(&mut pending.owed), moment);
+                if pending.owed.is_broken() {
+                    failed.push(pending.fails(observation.just_after(moment - 1)));
+                    return false;
+                }
+                match pending.owed.changes_at() {
+                    Some(next) if next <= now => moment = next,
+                    _ => return !pending.owed.is_met(),
+                }
+            }
+        });
+    }
+
+    /// Processes the state for what is pending, and begins with it.
+    fn step(&mut self, event: &Event, state: State<'_>, failed: &mut Vec<Failed>) {
+        if !self.looks_ahead {
+            return;
+        }
+        let operators = &self.operators;
+        self.pending.retain_mut(|pending| {
+            if !operators.concerns(&pending.owed, state) {
+                return true;
+            }
+            pending.owed = operators.step(std::mem::take(&mut pending.owed), state);
+            if pending.owed.is_broken() {
+                failed.push(pending.fails(EventTime::of(event)));
+            }
+            !pending.owed.is_broken() && !pending.owed.is_met()
+        });
+        if !self.trigger.at(state.letter) {
+            return;
+        }
+        let owed = operators.begin(state);
+        if owed.is_met() {
+            return;
+        }
+        let awaited = operators.answers(state);
+        if owed.is_broken() {
+            failed.push(Failed { from: EventTime::of(event), awaited, count: 1 });
+            return;
+        }
+        let is_same = |last: &&mut Pending| last.owed == owed && last.awaited == awaited;
+        if let Some(last) = self.pending.back_mut().filter(is_same) {
+            last.count += 1;
+        } else if self.pending.len() < MOST_AT_ONCE {
+            self.pending.push_back(Pending { owed, awaited, count: 1 });
+        }
+    }
+}
+
+impl Pending {
+    fn fails(&mut self, from: EventTime) -> Failed {
+        Failed { from, awaited: std::mem::take(&mut self.awaited), count: self.count }
     }
 }

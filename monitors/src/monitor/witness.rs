@@ -99,7 +99,7 @@ pub struct Witness {
     /// The missing events, one of which should have held or passed.
     pub missing: Option<String>,
     /// The state in which the verdict was reached. If a timed property was violated by silence, its time is just after
-    /// the deadline, and the rest belongs to the first event after that.
+    /// the deadline, its tick is the one that contains the deadline, and its step is that of the first event after it.
     pub settled: EventTime,
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use channels::{ChannelId, Event, EventKind, Topology, Value};
+use channels::{ChannelId, Event, EventKind, Relation, Topology, Value};
 use monitors::{Arithmetic, Bound, EventAtom, Formula, Limits, MessageCondition, Term};
 
 use super::{
@@ -25,6 +25,8 @@ pub(crate) enum Class {
     Sums,
     /// Time in nanoseconds.
     Timed,
+    /// Deadlines, in ticks or in nanoseconds, that are missed again and again.
+    Missed,
     /// Fields called by name, on channels whose messages have several shapes with other fields at the same positions.
     Named,
     /// The first two, with a thirtieth of what a monitor may compute before a run.
@@ -32,8 +34,17 @@ pub(crate) enum Class {
 }
 
 /// All classes.
-pub(crate) const CLASSES: [Class; 8] =
-    [Class::Small, Class::Numbers, Class::Back, Class::Values, Class::Sums, Class::Timed, Class::Named, Class::Limited];
+pub(crate) const CLASSES: [Class; 9] = [
+    Class::Small,
+    Class::Numbers,
+    Class::Back,
+    Class::Values,
+    Class::Sums,
+    Class::Timed,
+    Class::Missed,
+    Class::Named,
+    Class::Limited,
+];
 
 impl fmt::Display for Class {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -44,6 +55,7 @@ impl fmt::Display for Class {
             Self::Values => "remembered values",
             Self::Sums => "remembered extreme numbers",
             Self::Timed => "time in nanoseconds",
+            Self::Missed => "missed deadlines",
             Self::Named => "names in several shapes",
             Self::Limited => "limits divided by 30",
         })
@@ -109,6 +121,7 @@ impl Topologies {
                 remembering(dice, &fields, &events[..1], numbers::number, depth.min(2))
             }
             Class::Timed => timed(dice, topology, depth),
+            Class::Missed => deadlines(dice, topology),
             Class::Named => named::formula(dice, topology, depth.min(2)),
         }
     }
@@ -156,6 +169,32 @@ fn looking_back(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
     let ahead = dice.roll(4) > 0;
     let part = formula_with(dice, &events, depth, Choose { ahead, back: true });
     if dice.roll(3) > 0 { part.always() } else { part }
+}
+
+/// One or two rules, each of which demands an answer, or a ban beside it; sometimes of the next message.
+fn deadlines(dice: &mut Dice, topology: &Topology) -> Formula {
+    let events = [0; 3].map(|_| random_event(dice, topology));
+    let rule = |dice: &mut Dice| {
+        let within = |dice: &mut Dice| {
+            let relation = *dice.pick(&[Relation::Less, Relation::Less, Relation::LessOrEqual, Relation::Equal]);
+            Formula::TimeUntil { event: dice.pick(&events).clone(), bound: Bound::new(relation, dice.roll(6)) }
+        };
+        let asked = if dice.roll(4) == 0 { Formula::True } else { Formula::Event(dice.pick(&events).clone()) };
+        let owed = match dice.roll(8) {
+            0 => Formula::Or(vec![within(dice), within(dice)]),
+            1 => Formula::And(vec![within(dice), within(dice).negated()]),
+            2 => Formula::Next(Box::new(Formula::Event(dice.pick(&events).clone()))),
+            3 => within(dice).negated(),
+            _ => within(dice),
+        };
+        asked.implies(owed).always()
+    };
+    let first = rule(dice);
+    let rules = if dice.roll(3) == 0 { Formula::And(vec![first, rule(dice)]) } else { first };
+    match dice.roll(3) {
+        0 => Formula::Timed(Box::new(stretched(&rules, *dice.pick(&[500_000_000, 1_000_000_000, 1_001_000_000])))),
+        _ => rules,
+    }
 }
 
 /// Bounds between, at and beyond the times of events.

@@ -4,9 +4,10 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Message, Relation, Shape, Topology};
-use monitors::{Bound, EventAtom, Formula, MessageCondition, MessageField};
+use monitors::{Bound, EventAtom, EventTime, Formula, MessageCondition, MessageField, Violation};
 
 use super::exact::{Named, Names, satisfies};
 
@@ -60,9 +61,9 @@ impl Definition {
         self.holds_endlessly(sequence, &[])
     }
 
-    /// Every violation of a formula that demands that something about the present and the past always holds: the
-    /// indices of the states at which it began and had ended. `None` for any other formula.
-    pub(crate) fn violations(&self, sequence: &[Event]) -> Option<Vec<(usize, Option<usize>)>> {
+    /// Every violation of a formula that only demands that something always holds; `None` for any other formula. Each
+    /// position of each clause is looked at by itself.
+    pub(crate) fn violations(&self, sequence: &[Event]) -> Option<Vec<Violation>> {
         let mut products = Parts::new();
         for clause in &self.clauses {
             match clause.iter().collect::<Vec<_>>()[..] {
@@ -70,38 +71,32 @@ impl Definition {
                 _ => return None,
             }
         }
-        let looks_ahead = |(atom, _): &Literal| matches!(atom, Atom::Passes(..) | Atom::Next(..) | Atom::Until(..));
-        if products.iter().flatten().any(looks_ahead) {
-            return None;
-        }
-        let (mut stretches, mut indices, mut states) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut events, mut states) = (Vec::new(), Vec::new());
         let mut seen = BTreeSet::new();
         visible(&self.clauses, &self.words, &mut seen);
-        for (index, event) in sequence.iter().enumerate() {
+        for event in sequence {
             if matches!(&event.kind, EventKind::Received { channel, .. } if !seen.contains(channel)) {
                 continue;
             }
             let time = if self.words.is_timed { event.time.as_nanos() as u64 } else { event.tick };
             states.push((time, &event.kind));
-            indices.push(index);
+            events.push(event);
         }
         let run = Run { words: &self.words, back: states.len(), states, lap: 0 };
-        // The negations of the clauses that were violated when they were checked last.
-        let mut violated: BTreeSet<&Part> = BTreeSet::new();
-        for (i, index) in indices.into_iter().enumerate() {
-            let asked: Vec<&Part> = products.iter().filter(|product| run.is_asked(product, i)).collect();
-            let (broken, kept): (Vec<&Part>, Vec<&Part>) =
-                asked.iter().partition(|product| run.every(product, i, &Names::new()));
-            kept.iter().for_each(|product| _ = violated.remove(product));
-            violated.extend(broken.iter().copied());
-            let open = stretches.last().is_some_and(|(_, end): &(usize, Option<usize>)| end.is_none());
-            if !broken.is_empty() {
-                stretches.extend((!open).then_some((index, None)));
-            } else if open && !asked.is_empty() && violated.is_empty() {
-                stretches.last_mut().expect("one is open").1 = Some(index);
-            }
+        if products.iter().flatten().any(|(atom, _)| is_deep(atom)) {
+            return None;
         }
-        Some(stretches)
+        let looks_ahead = |(atom, _): &Literal| matches!(atom, Atom::Passes(..) | Atom::Next(..) | Atom::Until(..));
+        // These are the negations of the clauses.
+        let (ahead, present): (Vec<&Part>, Vec<&Part>) =
+            products.iter().partition(|product| product.iter().any(looks_ahead));
+        let mut violations = run.stretches(&present, &events);
+        for product in ahead {
+            let asked = (0..events.len()).filter(|i| run.is_asked(product, *i));
+            violations.extend(asked.filter_map(|i| run.missed(product, i, &events)));
+        }
+        violations.sort_by_key(order_of);
+        Some(violations)
     }
 
     /// Whether it holds on the sequence that repeats `cycle` forever; each tick takes one tick, or one second.
@@ -439,6 +434,149 @@ impl Run<'_> {
         };
         is_so == *holds
     }
+}
+
+/// Whether it takes too long to look at each position by itself.
+fn is_deep(atom: &Atom) -> bool {
+    let is_until = |(atom, _): &Literal| matches!(atom, Atom::Until(..) | Atom::Next(..));
+    match atom {
+        Atom::Until(hold, goal) => hold.iter().chain(goal).flatten().any(is_until),
+        Atom::Next(yes, no) => yes.iter().chain(no).flatten().any(is_until),
+        _ => false,
+    }
+}
+
+/// An order of violations by their beginnings.
+pub(crate) fn order_of(violation: &Violation) -> (Duration, u64, Option<Duration>) {
+    (violation.from.time, violation.from.step, violation.until.map(|until| until.time))
+}
+
+/// What is certain of a run of which only the states before `seen` have been, at a time not before theirs. What is not
+/// certain is `None`.
+#[derive(Clone, Copy)]
+struct Seen {
+    states: usize,
+    time: u64,
+}
+
+impl Run<'_> {
+    /// The stretches in which one of these products held when it was checked last.
+    fn stretches(&self, products: &[&Part], events: &[&Event]) -> Vec<Violation> {
+        let mut stretches: Vec<Violation> = Vec::new();
+        let mut violated: BTreeSet<&Part> = BTreeSet::new();
+        for (i, event) in events.iter().enumerate() {
+            let asked: Vec<&&Part> = products.iter().filter(|product| self.is_asked(product, i)).collect();
+            let (broken, kept): (Vec<&&Part>, Vec<&&Part>) =
+                asked.iter().partition(|product| self.every(product, i, &Names::new()));
+            kept.iter().for_each(|product| _ = violated.remove(**product));
+            violated.extend(broken.iter().map(|product| **product));
+            let open = stretches.last().is_some_and(|last| last.until.is_none());
+            if !broken.is_empty() && !open {
+                stretches.push(Violation { from: EventTime::of(event), until: None });
+            } else if open && !asked.is_empty() && violated.is_empty() {
+                stretches.last_mut().expect("one is open").until = Some(EventTime::of(event));
+            }
+        }
+        stretches
+    }
+
+    /// The violation by what a clause demands at state i, if nothing can meet it any longer.
+    fn missed(&self, product: &Part, i: usize, events: &[&Event]) -> Option<Violation> {
+        let names = self.naming(product, i, &Names::new());
+        let awaited: Vec<usize> = product
+            .iter()
+            .filter_map(|literal| match literal {
+                (Atom::Passes(event, _), false) => Some(*event),
+                _ => None,
+            })
+            .collect();
+        let fails = |states, time| self.every_surely(product, i, Seen { states, time }, &Names::new()) == Some(true);
+        let (from, first) = (i..events.len()).find_map(|n| {
+            let time = self.states[n].0;
+            let before = n.checked_sub(1).filter(|before| *before >= i).map(|before| self.states[before].0);
+            if let Some(before) = before.filter(|_| fails(n, time)) {
+                let moment = if self.words.is_timed { moment(before + 1, time, |time| fails(n, time)) } else { time };
+                let mut at = EventTime::of(events[n]);
+                if moment < time {
+                    at.time = Duration::from_nanos(moment);
+                    at.tick -= u64::from(events[n].kind == EventKind::Tick);
+                }
+                return Some((at, n));
+            }
+            fails(n + 1, time).then(|| (EventTime::of(events[n]), n + 1))
+        })?;
+        if awaited.is_empty() {
+            return Some(Violation { from, until: Some(from) });
+        }
+        let answer = (first..events.len()).find(|n| awaited.iter().any(|event| self.passes(*event, *n, &names)));
+        Some(Violation { from, until: answer.map(|n| EventTime::of(events[n])) })
+    }
+
+    fn every_surely(&self, product: &Part, i: usize, seen: Seen, names: &Names) -> Option<bool> {
+        let names = self.naming(product, i, names);
+        both(product.iter().map(|literal| self.surely(literal, i, seen, &names)), true)
+    }
+
+    fn any_surely(&self, clause: &Part, i: usize, seen: Seen, names: &Names) -> Option<bool> {
+        let names = self.naming(clause, i, names);
+        both(clause.iter().map(|literal| self.surely(literal, i, seen, &names)), false)
+    }
+
+    fn surely(&self, literal @ (atom, holds): &Literal, i: usize, seen: Seen, names: &Names) -> Option<bool> {
+        let is_so = match atom {
+            Atom::Passes(event, bound) => {
+                let begun = self.states[i].0;
+                let passed = |j: usize| within(self.states[j].0 - begun, *bound) && self.passes(*event, j, names);
+                let elapsed = seen.time - begun;
+                let is_over = match bound.relation {
+                    Relation::Less => elapsed >= bound.ticks,
+                    Relation::LessOrEqual | Relation::Equal => elapsed > bound.ticks,
+                    Relation::NotEqual | Relation::Greater | Relation::GreaterOrEqual => false,
+                };
+                if (i..seen.states).any(passed) { Some(true) } else { is_over.then_some(false) }
+            }
+            Atom::Next(yes, no) => {
+                let clauses = if *holds { yes } else { no };
+                let next = (i + 1..seen.states).find(|j| self.words.asks(clauses.iter(), self.states[*j].1))?;
+                return both(clauses.iter().map(|clause| self.any_surely(clause, next, seen, names)), true);
+            }
+            Atom::Until(hold, goal) => {
+                let mut later = None;
+                for j in (i..seen.states).rev() {
+                    let reached = goal.iter().filter(|product| self.is_asked(product, j));
+                    let reached = both(reached.map(|product| self.every_surely(product, j, seen, names)), false);
+                    let kept = hold.iter().filter(|clause| self.is_asked(clause, j));
+                    let kept = both(kept.map(|clause| self.any_surely(clause, j, seen, names)), true);
+                    later = both([reached, both([kept, later].into_iter(), true)].into_iter(), false);
+                }
+                later
+            }
+            _ => return Some(self.literal(literal, i, names)),
+        };
+        is_so.map(|is_so| is_so == *holds)
+    }
+}
+
+/// Whether all hold, or with `false`, whether one does.
+fn both(parts: impl Iterator<Item = Option<bool>>, all: bool) -> Option<bool> {
+    let mut result = Some(all);
+    for part in parts {
+        match part {
+            Some(part) if part != all => return Some(!all),
+            Some(_) => {}
+            None => result = None,
+        }
+    }
+    result
+}
+
+/// The first moment from `low` to `high` from which on something is so.
+fn moment(mut low: u64, mut high: u64, is_so: impl Fn(u64) -> bool) -> u64 {
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if is_so(middle) { high = middle } else { low = middle + 1 }
+    }
+    high
 }
 
 fn within(distance: u64, bound: Bound) -> bool {

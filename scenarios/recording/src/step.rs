@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use channels::{Event, Gap, Verdict};
 use maps::{Point, Pose, Shape};
-use monitors::Witness;
+use monitors::{EventTime, Witness};
 use robot::LaserScan;
 use serde::{Deserialize, Serialize};
 
@@ -194,6 +194,15 @@ pub struct Decision {
     pub event: Event,
     /// Why the property is violated, if the monitor can explain it.
     pub witness: Option<Witness>,
+}
+
+impl Decision {
+    /// When the verdict was reached: of a missed deadline in a timed property, the deadline itself, which may lie before
+    /// the event that showed it.
+    #[must_use]
+    pub fn at(&self) -> EventTime {
+        self.witness.as_ref().map_or_else(|| EventTime::of(&self.event), |witness| witness.settled)
+    }
 }
 
 /// The details of a step, for everything that shows a run.

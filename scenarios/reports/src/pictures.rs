@@ -264,8 +264,8 @@ pub fn monitor(monitor: MonitorView<'_>, view: &RunView) -> drawing::Monitor {
 /// When a verdict was reached: the tick, or else the time.
 pub(crate) fn when(decision: &Decision, view: &RunView) -> String {
     match view.header().knows_ticks() {
-        true => format!("tick {}", decision.event.tick),
-        false => format!("{} s", recording::decimals(decision.event.time.as_secs_f64(), 2)),
+        true => format!("tick {}", decision.at().tick),
+        false => format!("{} s", recording::decimals(decision.at().time.as_secs_f64(), 2)),
     }
 }
 

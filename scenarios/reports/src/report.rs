@@ -164,12 +164,12 @@ impl MonitorReport {
 pub struct ViolationsReport {
     /// How many violations there were.
     pub count: u64,
-    /// How long they lasted together, in seconds.
+    /// How long at least one of them lasted, in seconds.
     pub total_s: f64,
     /// Whether the property was judged anew after each violation; otherwise, it was violated once and for good.
     pub goes_on: bool,
-    /// The first of them, at most 1000: when each was noticed, and when the property was checked next and held, in
-    /// seconds; null if it never was.
+    /// The first of them, at most 1000: when each began, of a missed deadline the deadline, and when it was over, in
+    /// seconds; null if it lasted to the end.
     pub first: Vec<ViolationReport>,
     /// How often and how long, in words, if that is more than the first violation.
     #[serde(skip)]
@@ -179,9 +179,10 @@ pub struct ViolationsReport {
 /// A violation.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ViolationReport {
-    /// When it was noticed, in seconds.
+    /// When it began, in seconds: of a missed deadline, the deadline.
     pub from_s: f64,
-    /// When the property was checked next and held, in seconds; null if it never was.
+    /// When it was over, in seconds: the property was checked next and held, or what it waited for came too late. Null
+    /// if it lasted to the end.
     pub until_s: Option<f64>,
 }
 

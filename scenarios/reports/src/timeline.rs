@@ -14,7 +14,8 @@ mod trail;
 use std::convert::Infallible;
 use std::time::Duration;
 
-use channels::EventKind;
+use channels::{Event, EventKind};
+use monitors::EventTime;
 use recording::{Follower, Happening, Navigation, RunView};
 
 use crate::bounds::signals;
@@ -229,7 +230,9 @@ impl Follower for Timeline {
             if let Happening::Verdict { monitor, .. } = happening
                 && let Some(decision) = view.monitor(*monitor).violation()
             {
-                self.episodes.push(self.recent.episode(*monitor, decision.event.clone(), view.position()));
+                let EventTime { tick, time, .. } = decision.at();
+                let decided = Event { tick, time, ..decision.event.clone() };
+                self.episodes.push(self.recent.episode(*monitor, decided, view.position()));
             }
         }
         // Messages that turn out to be missing take a verdict back.

@@ -113,7 +113,7 @@ fn line(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_
             summary {
                 span.pill.(class) { (icon) (look.words) }
                 span.name { (monitor.name()) }
-                @if let Some(decision) = monitor.violation() { span.quiet { (words::time(decision.event.time)) } }
+                @if let Some(decision) = monitor.violation() { span.quiet { (words::time(decision.at().time)) } }
                 @if monitor.state.unless.is_some() { span.quiet { "unless a message was lost" } }
             }
             p { (text(&words::sentence(&monitor.about.summary))) }
