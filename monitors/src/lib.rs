@@ -40,7 +40,8 @@
 //! or not a process takes it. τi is the number of the last tick generated at state i; the tick's own state already has
 //! it. A formula sees the ticks and the messages on the channels that its clause form mentions; i = 0 is the first of
 //! those states. So a message on another channel before the first tick is not a state: the sequence has not begun. In
-//! `next (E implies true)`, the clause form of which is `next true`, E is such a channel.
+//! `next (E implies true)`, the clause form of which is `next true`, E is such a channel. The world shows what is true
+//! to all properties at once: of its messages, a formula sees only those in which a field that it mentions has changed.
 //!
 //! *Atoms.* An event (p, q, c) holds at i if the **last** message that q received from p, up to and including i,
 //! satisfies c. Before the first message it is false for any c. In c, a field that is missing or of another type makes
@@ -240,6 +241,7 @@ mod shipped;
 pub mod syntax;
 mod synthesis;
 mod wording;
+mod world;
 
 pub use engine::{Limits, Symbol, samples};
 pub use explain::explain;
@@ -264,6 +266,7 @@ pub use problem::{ScopeError, Warnings};
 pub use shipped::SHIPPED;
 pub use syntax::{OPERATORS, Operator, layout};
 pub use synthesis::{Choice, Method};
+pub use world::OwnWorld;
 
 /// The process that shows monitors what is true, by convention: `(World, Monitors, level_pct < 20)` speaks of what was,
 /// and every other event of what a process was told.

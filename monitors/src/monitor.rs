@@ -21,6 +21,7 @@ use crate::export::{Format, Picture};
 use crate::formula::{EventAtom, Formula, FormulaError};
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
+use crate::world::OwnWorld;
 use record::{Observation, Record};
 use vacuity::Watch;
 use violations::{Position, Recurrence};
@@ -72,6 +73,8 @@ pub struct ScopeMonitor {
     verdict: Verdict,
     record: Record,
     watches: Vec<Watch>,
+    /// What the formula sees of the world.
+    world: OwnWorld,
     /// All violations; none in a normal form, or after letters that were read in advance.
     recurrence: Option<Box<Recurrence>>,
 }
@@ -131,6 +134,10 @@ impl ScopeMonitor {
             record: Record::new(&synthesis),
             watches: Watch::of(&synthesis, topology),
             formula: Arc::new(formula),
+            world: OwnWorld::of_events(
+                synthesis.vocabulary.ids().map(|event| synthesis.vocabulary.get(event)),
+                topology,
+            ),
             recurrence: Some(Box::new(Recurrence::new(&synthesis))),
             run,
             synthesis: Arc::new(synthesis),
@@ -390,9 +397,9 @@ impl ScopeMonitor {
 
     /// The state that determines how it continues: the verdict if it is final, else that of the machine, and whether τ
     /// has begun.
-    fn situation(&self) -> (Verdict, Option<(bool, Situation<'_>)>) {
+    fn situation(&self) -> (Verdict, Option<(bool, &OwnWorld, Situation<'_>)>) {
         let is_open = self.verdict == Verdict::Inconclusive;
-        let open = is_open.then(|| (self.start.is_some(), self.run.situation()));
+        let open = is_open.then(|| (self.start.is_some(), &self.world, self.run.situation()));
         (self.verdict, open)
     }
 
@@ -476,6 +483,9 @@ impl Monitor for ScopeMonitor {
     }
 
     fn observe(&mut self, event: &Event) {
+        if !self.world.sees(&event.kind) {
+            return;
+        }
         match self.verdict {
             Verdict::False if self.record.witness().is_none() => {
                 let observation =

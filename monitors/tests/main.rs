@@ -18,3 +18,4 @@ mod reports;
 mod robot;
 mod semantics;
 mod support;
+mod world;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, Event, EventKind, ProcessId};
 use maps::{Place, Places, Pose};
+use monitors::OwnWorld;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::Streams;
@@ -67,7 +68,7 @@ enum Watch {
     Time { next: Option<Duration>, every: Option<Duration> },
     Tick { number: u64, passed: bool },
     Near { place: Place, within_m: f64, was_near: bool },
-    Message(Vec<monitors::EventAtom>),
+    Message(Vec<monitors::EventAtom>, OwnWorld),
     State { process: ProcessId, state: String, was_in: bool },
 }
 
@@ -172,7 +173,11 @@ impl Watch {
                 }
                 Some(Self::Near { place: found?.clone(), within_m: *within_m, was_near: false })
             }
-            Trigger::Message(text) => occurrences(text, topology, complaints).map(Self::Message),
+            Trigger::Message(text) => {
+                let events = occurrences(text, topology, complaints)?;
+                let world = OwnWorld::of_events(&events, topology);
+                Some(Self::Message(events, world))
+            }
             Trigger::State { process, state } => {
                 let skills = || topology.processes().filter(|id| system.process::<SkillProcess>(*id).is_some());
                 let Some(id) = topology.find_process(&process.value).filter(|id| skills().any(|other| other == *id))
@@ -194,7 +199,7 @@ impl Watch {
     /// Whether the trigger fires at this observation.
     fn comes(&mut self, observed: &Observation<'_>) -> bool {
         // A trigger fires when its condition becomes true: its memory advances at every step, even while the fault is
-        // active and the trigger is ignored. A message is an event, and has no memory.
+        // active and the trigger is ignored. A message is an event, and has no memory, except of what the world showed.
         let becomes = |was: &mut bool, is: bool| !std::mem::replace(was, is) && is;
         match self {
             Self::Time { next, every } => {
@@ -209,12 +214,18 @@ impl Watch {
                 was_near,
                 observed.pose.is_some_and(|pose| place.distance_m(&pose.translation.vector.into()) <= *within_m),
             ),
-            Self::Message(waited_for) => observed.events.iter().any(|event| match &event.kind {
-                EventKind::Received { channel, message } => {
-                    waited_for.iter().any(|one| one.channel == *channel && one.condition.holds(message))
+            Self::Message(waited_for, world) => {
+                let mut comes = false;
+                for event in observed.events.iter().filter(|event| world.sees(&event.kind)) {
+                    comes |= match &event.kind {
+                        EventKind::Received { channel, message } => {
+                            waited_for.iter().any(|one| one.channel == *channel && one.condition.holds(message))
+                        }
+                        EventKind::Tick => false,
+                    };
                 }
-                EventKind::Tick => false,
-            }),
+                comes
+            }
             Self::State { process, state, was_in } => {
                 let skill = observed.system.process::<SkillProcess>(*process);
                 becomes(was_in, skill.is_some_and(|skill| skill.machine().is_in(state)))

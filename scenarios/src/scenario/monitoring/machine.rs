@@ -9,7 +9,7 @@ use channels::{
     Topology, Value, Verdict,
 };
 use diagnostics::{Span, Spanned};
-use monitors::MessageCondition;
+use monitors::{MessageCondition, OwnWorld};
 use skills::{Chart, Datum, Host, Machine, Note, Outgoing, StateId, StateKind, Undelivered};
 
 use crate::error::Complaints;
@@ -28,6 +28,8 @@ const MOST_ERRORS: usize = 20;
 pub struct MachineMonitor {
     name: String,
     machine: Machine,
+    /// What its rules see of the world.
+    world: OwnWorld,
     rules: Arc<[MessageRule]>,
     /// The states in which the property is violated, and those in which an obligation is pending.
     violated_in: Arc<[StateId]>,
@@ -79,6 +81,7 @@ impl MachineMonitor {
         let mut monitor = Self {
             name: name.to_owned(),
             machine: Machine::new(Arc::clone(chart)),
+            world: OwnWorld::new(rules.iter().flat_map(MessageRule::mentions), topology),
             rules: rules.into(),
             picture: Arc::new(Picture::new(name, chart, &violated_in)),
             violated_in: violated_in.into(),
@@ -143,8 +146,8 @@ impl MachineMonitor {
     }
 
     /// The state that determines how the machine continues; `None` if the property is violated for good.
-    fn situation(&self) -> Option<&Machine> {
-        (!self.violated).then_some(&self.machine)
+    fn situation(&self) -> Option<(&Machine, &OwnWorld)> {
+        (!self.violated).then_some((&self.machine, &self.world))
     }
 
     /// The active states in the picture.
@@ -166,12 +169,13 @@ impl Monitor for MachineMonitor {
         if self.violated {
             return;
         }
+        let is_seen = self.world.sees(&event.kind);
         let events: Vec<skills::Event> = match &event.kind {
-            EventKind::Tick => Vec::new(),
-            EventKind::Received { channel, message } => {
+            EventKind::Received { channel, message } if is_seen => {
                 let rules = self.rules.iter().filter(|rule| rule.channel == *channel && rule.condition.holds(message));
                 rules.map(|rule| rule.event(message)).collect()
             }
+            _ => Vec::new(),
         };
         if events.is_empty() && self.machine.next_timer().is_none_or(|due| due > event.time) {
             return;
@@ -226,6 +230,17 @@ impl Monitor for MachineMonitor {
 }
 
 impl MessageRule {
+    /// The fields of messages that it mentions.
+    fn mentions(&self) -> Vec<(ChannelId, usize)> {
+        let mut fields = Vec::new();
+        self.condition.fields(&mut |field| fields.push((self.channel, field.number)));
+        fields.extend(self.data.iter().filter_map(|(_, content)| match content {
+            Content::Field(field) => Some((self.channel, *field)),
+            Content::Value(_) => None,
+        }));
+        fields
+    }
+
     fn event(&self, message: &Message) -> skills::Event {
         let members = self.data.iter().map(|(name, content)| (Arc::clone(name), content.datum(message)));
         // Only a text of several megabytes is too large; the machine then sees no data.
