@@ -85,6 +85,9 @@ pub enum FormulaError {
     /// A formula that looks back at values would have to remember all messages.
     #[error("looking back at remembered values needs an upper bound, as in `once[<= 10 min]`")]
     Endless,
+    /// A condition is about field 0.
+    #[error("a condition is about m[0], but fields are counted from 1")]
+    NoSuchField,
 }
 
 /// A bound of an operator, as the formula has it: `⋈ ticks`.

@@ -91,10 +91,10 @@
 //! | `at most n e in θ` | at no more than n states j ≤ i with τi − τj < θ a message passed that satisfies e |
 //! | `at least n e in θ` | at no fewer |
 //!
-//! Without `[⋈ θ]`, any distance will do. j = i counts, except for `previous`, which is false where nothing was checked
-//! before. The atoms inside these operators are not own atoms of any part. They cannot contain operators that look
-//! ahead. The window `in θ` is half-open: with one tick per second, `in 10 s` covers the last ten ticks, including this
-//! one.
+//! `at least 0` is `true`, and is checked as `true` is. Without `[⋈ θ]`, any distance will do. j = i counts, except for
+//! `previous`, which is false where nothing was checked before. The atoms inside these operators are not own atoms of
+//! any part. They cannot contain operators that look ahead. The window `in θ` is half-open: with one tick per second,
+//! `in 10 s` covers the last ten ticks, including this one.
 //!
 //! A property holds on a sequence if it holds at 0. An event outside every temporal operator is refused: it would be
 //! checked in a state before any message.

@@ -22,7 +22,7 @@ pub enum Pattern {
     Response,
 }
 
-/// Where a pattern applies. Each Q begins a scope.
+/// Where a pattern applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// In the whole run.

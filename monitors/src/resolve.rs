@@ -186,8 +186,14 @@ impl<'a> Resolver<'a> {
     }
 
     fn counted(&mut self, is_at_most: bool, count: &Operand, event: &Event, bound: &Operand) -> Option<Formula> {
+        let span = count.span();
         self.remembers_nothing(event.condition.remembered().into_iter().cloned());
         let (events, count, bound) = (self.events(event), self.count(count), self.bound(Relation::Less, bound));
+        if !is_at_most && count == Some(0) {
+            let problem = Problem::new("`at least 0` always holds").at(span, "whatever passes");
+            let help = "it counts as `true`, and is checked when `true` is; at least 1?";
+            self.problems.push(problem.with_help(help).as_warning());
+        }
         let mut events = events?;
         if events.len() > 1 {
             let problem = Problem::new("messages can be counted on one channel only");

@@ -41,7 +41,11 @@ impl Resolver<'_> {
     }
 
     fn round(&self, relation: Relation, nanos: u64) -> Result<u64, Problem> {
-        let period = u64::try_from(self.tick_period.as_nanos()).unwrap_or(u64::MAX).max(1);
+        if self.tick_period.is_zero() {
+            let problem = Problem::new("a duration cannot be counted in ticks that take no time");
+            return Err(problem.with_help("give the bound as a number of ticks"));
+        }
+        let period = u64::try_from(self.tick_period.as_nanos()).unwrap_or(u64::MAX);
         match relation {
             Relation::Less | Relation::GreaterOrEqual => Ok(nanos.div_ceil(period)),
             Relation::LessOrEqual | Relation::Greater => Ok(nanos / period),

@@ -138,14 +138,14 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "at least N E in T",
         "",
-        "At least N messages have satisfied the event in the last T.",
+        "At least N messages have satisfied the event in the last T. `at least 0` is `true`.",
         "always (F implies at least 2 E in 10 s)",
     ),
     word(
         "time_until",
         "",
         "A message that satisfies the event passes now or later, after a number of ticks within the bound. The bound \
-         is a number, a constant, or a duration in ms, s, min or h, after < <= = >= or >.",
+         is a number, a constant, or a duration in ms, s, min or h, after < <= = != >= or >.",
         "always (E implies time_until F < 30 s)",
     ),
 ];
