@@ -44,9 +44,14 @@ pub(crate) fn clause(clause: &LiteralSet, words: &Vocabulary, topology: &Topolog
     text(any(clause, true, words), words, topology)
 }
 
-/// The antecedent of a clause: the negations of its negative literals, which must hold before it demands anything.
-pub(crate) fn antecedent(clause: &LiteralSet, words: &Vocabulary, topology: &Topology) -> String {
-    let denied = denied(clause).into_iter().map(|denied| literal(denied, false, words));
+/// The antecedent of a clause: the negations of its negative literals, which must hold before it demands anything. Of
+/// its events, only these.
+pub(crate) fn antecedent(clause: &LiteralSet, events: u64, words: &Vocabulary, topology: &Topology) -> String {
+    let is_meant = |denied: &&Literal| match denied {
+        Literal::Event { event, .. } => !words.names(*event).is_empty() || events & 1 << event.0 != 0,
+        _ => true,
+    };
+    let denied = denied(clause).into_iter().filter(is_meant).map(|denied| literal(denied, false, words));
     text(and(denied.collect()), words, topology)
 }
 

@@ -70,9 +70,13 @@ pub struct ScopeMonitor {
     /// τ at the first state; `None` before it.
     start: Option<u64>,
     now: u64,
+    /// Time went back: nothing is certain from then on.
+    is_disordered: bool,
     verdict: Verdict,
     record: Record,
     watches: Vec<Watch>,
+    /// The channels that the formula mentions on which no message has come.
+    silent: Vec<ChannelId>,
     /// What the formula sees of the world.
     world: OwnWorld,
     /// All violations; none in a normal form, or after letters that were read in advance.
@@ -119,6 +123,11 @@ impl ScopeMonitor {
         topology: &Arc<Topology>,
         choice: Choice,
     ) -> Result<Self, FormulaError> {
+        let mut is_counted_from_0 = false;
+        formula.events(&mut |event| event.condition.fields(&mut |field| is_counted_from_0 |= field.number == 0));
+        if is_counted_from_0 {
+            return Err(FormulaError::NoSuchField);
+        }
         let synthesis = Synthesis::new(&formula, topology, choice, limits)?;
         let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
         let run = synthesis.start();
@@ -130,9 +139,11 @@ impl ScopeMonitor {
             rules: rules.map(|rules| CompactRun::new(Arc::clone(rules))),
             start: None,
             now: 0,
+            is_disordered: false,
             verdict: run.verdict(),
             record: Record::new(&synthesis),
-            watches: Watch::of(&synthesis, topology),
+            watches: Watch::of(&synthesis, &formula),
+            silent: mentioned(&formula),
             formula: Arc::new(formula),
             world: OwnWorld::of_events(
                 synthesis.vocabulary.ids().map(|event| synthesis.vocabulary.get(event)),
@@ -220,6 +231,24 @@ impl ScopeMonitor {
     /// Messages may be missing: from now on, no antecedent is known never to have held, and no channel to be silent.
     pub fn give_up_vacuity(&mut self) {
         self.watches.clear();
+        self.silent.clear();
+    }
+
+    /// The channels of which the property speaks and on which no message has come at all. A property that only forbids
+    /// is satisfied by silence, not vacuously; whoever shows that should also show this.
+    #[must_use]
+    pub fn silent_channels(&self) -> &[ChannelId] {
+        &self.silent
+    }
+
+    /// The same in words, `no message from Camera to Safety in the whole run`; `None` if there is no such channel.
+    #[must_use]
+    pub fn silence_in_words(&self) -> Option<String> {
+        let ends = self.silent.iter().map(|channel| self.topology.ends(*channel));
+        let names: Vec<String> = ends.map(|(from, to)| format!("from {from} to {to}")).collect();
+        let (last, others) = names.split_last()?;
+        let all = if others.is_empty() { last.clone() } else { format!("{} or {last}", others.join(", ")) };
+        Some(format!("no message {all} in the whole run"))
     }
 
     /// The pending obligations if the run ends now, each with its beginning and deadline; empty unless the outcome is
@@ -279,6 +308,9 @@ impl ScopeMonitor {
     /// The clauses whose antecedent never held in a state in which it was checked; none if the property is violated.
     #[must_use]
     pub fn vacuous(&self) -> Vec<Vacuity> {
+        if self.verdict == Verdict::False {
+            return Vec::new();
+        }
         self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
     }
 
@@ -406,6 +438,10 @@ impl ScopeMonitor {
     fn read(&mut self, event: &Event, letter: Letter) {
         let tau = self.synthesis.vocabulary.tau(event);
         let start = *self.start.get_or_insert(tau);
+        if tau < start + self.now {
+            self.is_disordered = true;
+            return;
+        }
         let now = tau.saturating_sub(start);
         let message = match &event.kind {
             EventKind::Received { channel, message } => Some((*channel, message)),
@@ -447,6 +483,10 @@ impl ScopeMonitor {
     fn read_again(&mut self, event: &Event, letter: Letter) {
         let start = self.start.unwrap_or(0);
         let now = self.synthesis.vocabulary.tau(event).saturating_sub(start);
+        if now < self.now {
+            self.is_disordered = true;
+            return;
+        }
         let message = match &event.kind {
             EventKind::Received { channel, message } => Some((*channel, message)),
             EventKind::Tick => None,
@@ -456,6 +496,17 @@ impl ScopeMonitor {
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
         follow(&mut self.recurrence, &observation, letter, &self.record, self.now, self.verdict);
     }
+}
+
+/// The channels that a formula mentions, each once.
+fn mentioned(formula: &Formula) -> Vec<ChannelId> {
+    let mut channels = Vec::new();
+    formula.events(&mut |event| {
+        if !channels.contains(&event.channel) {
+            channels.push(event.channel);
+        }
+    });
+    channels
 }
 
 /// Follows all violations through a state that has been read.
@@ -483,7 +534,12 @@ impl Monitor for ScopeMonitor {
     }
 
     fn observe(&mut self, event: &Event) {
-        if !self.world.sees(&event.kind) {
+        if let EventKind::Received { channel, .. } = &event.kind
+            && !self.silent.is_empty()
+        {
+            self.silent.retain(|silent| silent != channel);
+        }
+        if self.is_disordered || !self.world.sees(&event.kind) {
             return;
         }
         match self.verdict {
@@ -525,7 +581,7 @@ impl Monitor for ScopeMonitor {
     }
 
     fn is_open(&self) -> bool {
-        self.verdict == Verdict::Inconclusive && !self.run.holds()
+        self.verdict == Verdict::Inconclusive && (self.is_disordered || !self.run.holds())
     }
 
     fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {

@@ -465,6 +465,76 @@ fn a_clause_that_only_forbids_is_never_vacuous() {
     }
 }
 
+/// Silence keeps what only forbids, however it is written; what has a condition that never occurred demanded nothing.
+#[test]
+fn silence_satisfies_a_ban_and_makes_a_condition_vacuous() {
+    let [e, f] = ["(BatteryReader, BatteryLevel, level < 5)", "(Navigation, GoToDestination, m[2] = <failure>)"];
+    for (property, is_vacuous) in [
+        (format!("always not {e}"), false),
+        (format!("not eventually {e}"), false),
+        (format!("always ({e} implies false)"), false),
+        (format!("always not fresh {e}"), false),
+        (format!("always not once {e}"), false),
+        (format!("always historically not {e}"), false),
+        (format!("always at most 0 {e} in 10 s"), false),
+        (format!("always not time_until {e} >= 0"), false),
+        (format!("always not ({e} or {f})"), false),
+        (format!("always not ({e} and {f})"), false),
+        (format!("always (not {e} and not {f})"), false),
+        (format!("always {e}"), true),
+        (format!("always fresh {e}"), true),
+        (format!("always ({e} or {f})"), true),
+        (format!("always ({e} implies not {f})"), true),
+        (format!("always ({e} implies {f})"), true),
+        (format!("always ({e} implies time_until {f} < 5)"), true),
+        (format!("always ({e} implies next {f})"), true),
+    ] {
+        let mut watch = Watch::new(&property);
+        for _ in 0..3 {
+            watch.tick();
+        }
+        let monitor = watch.monitor();
+        assert_eq!(monitor.outcome(), Outcome::Satisfied, "{property}");
+        assert_eq!(!monitor.vacuous().is_empty(), is_vacuous, "{property}: {:?}", monitor.vacuous());
+        let silence = monitor.silence_in_words().expect("nothing came");
+        assert!(silence.starts_with("no message from ") && silence.ends_with(" in the whole run"), "{silence}");
+        watch.level(50.0);
+        watch.running();
+        assert_eq!(watch.monitor().silence_in_words(), None, "{property}");
+    }
+    let mut never_came = Watch::new(&format!("eventually {e}"));
+    never_came.tick();
+    assert_eq!(never_came.monitor().outcome(), Outcome::Inconclusive);
+}
+
+/// The condition of `a implies not b` is a; whether b came without it does not matter.
+#[test]
+fn the_condition_of_a_ban_is_what_is_on_the_left() {
+    let mut watch = Watch::new(
+        "always ((BatteryReader, BatteryLevel, level < 5) implies not (Navigation, GoToDestination, m[2] = <running>))",
+    );
+    watch.running();
+    watch.level(80.0);
+    assert_eq!(watch.monitor().vacuous()[0].antecedent, "(BatteryReader, BatteryLevel, m.level < 5)");
+    assert_eq!(watch.level(4.0), Verdict::False);
+    assert!(watch.monitor().vacuous().is_empty(), "it is violated");
+}
+
+/// A log that goes back is refused by its reader; whoever feeds a monitor gets no verdict.
+#[test]
+fn time_that_goes_back_gives_no_verdict() {
+    let mut watch = Watch::new("always not (BatteryReader, BatteryLevel, level < 5)");
+    watch.tick();
+    watch.tick();
+    let low = Message::new([Value::symbol("ok"), 1.0.into()]);
+    let channel = watch.topology.find_channel("BatteryReader", "BatteryLevel").expect("it exists");
+    let earlier = crate::support::event(9, 1, EventKind::Received { channel, message: low });
+    watch.property.monitor.observe(&crate::support::event(8, 7, EventKind::Tick));
+    watch.property.monitor.observe(&earlier);
+    assert_eq!(watch.property.monitor.verdict(), Verdict::Inconclusive);
+    assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
+}
+
 #[test]
 fn properties_with_different_meanings_read_differently() {
     let level = |condition: &str| format!("(BatteryReader, BatteryLevel, {condition})");
@@ -578,9 +648,37 @@ fn a_missed_deadline_is_missed_again() {
             watch.level(50.0);
         }
     }
-    // `tick` counts from 1. The obligation of tick 7 is met at tick 8.
-    assert_eq!(stretches(&watch), [(5, Some(7)), (15, Some(16))]);
+    // `tick` counts from 1. The message of tick 8 comes too late for tick 2, and in time for tick 7.
+    assert_eq!(stretches(&watch), [(5, Some(8)), (15, Some(16))]);
     assert!(watch.monitor().violations().is_some_and(|all| all.goes_on && all.since.is_none()));
+}
+
+/// How often a deadline was missed does not depend on how long it is, nor on what was missed before.
+#[test]
+fn each_unanswered_request_is_one_missed_deadline() {
+    for (theta, timed) in [(1, false), (2, false), (5, false), (10, false), (1, true), (10, true)] {
+        let bound = if timed { format!("{theta} s") } else { theta.to_string() };
+        let text = format!(
+            "always ((BatteryReader, BatteryLevel, true) implies time_until (BatteryLevel, BatteryReader, true) < {bound})"
+        );
+        let mut watch = if timed { Watch::timed(&text) } else { Watch::new(&text) };
+        for _ in 0..40 {
+            watch.tick();
+            watch.level(10.0);
+        }
+        for _ in 0..20 {
+            watch.tick();
+        }
+        watch.see("BatteryLevel", "BatteryReader", Message::new([Value::symbol("get_level")]));
+        let all = watch.monitor().violations().expect("it was violated");
+        assert_eq!(all.count, 40, "{bound}");
+        let [first, .., last] = &all.first[..] else { panic!("they are kept") };
+        assert_eq!((last.from.time - first.from.time).as_secs(), 39, "{bound}");
+        let answered = all.first.iter().all(|one| one.until == first.until && one.until.is_some());
+        assert!(answered && all.since.is_none(), "one answer ends all of them");
+        let until = first.until.expect("it was answered").time;
+        assert_eq!(all.lasting(Duration::MAX), until - first.from.time, "{bound}");
+    }
 }
 
 #[test]
