@@ -250,7 +250,9 @@ impl Run {
             }
         }
         let now = self.time();
-        self.note_tree_errors();
+        if !self.events.is_empty() {
+            self.note_tree_errors();
+        }
         self.skill_errors.note(&self.system, now);
         let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
         self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
@@ -340,6 +342,10 @@ impl Run {
     fn happen(&mut self, now: Duration) -> Result<(), StepError> {
         let fired = self.system.advance(now);
         self.stirred |= fired;
+        if fired {
+            // A leaf that has not answered in time: the tree may take its next tick in the same step, and forget it.
+            self.note_tree_errors();
+        }
         if self.communicate(now, !fired || !self.kind.is_model())? {
             self.follow_tree();
         }
@@ -419,7 +425,7 @@ impl Run {
     }
 
     fn note_tree_errors(&mut self) {
-        if let Some(TreeIds { tree, .. }) = self.ids.tree.filter(|_| !self.events.is_empty()) {
+        if let Some(TreeIds { tree, .. }) = self.ids.tree {
             let tick = self.system.ticks().saturating_sub(1);
             let new = self.tree_errors.note(bt::faults_in(&self.system, tree));
             self.happenings.extend(new.into_iter().map(|error| Happening::TreeError {

@@ -11,7 +11,7 @@ use channels::{
 
 use super::adapter::Adapter;
 use super::check::{Constants, goes_by_channel};
-use super::wiring::Wiring;
+use super::wiring::{CLIENT, Wiring};
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR};
 use crate::event::Event;
@@ -41,6 +41,9 @@ pub struct ChannelAdapter {
     abandons: bool,
     /// Whether this process goes on waiting for the answer to a request when it asks again.
     is_patient: bool,
+    /// Whether the client has given up waiting for an answer and asked again: an answer to the request that it gave up
+    /// may still follow, and there is then one answer too many.
+    is_overtaken: bool,
 }
 
 /// The open conversations on a channel: the action of each, or none for a service, and its number.
@@ -51,9 +54,11 @@ fn find(open: &Open, action: Option<&str>) -> Option<RequestNumber> {
     open.iter().rfind(|(known, _)| known.as_deref() == action).map(|(_, number)| *number)
 }
 
-fn begin(open: &mut Open, action: Option<&str>, number: RequestNumber) {
-    end(open, action);
+/// Returns whether another one of the same kind was open.
+fn begin(open: &mut Open, action: Option<&str>, number: RequestNumber) -> bool {
+    let was_open = end(open, action).is_some();
     open.push((action.map(Arc::from), number));
+    was_open
 }
 
 fn end(open: &mut Open, action: Option<&str>) -> Option<RequestNumber> {
@@ -84,6 +89,7 @@ impl ChannelAdapter {
             last_request,
             abandons: false,
             is_patient: false,
+            is_overtaken: false,
         }
     }
 
@@ -171,7 +177,10 @@ impl ChannelAdapter {
         let (name, role) = incoming.event(&envelope.message);
         let action = action(role, envelope.message.head().unwrap_or_default());
         match (role, incoming.back.map(|out| &mut self.asked[out])) {
-            (Role::Request | Role::Goal, Some(_)) => begin(&mut self.pending[index], action, envelope.request),
+            (Role::Request | Role::Goal, Some(_)) => {
+                let is_overtaken = begin(&mut self.pending[index], action, envelope.request);
+                self.is_overtaken |= is_overtaken && incoming.is_client;
+            }
             (Role::Cancel, Some(_)) if find(&self.pending[index], action) != Some(envelope.request) => return None,
             (Role::Reply | Role::Feedback | Role::Result, Some(asked)) => {
                 let is_its_own =
@@ -247,6 +256,14 @@ impl ChannelAdapter {
             Role::Cancel => {
                 let nothing = || Undelivered::Late(format!("{peer} has no goal of this process to cancel"));
                 find(&self.asked[out], action).ok_or_else(nothing)
+            }
+            Role::Reply if &**peer == CLIENT => {
+                let is_late = &mut self.is_overtaken;
+                let twice = || match std::mem::take(is_late) {
+                    true => not_asked(),
+                    false => Undelivered::Unfit(format!("<{head}> answers nothing: {peer} has had its answer")),
+                };
+                end(&mut self.pending[back()?], action).ok_or_else(twice)
             }
             Role::Reply | Role::Result => end(&mut self.pending[back()?], action).ok_or_else(not_asked),
             Role::Feedback => find(&self.pending[back()?], action).ok_or_else(not_asked),
