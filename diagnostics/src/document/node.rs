@@ -53,8 +53,13 @@ pub(super) struct Entry {
 }
 
 impl Node {
-    /// Takes entries that only the other table has, recursively.
+    /// Takes entries that only the other table has, recursively. `{}` takes none: it is the empty table, as in an
+    /// assignment. A header without keys, `[expect]`, is not a value, and changes nothing.
     pub(super) fn inherit(&mut self, base: Self) {
+        let is_value = self.span.text().starts_with('{');
+        if is_value && self.entries().is_some_and(|own| own.by_key.is_empty()) {
+            return;
+        }
         let (Kind::Table(own), Kind::Table(base)) = (&mut self.kind, base.kind) else { return };
         for (key, entry) in base.by_key {
             match own.by_key.get_mut(&key) {

@@ -267,6 +267,23 @@ fn a_document_inherits_what_it_does_not_set_itself() {
 }
 
 #[test]
+fn an_empty_table_means_the_same_in_a_file_and_in_an_assignment() {
+    for (text, assignments, is_inherited) in [
+        ("battery = {}\n", vec![], false),
+        ("", vec!["battery={}"], false),
+        ("[battery]\n", vec![], true),
+        ("", vec![], true),
+    ] {
+        let mut document = Document::parse_toml("short.toml", text).expect("the document is TOML");
+        let base = Document::parse_toml("base.toml", "[battery]\ncharge_pct = 80.0\n").expect("the base is TOML");
+        document.inherit(base, &[]);
+        document.override_with(assignments.iter().copied()).expect("an assignment");
+        let read = |root: Table<'_>| Some(root.table("battery").optional()?.number("charge_pct").optional().is_some());
+        assert_eq!(document.read(read).expect("a table"), is_inherited, "{text}{assignments:?}");
+    }
+}
+
+#[test]
 fn problems_of_a_base_are_shown_in_the_base() {
     let base = Document::parse_toml("base.toml", &SCENARIO.replace("80", "180")).expect("the base is TOML");
     let mut document = Document::parse_toml("short.toml", "nmae = \"short\"\n").expect("the document is TOML");
