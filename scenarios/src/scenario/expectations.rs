@@ -7,6 +7,17 @@ use recording::Expected;
 
 use super::world::MAP;
 
+/// The keys of `[expect]` that are not the name of a property.
+pub(super) const KEYS: [&str; 7] = [
+    "failed_programs",
+    "max_collisions",
+    "max_localization_m",
+    "min_battery_pct",
+    "not_reached",
+    "reached",
+    "satisfied",
+];
+
 /// The expected results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Expectations {
@@ -120,4 +131,18 @@ fn read_satisfied(expect: Table<'_>) -> Vec<(Spanned<String>, String)> {
         Some((Spanned { value: name.to_owned(), span: span.clone() }, formula?))
     });
     properties.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::KEYS;
+    use crate::scenario::ScenarioFile;
+
+    #[test]
+    fn no_property_has_the_name_of_another_expectation() {
+        let schema = ScenarioFile::schema();
+        let keys = schema["properties"]["expect"]["properties"].as_object().expect("a table");
+        let keys: Vec<&str> = keys.keys().map(String::as_str).filter(|key| *key != "PROPERTY").collect();
+        assert_eq!(keys, KEYS);
+    }
 }

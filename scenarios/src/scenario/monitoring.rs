@@ -14,6 +14,7 @@ use recording::Graph;
 use roaml::Model;
 use skills::Chart;
 
+use super::expectations;
 use super::file::ScenarioFile;
 use super::ready_made::{ReadyMade, ReadyMadeKind};
 use crate::error::{Complaints, Error};
@@ -89,12 +90,14 @@ impl Monitoring {
             for mut property in loaded.properties {
                 // The text of one that is no file's was made of what the scenario says there.
                 property.place = property.place.filter(|_| index < file.properties.len());
+                check_name(&property, place, &mut complaints);
                 made.add(property, place, &mut complaints);
             }
             made.warnings.extend(Some(loaded.warnings).filter(|warnings| !warnings.is_empty()));
         }
         for (index, entry) in file.monitors.iter().enumerate() {
             if let Some(property) = ready_made(entry, watching.get(&index), topology, &mut complaints) {
+                check_name(&property, &entry.span, &mut complaints);
                 made.add(property, &entry.span, &mut complaints);
             }
         }
@@ -138,6 +141,16 @@ impl Monitoring {
     /// The warnings about the files.
     pub fn warnings(&self) -> &[Warnings] {
         &self.warnings
+    }
+}
+
+/// Reports a property whose outcome no scenario could expect: in `[expect]`, its name means something else.
+fn check_name(property: &Property, place: &Span, complaints: &mut Complaints) {
+    let name = &property.name;
+    if expectations::KEYS.contains(&name.as_str()) {
+        let place = property.place.as_ref().unwrap_or(place);
+        let problem = place.problem(format!("a property cannot be called `{name}`")).with_label("this property");
+        complaints.push(problem.with_help(format!("`expect.{name}` means something else; choose another name")));
     }
 }
 
