@@ -130,7 +130,12 @@ impl Application {
     /// A scenario with all files that it names.
     fn of(mut found: Found) -> Result<Self, Error> {
         found.files = found.files.remembering();
-        let has_robot = Scenario::load(&found, &[])?.premises.is_some();
+        let scenario = Scenario::load(&found, &[])?;
+        let has_robot = scenario.premises.is_some();
+        if !scenario.file.prove.components.is_empty() {
+            // A proof reads the machines that take the place of components.
+            Scenario::load_for_proof(&found, &[])?;
+        }
         let bases = ScenarioFile::bases(&found).map_err(Error::bad_input)?;
         let mut files = BTreeMap::new();
         for path in bases.into_iter().chain(found.files.remembered()) {

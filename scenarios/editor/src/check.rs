@@ -14,7 +14,7 @@ use maps::Cell;
 use miette::Diagnostic;
 use runs::{Run, topology};
 use scenarios::processes::HEARERS;
-use scenarios::scenario::{Scenario, find};
+use scenarios::scenario::{Conduct, Found, Scenario, find};
 use skills::{Chart, Strictness};
 
 use crate::counted::counted;
@@ -222,13 +222,29 @@ pub(crate) fn examine_scenario(
     name: &str,
     like: Option<&Scenario>,
 ) -> (Result<Checked, Error>, Option<Arc<Scenario>>) {
-    let (scenario, result) = match find::find_on(disk, name).and_then(|found| Scenario::load_partly(&found, like)) {
-        Ok((scenario, result)) => (Arc::new(scenario), result),
+    let loaded = find::find_on(disk, name).and_then(|found| Ok((Scenario::load_partly(&found, like)?, found)));
+    let (scenario, result, found) = match loaded {
+        Ok(((scenario, result), found)) => (Arc::new(scenario), result, found),
         Err(error) => return (Err(error.into()), None),
     };
     let checked = result.map_err(Error::from).and_then(|()| ready(&scenario));
+    let checked = checked.and_then(|checked| with_stand_ins(checked, &scenario, &found));
     let with_kind = |checked: Checked| Checked { summary: format!("a scenario with {}", checked.summary), ..checked };
     (checked.map(with_kind), Some(scenario))
+}
+
+/// Adds the findings about the machines that take the place of components in a proof.
+fn with_stand_ins(mut checked: Checked, scenario: &Scenario, found: &Found) -> Result<Checked, Error> {
+    let stand_ins = &scenario.file.prove.components;
+    if stand_ins.is_empty() {
+        return Ok(checked);
+    }
+    let in_proof = Scenario::load_for_proof(found, &[])?;
+    let named = stand_ins.iter().filter(|stand_in| matches!(stand_in.conduct, Conduct::Machine(_)));
+    let machines = named.filter_map(|stand_in| in_proof.components.get(&stand_in.component.value)?.machine());
+    let concerns = machines.filter_map(|skill| skill.machine.concerns());
+    checked.concerns.extend(concerns.map(|concerns| Box::new(concerns) as _));
+    Ok(checked)
 }
 
 /// Sets a scenario up as for a run: the world, the processes and channels, the monitors, and the faults with their
