@@ -1,7 +1,7 @@
 //! A run that was found, as files: a schedule, and a scenario that follows the schedule.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
 use channels::ChannelSystem;
@@ -50,7 +50,7 @@ impl Proof {
         let schedule = Schedule::text(&about, steps, hold, &self.system);
         let staging = Staging::begin(folder)?;
         staging.write(SCHEDULE, schedule)?;
-        staging.write(COUNTEREXAMPLE, self.counterexample(&about, answer, run)?)?;
+        staging.write(COUNTEREXAMPLE, self.counterexample(&about, answer, run, folder)?)?;
         staging.publish(&[SCHEDULE, COUNTEREXAMPLE])?;
         Ok(folder.join(COUNTEREXAMPLE))
     }
@@ -82,9 +82,10 @@ impl Proof {
     }
 
     /// The scenario that follows the schedule.
-    fn counterexample(&self, about: &str, answer: &Answer, run: &Run) -> Result<String, Error> {
+    fn counterexample(&self, about: &str, answer: &Answer, run: &Run, folder: &Path) -> Result<String, Error> {
         let mut text = format!("# It follows {SCHEDULE}, without physics: see `steward help prove`.\n");
-        text += &self.based_on_it(about, &self.long_enough(duration(run) + self.scenario.file.execution.tick));
+        let more = self.long_enough(duration(run) + self.scenario.file.execution.tick);
+        text += &self.based_on_it(about, &more, folder);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
         // A schedule takes the place of the world, of which some properties speak.
@@ -112,7 +113,7 @@ impl Proof {
     pub fn write_physical(&self, question: &Question, physical: &Physical, folder: &Path) -> Result<(), Error> {
         let about = format!("{} is also violated in the simulation", question.property);
         let text = "# The levels and the lost messages of the run that was found, as faults.\n".to_owned();
-        let mut text = text + &self.based_on_it(&about, &physical.overrides);
+        let mut text = text + &self.based_on_it(&about, &physical.overrides, folder);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "stop.on_violation = [{}]\nstop.after_s = 0", quoted(&question.property));
         for (name, outcome) in &physical.outcomes {
@@ -121,21 +122,23 @@ impl Proof {
         Ok(diagnostics::write_whole(&folder.join(PHYSICS), text)?)
     }
 
-    /// The beginning of a scenario that extends this one with further assignments and expects nothing of the world.
-    fn based_on_it(&self, about: &str, more: &[String]) -> String {
+    /// The beginning of a scenario in the folder `in_folder` that extends this one with further assignments and expects
+    /// nothing of the world.
+    fn based_on_it(&self, about: &str, more: &[String], in_folder: &Path) -> String {
         let origin = &self.scenario.origin;
         let argument = Path::new(&origin.argument);
-        let here = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let on_disk = argument.is_file().then(|| here(argument));
         // A path on the command line is relative to the current folder, one in a file to the file's folder.
         let folder = match &on_disk {
             Some(file) => file.parent().map(Path::to_owned),
             None => (!origin.overrides.is_empty()).then(|| here(Path::new("."))),
         };
-        let base = on_disk.as_deref().map_or(origin.argument.clone(), |file| file.display().to_string());
+        let from = here(in_folder);
+        let written = |path: &Path| relative(&from, path).display().to_string();
+        let base = on_disk.as_deref().map_or(origin.argument.clone(), written);
         let mut text = format!("about = {}\nbase = {}\n", quoted(about), quoted(&base));
         if let Some(folder) = folder {
-            text += &format!("folder = {}\n", quoted(&folder.display().to_string()));
+            text += &format!("folder = {}\n", quoted(&written(&folder)));
         }
         text += &overridden(&origin.overrides, more);
         if self.scenario.premises.is_some() {
@@ -143,6 +146,23 @@ impl Proof {
         }
         text
     }
+}
+
+/// An absolute path without links, as far as the file exists.
+fn here(path: &Path) -> PathBuf {
+    path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
+}
+
+/// The way from one folder to a file, both absolute. What lies together stays together when it is moved or sent, so
+/// only files that have nothing but the root in common keep their absolute path.
+fn relative(from: &Path, to: &Path) -> PathBuf {
+    let shared = from.components().zip(to.components()).take_while(|(one, other)| one == other).count();
+    if shared < 2 {
+        return to.to_owned();
+    }
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(to.components().skip(shared)).collect();
+    if way.as_os_str().is_empty() { PathBuf::from(".") } else { way }
 }
 
 /// The assignments of the command line as lines of a file, followed by `more`. Each key occurs once, and assignments to
@@ -164,4 +184,21 @@ fn overridden(overrides: &[String], more: &[String]) -> String {
         lines.push((key, format!("{mark}{key} = {value}\n")));
     }
     lines.into_iter().map(|(_, line)| line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_lie_together_are_named_from_each_other() {
+        for (from, to, way) in [
+            ("/home/a/out/p", "/home/a/s.toml", "../../s.toml"),
+            ("/home/a", "/home/a/tasks/s.toml", "tasks/s.toml"),
+            ("/home/a", "/home/a", "."),
+            ("/tmp/out", "/home/a/s.toml", "/home/a/s.toml"),
+        ] {
+            assert_eq!(relative(Path::new(from), Path::new(to)), Path::new(way), "{from} {to}");
+        }
+    }
 }
