@@ -116,6 +116,13 @@ impl Finding {
         }
     }
 
+    /// Why the result means little, if it does.
+    pub(crate) fn vacuous(&self) -> Option<String> {
+        let property = &self.question.property;
+        let is_vacuous = self.answer.exploration.is_vacuous();
+        is_vacuous.then(|| format!("{property} is proved vacuously: in no run is a tick delivered, so nothing happens"))
+    }
+
     /// The expected finding, if there was one.
     pub(crate) fn difference(&self) -> Option<String> {
         let Question { property, expected, .. } = &self.question;
@@ -156,7 +163,7 @@ impl Finding {
             name: property.clone(),
             story: told.map(|step| step.words.clone()).collect(),
             result: self.difference().map_or(CaseResult::Passed, failed),
-            found: self.word().to_owned(),
+            found: if self.vacuous().is_some() { "proved vacuously" } else { self.word() }.to_owned(),
             place: places.properties.get(property).cloned(),
             trail,
             page: self.written.as_ref().map(|run| run.page.clone()),
@@ -182,6 +189,7 @@ impl Finding {
             "result": self.word(),
             "expected": self.question.expected.name(),
             "as_expected": self.is_as_expected(),
+            "vacuous": self.vacuous(),
             "limit": self.answer.limit().map(|limit| limit.to_string()),
             "rounds": rounds.iter().map(round).collect::<Vec<_>>(),
             "states": states,

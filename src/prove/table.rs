@@ -104,6 +104,9 @@ impl FindingsTable {
         if let Some(difference) = finding.difference() {
             let _ = writeln!(text, "  ! {difference}");
         }
+        if let Some(vacuous) = finding.vacuous() {
+            let _ = writeln!(text, "  ! {vacuous}");
+        }
         text
     }
 }

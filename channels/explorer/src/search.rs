@@ -10,6 +10,7 @@ use std::thread::ScopedJoinHandle;
 use channels::{Monitor, Process, ProcessId, Verdict};
 
 use crate::error::Refused;
+use crate::local::UNKNOWN;
 use crate::model::Model;
 use crate::passage::Passage;
 use crate::path::Path;
@@ -110,7 +111,8 @@ pub struct Exploration {
 /// The outcome of a search.
 #[derive(Debug)]
 pub enum Outcome {
-    /// No run violates the property, however long it is.
+    /// No run violates the property, however long it is. [`Exploration::is_vacuous`] says whether the runs get far
+    /// enough for this to mean anything.
     Proved,
     /// This run violates the property. It is a shortest one, unless the search was reduced.
     Violated(Path),
@@ -148,6 +150,20 @@ impl Exploration {
             .iter()
             .zip(&tables.locals)
             .flat_map(|(id, locals)| locals.iter().map(|local| (*id, local.process.as_ref())))
+    }
+
+    /// Whether a tick is delivered in some run that was explored; `None` if the model has no ticks.
+    #[must_use]
+    pub fn is_ticked(&self) -> Option<bool> {
+        let generator = self.tables.ticks?.generator.index();
+        Some(self.tables.locals[generator].iter().any(|local| local.ticked != UNKNOWN))
+    }
+
+    /// Whether the property is proved, but no tick is ever delivered: time does not pass, or nothing takes a tick.
+    /// Then it holds of a system of which next to nothing has happened.
+    #[must_use]
+    pub fn is_vacuous(&self) -> bool {
+        matches!(self.outcome, Outcome::Proved) && self.is_ticked() == Some(false)
     }
 }
 

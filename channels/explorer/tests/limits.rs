@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use channels::{
-    Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
-    NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
+    Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphMonitor, GraphProcess,
+    Label, Message, NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Slot, Term, TickGenerator, Topology,
+    TransitionId, Use,
 };
 use explorer::{
-    Closed, Environment, Limit, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, explore, promela,
+    Closed, Environment, Limit, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, Ticks, explore,
+    promela,
 };
 
 /// Two processes with a channel from the first to the second.
@@ -188,4 +190,44 @@ fn a_process_without_a_normal_form_is_named() {
     let model = pair(|_| [Box::new(Stranger), silent()]);
     let refused = explore(&model, None, &Limits::default(), &mut |_| ()).unwrap_err();
     assert!(matches!(&refused, Refused::Process { process, .. } if process == "Counter"), "{refused}");
+}
+
+/// A property that nothing can violate.
+fn calm() -> GraphMonitor {
+    let mut graph = ProgramGraph::builder("calm");
+    let [good, bad] = ["good", "bad"].map(|name| graph.location(name));
+    GraphMonitor::new(Arc::new(graph.initial(good).build().expect("a sound graph")), [bad])
+}
+
+#[test]
+fn a_proof_in_which_no_tick_arrives_is_vacuous() {
+    let explored = |spins: bool| {
+        let mut topology = Topology::default();
+        let [ticks, tree] = ["Ticks", "Tree"].map(|name| topology.process(name).expect("a new name"));
+        let domain = Domain::new([TickGenerator::shape()]);
+        let channel = topology.channel(ticks, tree, Capacity::One, domain).expect("a new channel");
+        let mut graph = ProgramGraph::builder("Tree");
+        let here = graph.location("here");
+        let last = graph.variable("last");
+        if spins {
+            graph.transition(here, Label::Internal(Vec::new()), here);
+        } else {
+            graph.transition(here, Label::Receive(channel, Slot::Variable(last)), here);
+        }
+        let processes: [(_, Box<dyn Process>); 2] =
+            [(ticks, Box::new(TickGenerator::new(channel))), (tree, run(graph, here))];
+        let system = ChannelSystem::new(Arc::new(topology), processes).expect("a sound system");
+        let second = Duration::from_secs(1);
+        let ticks = Ticks { generator: ticks, period: second, first: second, step: Duration::ZERO };
+        let model = Model::new(&system, Some(ticks), Closed.erased());
+        let found = explore(&model, Some(&calm()), &Limits::default(), &mut |_| ()).expect("a finite model");
+        assert!(matches!(found.outcome, Outcome::Proved), "{:?}", found.outcome);
+        (found.is_ticked(), found.is_vacuous())
+    };
+    assert_eq!(explored(false), (Some(true), false));
+    // It is busy for ever, and time never passes.
+    assert_eq!(explored(true), (Some(false), true));
+    let unticked = explore(&pair(|_| [counter(9), silent()]), Some(&calm()), &Limits::default(), &mut |_| ());
+    let unticked = unticked.expect("a finite model");
+    assert_eq!((unticked.is_ticked(), unticked.is_vacuous()), (None, false));
 }
