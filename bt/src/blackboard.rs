@@ -30,6 +30,13 @@ pub(crate) struct Entry {
     writes: u64,
 }
 
+impl Entry {
+    /// Its type and its value at the start.
+    pub(crate) fn initial(&self) -> (&Type, Option<&Value>) {
+        (&self.of, self.value.as_ref())
+    }
+}
+
 impl Default for Entry {
     fn default() -> Self {
         Self { value: None, of: Type::Any, holds: Type::Any, is_any: false, exists: false, writes: 0 }

@@ -79,6 +79,7 @@ mod semantics;
 mod settings;
 mod shared;
 mod status;
+mod texts;
 mod tree;
 mod xml;
 
@@ -100,6 +101,7 @@ pub use process::{
 };
 pub use rehearsal::{Cue, Inputs, LeafBehavior, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};
+pub use texts::TextsOfTree;
 pub use tree::Tree;
 pub use xml::{BuiltinPort, Loader, attributes_of, builtin_ports, elements_in, layout, node_attributes};
 

@@ -25,7 +25,7 @@ mod reading;
 mod token;
 
 pub(crate) use evaluate::ScriptError;
-pub(crate) use expression::Script;
+pub(crate) use expression::{Assignment, Binary, Comparison, Expression, Script};
 pub(crate) use reading::{Names, SyntaxError};
 
 impl Script {

@@ -435,7 +435,7 @@ impl MessageCondition {
 
 impl Term {
     /// Calls `visit` with each field.
-    fn fields(&self, visit: &mut dyn FnMut(&MessageField)) {
+    pub fn fields(&self, visit: &mut dyn FnMut(&MessageField)) {
         match self {
             Self::Field(field) => visit(field),
             Self::Value(_) | Self::Remembered(_) => {}

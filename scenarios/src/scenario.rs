@@ -69,7 +69,7 @@ pub use prove::{
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use robot::STEP;
 pub use skill::Skill;
-pub use stand_in::literals;
+pub use stand_in::{Carrier, Samples, literals};
 pub use stop::{SomeProperties, Stop};
 pub use truth::{Fact, Truths};
 pub use world::WorldBody;
@@ -97,6 +97,8 @@ pub struct Scenario {
     pub skills: BTreeMap<String, Skill>,
     /// The components from files, by the name of their process; for a model, everything that is not a leaf.
     pub components: BTreeMap<String, Component>,
+    /// What a proof tries of the answers of components that may answer anything.
+    pub samples: Samples,
     /// The machines that skills and components run while faults change them, by the name of the process.
     pub machines: BTreeMap<String, FaultyMachines>,
     /// The property files: their names and texts.

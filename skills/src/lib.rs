@@ -134,6 +134,7 @@ mod random;
 mod rehearsal;
 mod shipped;
 mod steps;
+mod texts;
 mod unobserved;
 
 pub use chart::{CHANNEL_PROCESSOR, CHOICE_PROCESSOR, Chart, HistoryKind, State, StateKind, Transition};
@@ -150,6 +151,7 @@ pub use process::{
 };
 pub use rehearsal::{Cue, Cues, Ending, RehearsalLine, RehearsalLineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};
+pub use texts::{HeardEvent, PassedText, TextSources, TextUse};
 
 /// How to treat an expression that cannot be compiled, an unknown name, or an invalid delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

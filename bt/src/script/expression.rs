@@ -13,6 +13,11 @@ pub(crate) struct Script {
 }
 
 impl Script {
+    /// Its statements, in order.
+    pub(crate) fn statements(&self) -> &[Expression] {
+        &self.statements
+    }
+
     /// Adds the entries that the script assigns to, each with whether it can be assigned a string. `is_text` decides
     /// whether an entry that no script has assigned to so far is a string.
     pub(crate) fn assigned(&self, slots: &mut BTreeMap<Slot, bool>, is_text: impl Fn(Slot) -> bool + Copy) {
@@ -111,7 +116,7 @@ impl Expression {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Expression {
+pub(crate) enum Expression {
     Literal(Value),
     /// An entry, and its name for error messages.
     Name(Slot, Arc<str>),
@@ -124,14 +129,14 @@ pub(super) enum Expression {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Unary {
+pub(crate) enum Unary {
     Negate,
     Complement,
     Not,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Binary {
+pub(crate) enum Binary {
     Add,
     Subtract,
     Multiply,
@@ -145,7 +150,7 @@ pub(super) enum Binary {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Comparison {
+pub(crate) enum Comparison {
     Equal,
     NotEqual,
     Less,
@@ -155,7 +160,7 @@ pub(super) enum Comparison {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Assignment {
+pub(crate) enum Assignment {
     /// `:=`
     Create,
     /// `=`

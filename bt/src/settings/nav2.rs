@@ -80,6 +80,42 @@ pub(crate) struct Update {
 }
 
 impl Nav2 {
+    /// The entries that it reads, except those of which it only counts how often they are written.
+    pub(crate) fn entries(&self) -> Vec<Slot> {
+        let of = |inputs: &[&Input]| inputs.iter().filter_map(|input| input.entry()).collect::<Vec<_>>();
+        match self {
+            Self::Index(index) => vec![index.slot],
+            Self::Requests(_) => Vec::new(),
+            Self::Rate(hz) => of(&[hz]),
+            Self::Distance(limit) => [of(&[&limit.distance]), vec![limit.pose]].concat(),
+            Self::Speed(SpeedLimit { rates, speeds, speed, goals }) => {
+                let inputs = rates.iter().chain(speeds).chain(&goals.goals).collect::<Vec<_>>();
+                [of(&inputs), vec![*speed]].concat()
+            }
+            Self::Goals(goals) => of(&goals.goals.each_ref()),
+            Self::Updates(updates) => {
+                let slots = updates.iter().flat_map(|update| {
+                    let input = update.input.as_ref().and_then(Input::entry);
+                    [input, Some(update.update), update.output].into_iter().flatten()
+                });
+                slots.collect()
+            }
+            Self::Path(guard) => {
+                let inputs = guard.path.iter().chain([&guard.near, &guard.factor]).collect::<Vec<_>>();
+                of(&inputs)
+            }
+        }
+    }
+
+    /// The entries that it writes.
+    pub(crate) fn outputs(&self) -> Vec<Slot> {
+        match self {
+            Self::Index(index) => vec![index.slot],
+            Self::Updates(updates) => updates.iter().filter_map(|update| update.output).collect(),
+            _ => Vec::new(),
+        }
+    }
+
     /// Sets the number of children of the node.
     pub(crate) fn count(&mut self, children: usize) {
         if let Self::Index(index) = self {

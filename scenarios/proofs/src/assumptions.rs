@@ -1,6 +1,6 @@
 //! What a proof assumes, in words.
 
-use channels::{ChannelSystem, EventKind};
+use channels::{ChannelSystem, EventKind, FieldKind, Value};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
 use explorer::{Path, PathStep, Replay};
 use recording::decimals;
@@ -81,6 +81,10 @@ pub(super) fn all(scenario: &Scenario, system: &ChannelSystem, faults: &[Switche
             let has = [!interface.services.is_empty(), !interface.topics.is_empty(), !interface.actions.is_empty()];
             let words = anything(&name.value, has);
             add(About::Component(name.value.clone()), words);
+            for ((_, field), values) in scenario.samples.tried.iter().filter(|((of, _), _)| *of == name.value) {
+                let others = scenario.samples.others.get(&(name.value.clone(), field.clone())).copied();
+                add(About::Always, tried(&name.value, field, values, others));
+            }
         }
     }
     match scenario.file.faults.len() {
@@ -139,6 +143,20 @@ fn anything(name: &str, [services, topics, actions]: [bool; 3]) -> String {
     let conduct: Vec<&str> = [answers, publishes, actions.then_some(pursues)].into_iter().flatten().collect();
     let conduct = if conduct.is_empty() { "does nothing".to_owned() } else { conduct.join(", ") };
     format!("{name} {conduct}.")
+}
+
+/// Which values of a field are tried. Of texts, the last `others` stand for all that nothing mentions.
+fn tried(name: &str, field: &str, values: &[Value], others: Option<usize>) -> String {
+    let values: Vec<&Value> = values.iter().filter(|value| !value.is_symbol(FieldKind::NONE)).collect();
+    let known = values.len() - others.unwrap_or_default();
+    let mut list: Vec<String> = values[..known].iter().map(|value| value.to_string()).collect();
+    list.extend(others.map(|others| match others {
+        1 => "another text".to_owned(),
+        others => format!("one of {others} other texts"),
+    }));
+    let last = list.pop().unwrap_or_default();
+    let list = if list.is_empty() { last } else { format!("{} or {last}", list.join(", ")) };
+    format!("{name}'s `{field}` is {list}: nothing tells more values apart.")
 }
 
 fn percent(number: f64) -> String {

@@ -23,6 +23,7 @@ mod mutants;
 mod physics;
 mod questions;
 mod subject;
+mod texts;
 mod thresholds;
 mod written;
 
@@ -193,6 +194,7 @@ impl Proof {
         complaints.note(subject::check_world(monitor, self.truths.as_ref(), has_battery(&self.system)));
         complaints.note(subject::check_time_limit(monitor));
         subject::check_numbers(&self.scenario, &self.system, monitor, &mut complaints);
+        complaints.note(texts::check(&self.scenario, self.system.topology(), monitor));
         complaints.take(explorer::check(monitor).map_err(|error| self.refused(&error)));
         complaints.take(self.thresholds_for(Some(monitor)));
         complaints.check()

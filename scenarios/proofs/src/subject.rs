@@ -205,12 +205,12 @@ pub(super) fn check_numbers(
     }
 }
 
-/// Whether a proof tries every value of the kind.
+/// Whether a proof tries every value of the kind, or enough of them (of texts, which [`check_texts`] follows).
 fn is_enumerated(kind: &FieldKind) -> bool {
     match kind {
-        FieldKind::Symbol(_) | FieldKind::Bool => true,
+        FieldKind::Symbol(_) | FieldKind::Bool | FieldKind::Text => true,
         FieldKind::Optional(kind) => is_enumerated(kind),
-        FieldKind::Int | FieldKind::Real | FieldKind::Text | FieldKind::List(_) => false,
+        FieldKind::Int | FieldKind::Real | FieldKind::List(_) => false,
     }
 }
 

@@ -9,6 +9,8 @@ use scenarios::scenario::{ProofOutcome, Scenario, find};
 
 use super::{Answer, Proof, Question, SCHEDULE};
 
+mod texts;
+
 /// The result for the first property of `nominal` with these settings. A run that violates it is replayed.
 fn outcome(overrides: &[&str]) -> Option<ProofOutcome> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();

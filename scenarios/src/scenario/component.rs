@@ -1,8 +1,9 @@
 //! Components from files, loaded.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use channels::Symbol;
 use devices::{DeviceKind, DeviceSettings};
@@ -18,7 +19,7 @@ use skills::{Chart, Datum};
 use super::component_entry::{ComponentEntry, RunsEntry};
 use super::data::Data;
 use super::file_reader::FileReader;
-use super::stand_in::Listeners;
+use super::stand_in::{Listeners, Samples, StandIns};
 use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
 use crate::files::named;
@@ -80,7 +81,7 @@ impl FileReader<'_> {
         file: &ScenarioFile,
         places: &Places,
         listeners: &Listeners<'_>,
-    ) -> Option<BTreeMap<String, Component>> {
+    ) -> Option<(BTreeMap<String, Component>, Samples)> {
         let places: Vec<Symbol> = places.iter().map(|(name, _)| Symbol::new(name)).collect();
         let mut interfaces: BTreeMap<&str, Interface> = BTreeMap::new();
         for entry in &file.components {
@@ -92,16 +93,10 @@ impl FileReader<'_> {
         // What answers anything answers what the others distinguish, so it comes last.
         let answers_anything = |entry: &&ComponentEntry| matches!(entry.runs, RunsEntry::Anything { .. });
         let (last, first): (Vec<_>, Vec<_>) = file.components.iter().partition(answers_anything);
-        for entry in first.into_iter().chain(last) {
+        for entry in first {
             let name = &entry.name.value;
             let runs = match &entry.runs {
-                RunsEntry::Anything { place, asks } => {
-                    let tick_s = file.execution.tick.as_secs_f64();
-                    let machines = components.iter().filter_map(|(name, component)| Some((name, component.machine()?)));
-                    let made = listeners.stand_in((name, asks), &interfaces, machines.collect(), tick_s);
-                    let refused = |why| self.complaints.push(not_anything(name, place, why));
-                    made.map_err(refused).ok().map(Runs::Machine)
-                }
+                RunsEntry::Anything { .. } => None,
                 RunsEntry::Machine(path) => self.component_machine(path, &entry.data).map(Runs::Machine),
                 RunsEntry::Program { command, limits, asks } => {
                     self.check_asked(file, asks);
@@ -120,9 +115,47 @@ impl FileReader<'_> {
                 components.insert(name.clone(), Component { interface: interface.clone(), runs });
             }
         }
+        let samples = self.stand_ins(&last, &interfaces, listeners, file.execution.tick, &mut components);
         self.check_names(file, &components);
         // If some are missing, others would seem not to fit together.
-        (components.len() == file.components.len()).then_some(components)
+        (components.len() == file.components.len()).then_some((components, samples))
+    }
+
+    /// Adds the components that answer anything, which are these entries.
+    fn stand_ins(
+        &mut self,
+        entries: &[&ComponentEntry],
+        interfaces: &BTreeMap<&str, Interface>,
+        listeners: &Listeners<'_>,
+        tick: Duration,
+        components: &mut BTreeMap<String, Component>,
+    ) -> Samples {
+        let mut samples = Samples::default();
+        if entries.is_empty() {
+            return samples;
+        }
+        let names: BTreeSet<&str> = entries.iter().map(|entry| entry.name.value.as_str()).collect();
+        let mut made = Vec::new();
+        let machines = components.iter().filter_map(|(name, component)| Some((name, component.machine()?)));
+        match StandIns::new(listeners, interfaces, &names, machines.collect()) {
+            Ok(stand_ins) => {
+                for entry in entries {
+                    let RunsEntry::Anything { place, asks } = &entry.runs else { continue };
+                    let name = &entry.name.value;
+                    match stand_ins.machine((name, asks), tick.as_secs_f64(), &mut samples) {
+                        Ok(machine) => made.push((name, Runs::Machine(machine))),
+                        Err(why) => self.complaints.push(not_anything(name, place, why)),
+                    }
+                }
+            }
+            Err(problems) => problems.into_iter().for_each(|problem| self.complaints.push(problem)),
+        }
+        for (name, runs) in made {
+            if let Some(interface) = interfaces.get(name.as_str()) {
+                components.insert(name.clone(), Component { interface: interface.clone(), runs });
+            }
+        }
+        samples
     }
 
     /// The interface of a component, if the component may have its name.

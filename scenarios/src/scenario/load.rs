@@ -15,7 +15,7 @@ use roaml::Model;
 use skills::Chart;
 
 use super::file_reader::FileReader;
-use super::stand_in::Listeners;
+use super::stand_in::{Listeners, Samples};
 use super::stop::SomeProperties;
 use super::{
     Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMade, ReadyMadeKind, Scenario,
@@ -218,6 +218,7 @@ struct Parts {
     behavior: Option<Behavior>,
     skills: Option<BTreeMap<String, Skill>>,
     components: Option<BTreeMap<String, Component>>,
+    samples: Samples,
     /// The places to which skills always drive, each with one such skill.
     driven_to: BTreeMap<String, String>,
 }
@@ -229,6 +230,7 @@ impl Parts {
             behavior: Some(Behavior::Model(Arc::clone(model))),
             skills: Some(skills),
             components: Some(components),
+            samples: Samples::default(),
             driven_to: BTreeMap::new(),
         }
     }
@@ -263,7 +265,7 @@ impl<'a> Loader<'a> {
             Some((_, Some(places))) => PlacesOfMap::Read(places),
         };
         let mut properties = self.properties(&file);
-        let Parts { behavior, skills, components, driven_to } = match (&model, file.behavior.files()) {
+        let Parts { behavior, skills, components, samples, driven_to } = match (&model, file.behavior.files()) {
             (None, Some(files)) => self.parts(&file, files, places, &properties),
             (Some(model), _) => Parts::of_model(model),
             (None, None) => Parts::default(),
@@ -288,6 +290,7 @@ impl<'a> Loader<'a> {
             behavior: behavior?,
             skills: skills?,
             components: components?,
+            samples,
             machines: machines?,
             properties,
             watching,
@@ -334,8 +337,15 @@ impl<'a> Loader<'a> {
     ) -> Parts {
         let tree = self.tree(file, files);
         let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
-        let listeners = Listeners { tree: tree.as_deref(), skills: skills.as_ref(), properties };
-        let components = self.components_of(file, places, &listeners);
+        let of_map = if let PlacesOfMap::Read(places) = places { Some(&*places.places()) } else { None };
+        let listeners = Listeners {
+            tree: tree.as_deref(),
+            skills: skills.as_ref(),
+            properties,
+            places: of_map,
+            repeated: file.prove.messages.repeat.into(),
+        };
+        let (components, samples) = self.components_of(file, places, &listeners).unzip();
         let driven_to = match (&tree, &skills, &components) {
             (Some(tree), Some(skills), Some(components)) => self.check_machines(
                 file,
@@ -344,7 +354,8 @@ impl<'a> Loader<'a> {
             ),
             _ => BTreeMap::new(),
         };
-        Parts { behavior: tree.map(Behavior::Tree), skills, components, driven_to }
+        let samples = samples.unwrap_or_default();
+        Parts { behavior: tree.map(Behavior::Tree), skills, components, samples, driven_to }
     }
 
     /// Checks that skills and components fit together, unless they are the same as in the scenario to share with.
@@ -528,12 +539,17 @@ impl<'a> Loader<'a> {
         file: &ScenarioFile,
         places: PlacesOfMap<'_>,
         listeners: &Listeners<'_>,
-    ) -> Option<BTreeMap<String, Component>> {
+    ) -> Option<(BTreeMap<String, Component>, Samples)> {
+        // What answers anything depends on everything that distinguishes its answers.
+        let has_stand_in =
+            || file.components.iter().any(|component| matches!(component.runs, super::RunsEntry::Anything { .. }));
         let is_same = |like: &&Scenario| {
-            self.shares(file, places_of) && component_entry::same_components(&like.file.components, &file.components)
+            self.shares(file, places_of)
+                && component_entry::same_components(&like.file.components, &file.components)
+                && !has_stand_in()
         };
         match self.like.filter(is_same) {
-            Some(like) => Some(like.components.clone()),
+            Some(like) => Some((like.components.clone(), Samples::default())),
             None => {
                 let none = Places::default();
                 let places = if let PlacesOfMap::Read(places) = places { places.places() } else { &none };

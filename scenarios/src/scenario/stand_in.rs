@@ -1,18 +1,24 @@
 //! The machine that stands for a component in a proof, if the component may answer anything that its interface allows.
 
 mod machine;
+mod texts;
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use bt::Tree;
 use channels::{FieldKind, Value};
-use diagnostics::Spanned;
+use diagnostics::{Problem, Spanned};
 use interfaces::{Field, Interface};
+use maps::Places;
 use monitors::syntax::{Literal, parse_file};
 use skills::{Chart, Datum};
 
 use self::machine::Repertoire;
+pub use self::texts::Carrier;
+use self::texts::{Chosen, System, Tried};
 use super::skill::Skill;
 
 /// Everything that may hear a component, and distinguish what it says.
@@ -21,48 +27,107 @@ pub(super) struct Listeners<'a> {
     pub(super) skills: Option<&'a BTreeMap<String, Skill>>,
     /// The names and texts of property files.
     pub(super) properties: &'a [(String, String)],
+    /// The places of the map, if there is one.
+    pub(super) places: Option<&'a Places>,
+    /// How many messages may be delivered twice.
+    pub(super) repeated: usize,
 }
 
-impl Listeners<'_> {
-    /// The machine of a component that may answer anything and reads the topics of some others, beside the machines of
-    /// other components.
+/// The components that may answer anything, and everything around them.
+pub(super) struct StandIns<'a> {
+    properties: Vec<Value>,
+    interfaces: &'a BTreeMap<&'a str, Interface>,
+    tree: Option<&'a Tree>,
+    /// The machines, by process.
+    machines: Vec<(&'a String, &'a Skill)>,
+    texts: Chosen,
+}
+
+/// What is tried of the answers of components that may answer anything.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    /// The values of each field that has too many to try all, by component and field.
+    pub tried: BTreeMap<(String, String), Vec<Value>>,
+    /// How many of the texts of a field stand for all texts that nothing mentions.
+    pub others: BTreeMap<(String, String), usize>,
+    /// Where in messages a text may be that such a component has chosen.
+    pub carriers: Vec<Carrier>,
+}
+
+impl<'a> StandIns<'a> {
+    /// The components with these names, beside the machines of other components.
+    ///
+    /// # Errors
+    /// Everything that is done with a text that they answer beyond comparing it with others.
+    pub(super) fn new(
+        listeners: &Listeners<'a>,
+        interfaces: &'a BTreeMap<&'a str, Interface>,
+        names: &BTreeSet<&str>,
+        of_components: Vec<(&'a String, &'a Skill)>,
+    ) -> Result<Self, Vec<Problem>> {
+        let Listeners { tree, skills, properties, places, repeated } = *listeners;
+        let machines: Vec<(&String, &Skill)> = skills.into_iter().flatten().chain(of_components).collect();
+        let machines_of_system = machines.clone();
+        let system =
+            System { tree, machines: machines_of_system, interfaces, anything: names, places, properties, repeated };
+        let texts = system.chosen()?;
+        Ok(Self { properties: literals(properties), interfaces, tree, machines, texts })
+    }
+
+    /// The machine of a component that may answer anything and reads the topics of some others.
     ///
     /// # Errors
     /// Why there is none, in words.
-    pub(super) fn stand_in(
+    pub(super) fn machine(
         &self,
         (name, asks): (&str, &[Spanned<String>]),
-        interfaces: &BTreeMap<&str, Interface>,
-        of_components: Vec<(&String, &Skill)>,
         tick_s: f64,
+        tried: &mut Samples,
     ) -> Result<Skill, String> {
-        let machines = self.skills.into_iter().flatten().chain(of_components);
+        let Some(interface) = self.interfaces.get(name) else { return Err("its interface is wrong".to_owned()) };
         // A program that hears it might distinguish anything, but is refused in a proof.
         let hears = |skill: &Skill| {
-            skill.machine.file().text().contains(name)
+            skill.machine.channel_messages().iter().any(|(to, _)| *to == name)
+                || interface.topics.iter().any(|topic| skill.machine.names(&format!("{name}.{}", topic.name)))
                 || skill.data.values().any(|value| matches!(value, Datum::Text(text) if **text == *name))
         };
-        let machines: Vec<(&String, &Skill)> = machines.filter(|(_, skill)| hears(skill)).collect();
-        let known = Known { literals: literals(self.properties), machines };
-        let samples = |field: &Field| self.samples(field, &known);
-        let Some(interface) = interfaces.get(name) else { return Err("its interface is wrong".to_owned()) };
-        let read = asks.iter().filter_map(|asked| Some((&asked.value, interfaces.get(asked.value.as_str())?)));
+        let hearing: Vec<(&String, &Skill)> = self.machines.iter().filter(|(_, skill)| hears(skill)).copied().collect();
+        let found: RefCell<BTreeMap<String, Vec<Value>>> = RefCell::default();
+        let samples = |field: &Field| {
+            let values = self.samples(name, field, &hearing)?;
+            if has_many(&field.kind) {
+                found.borrow_mut().insert(field.name.clone(), values.clone());
+            }
+            Ok(values)
+        };
+        let read = asks.iter().filter_map(|asked| Some((&asked.value, self.interfaces.get(asked.value.as_str())?)));
         let heard = read
             .flat_map(|(from, interface)| interface.topics.iter().map(move |topic| format!("{from}.{}", topic.name)));
         let text = Repertoire::of(interface, &samples)?.scxml(name, &heard.collect::<Vec<_>>(), tick_s);
         let file = format!("prove.components.{name}");
         let machine = Chart::load(&file, &text).map_err(|error| error.to_string())?;
+        for (field, values) in found.into_inner() {
+            let key = (name.to_owned(), field);
+            if let Some(texts) = self.texts.tried.get(&key) {
+                tried.others.insert(key.clone(), texts.others);
+            }
+            tried.tried.insert(key, values);
+        }
+        tried.carriers.clone_from(&self.texts.carriers);
         Ok(Skill { path: PathBuf::from(file), machine, data: BTreeMap::new() })
     }
 
     /// The values of a field, one for each case that anything distinguishes.
-    fn samples(&self, field: &Field, known: &Known<'_>) -> Result<Vec<Value>, String> {
-        let kind = if let FieldKind::Optional(kind) = &field.kind { kind } else { &field.kind };
+    fn samples(&self, of: &str, field: &Field, hearing: &[(&String, &Skill)]) -> Result<Vec<Value>, String> {
+        let (kind, optional) = match &field.kind {
+            FieldKind::Optional(kind) => (&**kind, Some(Value::symbol(FieldKind::NONE))),
+            kind => (kind, None),
+        };
         let constants: Vec<Value> = match kind {
             FieldKind::Symbol(symbols) => symbols.iter().cloned().map(Value::Symbol).collect(),
             FieldKind::Bool => vec![true.into()],
-            FieldKind::Text => self.texts(field, known).iter().map(|text| Value::from(text.as_str())).collect(),
-            FieldKind::Int | FieldKind::Real => self.numbers(field, known)?,
+            FieldKind::Text => return Ok(optional.into_iter().chain(self.texts(of, field)).collect()),
+            FieldKind::Int | FieldKind::Real => self.numbers(field, hearing)?,
             FieldKind::Optional(_) | FieldKind::List(_) => {
                 return Err(format!("its field `{}` is a {}, of which there are too many", field.name, field.kind));
             }
@@ -71,11 +136,11 @@ impl Listeners<'_> {
     }
 
     /// The numbers with which machines or properties compare a field.
-    fn numbers(&self, field: &Field, known: &Known<'_>) -> Result<Vec<Value>, String> {
+    fn numbers(&self, field: &Field, hearing: &[(&String, &Skill)]) -> Result<Vec<Value>, String> {
         // As a condition, a number is false if it is 0.
         let mut numbers = vec![Value::Int(0)];
-        numbers.extend(known.literals.iter().filter(|value| value.is_number()).cloned());
-        for (process, skill) in &known.machines {
+        numbers.extend(self.properties.iter().filter(|value| value.is_number()).cloned());
+        for (process, skill) in hearing {
             let compared = skill.thresholds(process, self.tree, &field.name).map_err(|problems| {
                 let what = problems.first().map_or_else(String::new, |problem| problem.message().to_owned());
                 format!("of its field `{}`, {what} ({process})", field.name)
@@ -85,36 +150,30 @@ impl Listeners<'_> {
         Ok(numbers)
     }
 
-    /// The strings of properties, of the machines that name this field, and of the tree if they may pass it on:
-    /// whatever the field is compared with is among them.
-    fn texts(&self, field: &Field, known: &Known<'_>) -> BTreeSet<String> {
-        let in_properties = known.literals.iter().filter_map(|value| match value {
-            Value::Text(text) => Some(text.to_string()),
-            _ => None,
-        });
-        let texts = known.machines.iter().map(|(_, skill)| skill.machine.file().text());
-        let naming: Vec<&str> = texts.filter(|text| text.contains(&*field.name)).collect();
-        let trees = self.tree.filter(|_| !naming.is_empty()).into_iter().flat_map(Tree::sources);
-        let files = naming.into_iter().chain(trees.map(diagnostics::Source::text));
-        in_properties.chain(files.flat_map(quoted)).collect()
+    /// The texts with which anything compares a field, and others.
+    fn texts(&self, of: &str, field: &Field) -> Vec<Value> {
+        let Some(Tried { texts, others }) = self.texts.tried.get(&(of.to_owned(), field.name.clone())) else {
+            return Vec::new();
+        };
+        let mut all: Vec<Value> = texts.iter().map(|text| Value::Text(Arc::clone(text))).collect();
+        let mut name = "unmentioned".to_owned();
+        while all.len() < texts.len() + others {
+            if !texts.contains(name.as_str()) {
+                all.push(Value::from(name.as_str()));
+            }
+            name.push('\'');
+        }
+        all
     }
 }
 
-/// What is known of those who may hear a component.
-struct Known<'a> {
-    /// The numbers and texts of properties.
-    literals: Vec<Value>,
-    /// The machines that hear it, by process.
-    machines: Vec<(&'a String, &'a Skill)>,
-}
-
-/// Everything between two quotes in an XML file, but for markup. Strings of expressions are in single quotes, unless
-/// the attribute is.
-fn quoted(xml: &str) -> Vec<String> {
-    let plain = xml.replace("&quot;", "'").replace("&apos;", "'");
-    let marks: &[char] = if plain.contains("='") { &['\'', '"'] } else { &['\''] };
-    let pieces = plain.split(marks).filter(|piece| !piece.contains(['<', '\n']));
-    pieces.map(str::to_owned).collect()
+/// Whether there are too many values of the kind to try all.
+fn has_many(kind: &FieldKind) -> bool {
+    match kind {
+        FieldKind::Optional(kind) => has_many(kind),
+        FieldKind::Int | FieldKind::Real | FieldKind::Text => true,
+        FieldKind::Symbol(_) | FieldKind::Bool | FieldKind::List(_) => false,
+    }
 }
 
 /// The numbers and texts with which properties, by name and text, compare anything, as they are written there. A

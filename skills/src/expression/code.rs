@@ -19,7 +19,6 @@ pub(crate) enum Form {
 #[derive(Clone, Debug)]
 pub(crate) struct Code {
     /// The program that the engine runs.
-    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
     pub(crate) program: Arc<str>,
     /// The data that the code mentions.
     pub(crate) mentions: Vec<DataId>,

@@ -143,10 +143,11 @@ fn ask(text: &mut Text) {
 /// words for people.
 fn names<'a>(choice: &'a str, messages: &'a [Answer]) -> impl Iterator<Item = String> + 'a {
     messages.iter().enumerate().map(move |(number, (head, fields))| {
-        let values = fields.iter().map(|(_, value)| value.to_string());
-        let words = std::iter::once(head.clone()).chain(values).map(|word| {
-            let plain =
-                word.chars().map(|sign| if sign.is_ascii_alphanumeric() || "-.".contains(sign) { sign } else { '_' });
+        let values = fields.iter().map(|(_, value)| (value.to_string(), value.is_number()));
+        let words = std::iter::once((head.clone(), true)).chain(values).map(|(word, has_dots)| {
+            // A name is a list of words with dots between them, which a text would tear apart.
+            let is_plain = |sign: char| sign.is_ascii_alphanumeric() || sign == '-' || has_dots && sign == '.';
+            let plain = word.chars().map(|sign| if is_plain(sign) { sign } else { '_' });
             plain.take(20).collect::<String>().trim_matches('_').to_owned()
         });
         format!("{choice}.{number}.{}", words.collect::<Vec<_>>().join("_"))
