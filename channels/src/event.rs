@@ -48,7 +48,7 @@ pub enum Flaw {
     /// Messages may be missing.
     #[default]
     Missing,
-    /// Messages come later than they were sent. None is missing.
+    /// Messages come later than they were sent. None is missing. If they are those of a channel, it is its last one.
     Late,
     /// A message comes after others that were sent after it.
     Displaced,

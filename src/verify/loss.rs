@@ -1,4 +1,4 @@
-//! Messages that are lost on the way, planted in runs that are made up: a verdict is that of the run as it was sent, or
+//! Messages that are lost on the way, or late, planted in runs that are made up: a verdict is that of the run as it was sent, or
 //! it is unsure. What is lost is known from numbers, so most verdicts that it cannot change are sure.
 
 use std::collections::BTreeMap;
@@ -44,6 +44,15 @@ struct Sent {
     topic: usize,
     x: i32,
     is_lost: bool,
+    /// How much later than it was due it comes; and how much earlier than that it may have been due for all one knows.
+    late_ns: i64,
+    early_ns: i64,
+}
+
+impl Sent {
+    fn arrives_ns(&self) -> i64 {
+        self.ns + self.late_ns
+    }
 }
 
 /// Numbers that the properties distinguish.
@@ -59,7 +68,7 @@ fn run(random: &mut ChaCha8Rng, per_mille: u32, may_lose_end: bool) -> Vec<Sent>
         let topic = if index == 0 { 0 } else { random.next_u32() as usize % 3 };
         let x = i32::try_from(if topic == 0 { 3 + random.next_u32() % 60 } else { random.next_u32() % 12 });
         let is_lost = index > 0 && random.next_u32() % 1000 < per_mille;
-        sent.push(Sent { ns, topic, x: x.expect("a small number"), is_lost });
+        sent.push(Sent { ns, topic, x: x.expect("a small number"), is_lost, late_ns: 0, early_ns: 0 });
         // No two have the same time, as from a robot.
         ns += i64::from(1 + random.next_u32() % 250_000) * 1000;
     }
@@ -69,6 +78,20 @@ fn run(random: &mut ChaCha8Rng, per_mille: u32, may_lose_end: bool) -> Vec<Sent>
         }
     }
     sent
+}
+
+/// Lets so many in a thousand come later. Those after them on their topics wait for them.
+fn delay(sent: &mut [Sent], random: &mut ChaCha8Rng, per_mille: u32) {
+    let mut last_ns = [i64::MIN; 3];
+    for sent in sent.iter_mut().skip(1) {
+        if random.next_u32() % 1000 < per_mille {
+            sent.late_ns = i64::from(random.next_u32() % 700_000) * 1000;
+            sent.early_ns = i64::from(random.next_u32() % 50_000) * 1000;
+        }
+        let last_ns = &mut last_ns[sent.topic];
+        sent.late_ns = sent.late_ns.max(last_ns.saturating_add(1000).saturating_sub(sent.ns));
+        *last_ns = sent.arrives_ns();
+    }
 }
 
 /// The run with other messages in place of those that are lost, at other times within the gaps.
@@ -83,7 +106,7 @@ fn elsewhere(sent: &[Sent], random: &mut ChaCha8Rng) -> Vec<Sent> {
             ns = first + 1 + (random.next_u64() % (last - first - 1) as u64) as i64;
             x = NUMBERS[random.next_u32() as usize % NUMBERS.len()];
         }
-        others.push(Sent { ns, x, is_lost: false, ..*lost });
+        others.push(Sent { ns, x, is_lost: false, late_ns: 0, ..*lost });
     }
     others.sort_by_key(|sent| sent.ns);
     others
@@ -91,7 +114,7 @@ fn elsewhere(sent: &[Sent], random: &mut ChaCha8Rng) -> Vec<Sent> {
 
 /// When a run ends: at the same time, whatever is lost.
 fn end_ns(sent: &[Sent]) -> i64 {
-    sent.last().map_or(START_NS, |last| last.ns)
+    sent.iter().map(Sent::arrives_ns).max().unwrap_or(START_NS)
 }
 
 /// The run as it is received, or as it was sent.
@@ -102,6 +125,8 @@ struct Robot {
     next: Option<Sent>,
     /// For each topic, how many messages are missing since when.
     missing: [(u64, i64); 3],
+    /// Since when the last message may have been due, if it was late.
+    late: Option<(usize, i64)>,
     end_ns: i64,
     is_over: bool,
     /// Whether silence is reported before the next message.
@@ -109,30 +134,43 @@ struct Robot {
 }
 
 impl Robot {
-    fn new(sent: Vec<Sent>, end_ns: i64, ground: Ground) -> Self {
+    fn new(mut sent: Vec<Sent>, end_ns: i64, ground: Ground) -> Self {
+        sent.sort_by_key(Sent::arrives_ns);
         let mut survey = Survey { ground, ..Survey::default() };
         for name in TOPICS {
             let definition = Definition { language: "ros2msg".to_owned(), text: "int32 x\n".to_owned() };
             let [name, kind, encoding] = [name, "p/msg/P", "cdr"].map(str::to_owned);
             survey.add(Topic { name, kind, encoding, definition: Some(definition), hash: None });
         }
-        let sent = sent.into_iter();
-        Self { sent, survey, next: None, missing: [(0, START_NS); 3], end_ns, is_over: false, is_silent: true }
+        Self {
+            sent: sent.into_iter(),
+            survey,
+            next: None,
+            missing: [(0, START_NS); 3],
+            late: None,
+            end_ns,
+            is_over: false,
+            is_silent: true,
+        }
     }
 }
 
 impl Source for Robot {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         loop {
+            if let Some((topic, since_ns)) = self.late.take() {
+                return Received::Late { topic, since_ns };
+            }
             let Some(sent) = self.next.take().or_else(|| self.sent.next()) else {
                 // The end is at the same time, whether or not the last message arrived.
                 let is_over = std::mem::replace(&mut self.is_over, true);
                 return if is_over { Received::Over } else { Received::Quiet(self.end_ns) };
             };
             // At the same times, whatever is lost.
+            let at_ns = sent.arrives_ns();
             if std::mem::take(&mut self.is_silent) && sent.ns % 3 == 0 {
                 self.next = Some(sent);
-                return Received::Quiet(sent.ns);
+                return Received::Quiet(at_ns);
             }
             self.is_silent = true;
             let (count, since_ns) = &mut self.missing[sent.topic];
@@ -144,10 +182,13 @@ impl Source for Robot {
                 (self.next, self.is_silent) = (Some(sent), false);
                 return Received::Lost { topic: sent.topic, count: Some(std::mem::take(count)), since_ns: *since_ns };
             }
-            *since_ns = sent.ns;
+            // It is known when the one before was due, and that this one was due after it.
+            let due_ns = (sent.ns - sent.early_ns).max(*since_ns);
+            *since_ns = due_ns;
+            self.late = (sent.late_ns > 0).then_some((sent.topic, due_ns));
             *body = [&[0, 1, 0, 0], &sent.x.to_le_bytes()[..]].concat();
-            self.survey.count(sent.topic, sent.ns);
-            return Received::Message(Head { topic: sent.topic, log_ns: sent.ns, publish_ns: sent.ns });
+            self.survey.count(sent.topic, at_ns);
+            return Received::Message(Head { topic: sent.topic, log_ns: at_ns, publish_ns: at_ns });
         }
     }
 
@@ -210,7 +251,7 @@ struct Shares {
 }
 
 /// With so many other runs with the same losses, besides those with other messages at the same times; if 0, with none.
-fn check(messages: usize, per_mille: u32, seed: u64, others: usize, may_lose_end: bool) -> Shares {
+fn check(messages: usize, [per_mille, late]: [u32; 2], seed: u64, others: usize, may_lose_end: bool) -> Shares {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut found = Shares::default();
     let assumed = Ground::Assumed("the last messages arrive".to_owned());
@@ -225,23 +266,29 @@ fn check(messages: usize, per_mille: u32, seed: u64, others: usize, may_lose_end
         };
         let text = format!("tick_s = 0.1\nreorder_s = {reorder_s}\ntime = \"log\"\n{}", TOPICS.map(entry).concat());
         let mapping = Mapping::load(Path::new("m.toml"), &|_| Ok(text.clone().into_bytes())).expect("correct");
-        let sent = run(&mut random, per_mille, may_lose_end);
+        let mut sent = run(&mut random, per_mille, may_lose_end);
+        if late > 0 {
+            delay(&mut sent, &mut random, late);
+        }
         found.messages += sent.len();
-        if !sent.iter().any(|sent| sent.is_lost) {
+        if !sent.iter().any(|sent| sent.is_lost || sent.late_ns > 0) {
             continue;
         }
         let judged = |sent: Vec<Sent>, end_ns: i64, ground: &Ground| outcomes(sent, &mapping, end_ns, ground);
-        let (end, whole) = (end_ns(&sent), sent.iter().map(|sent| Sent { is_lost: false, ..*sent }).collect());
+        let (end, whole) =
+            (end_ns(&sent), sent.iter().map(|sent| Sent { is_lost: false, late_ns: 0, ..*sent }).collect());
         let (received, truth) = (judged(sent.clone(), end, &ground), judged(whole, end, &assumed));
         let last = |topic: usize| sent.iter().rfind(|sent| sent.topic == topic);
         let loses_end = (0..3).any(|topic| last(topic).is_some_and(|last| last.is_lost));
         // Whether other messages in place of those that are lost, then or at other times, or none at all, lead to other
         // verdicts: the properties distinguish no more numbers than these.
         let in_place = NUMBERS.map(|x| {
-            let other = |sent: &Sent| Sent { x: if sent.is_lost { x } else { sent.x }, is_lost: false, ..*sent };
+            let other =
+                |sent: &Sent| Sent { x: if sent.is_lost { x } else { sent.x }, is_lost: false, late_ns: 0, ..*sent };
             sent.iter().map(other).collect()
         });
-        let received_only = sent.iter().filter(|sent| !sent.is_lost).copied().collect();
+        let in_time = |sent: &Sent| (!sent.is_lost).then_some(Sent { late_ns: 0, ..*sent });
+        let received_only = sent.iter().filter_map(in_time).collect();
         let at_other_times = (0..others).map(|_| elsewhere(&sent, &mut random));
         let runs = in_place.into_iter().chain([received_only]).chain(at_other_times);
         let runs = runs.filter(|_| others > 0).map(|other| judged(other, end, &assumed));
@@ -281,7 +328,7 @@ fn check(messages: usize, per_mille: u32, seed: u64, others: usize, may_lose_end
 #[test]
 fn a_verdict_is_that_of_the_run_as_it_was_sent_or_unsure() {
     for (per_mille, seed) in [(10, 1), (100, 2)] {
-        let found = check(8000, per_mille, seed, 16, false);
+        let found = check(8000, [per_mille, 0], seed, 16, false);
         let share = found.sure as f64 / found.unchanged as f64;
         println!("{per_mille} of 1000 lost: {found:?}, {share:.3}");
         assert!(per_mille > 10 || share >= 0.95, "{found:?}");
@@ -289,9 +336,18 @@ fn a_verdict_is_that_of_the_run_as_it_was_sent_or_unsure() {
 }
 
 #[test]
+fn a_verdict_is_that_of_the_run_in_which_every_message_came_when_it_was_due_or_unsure() {
+    for (per_mille, late, seed) in [(0, 20, 7), (20, 50, 8)] {
+        let found = check(8000, [per_mille, late], seed, 16, false);
+        println!("of 1000, {per_mille} lost and {late} late: {found:?}");
+        assert!(found.sure * 2 > found.unchanged, "{found:?}");
+    }
+}
+
+#[test]
 fn a_verdict_that_the_loss_of_a_last_message_could_change_holds_unless_it_was_lost() {
     for (per_mille, seed) in [(10, 5), (100, 6)] {
-        let found = check(8000, per_mille, seed, 16, true);
+        let found = check(8000, [per_mille, 0], seed, 16, true);
         println!("{per_mille} of 1000 lost: {found:?}");
         assert!(found.unless > 0 && found.sure > 0, "{found:?}");
     }
@@ -301,8 +357,12 @@ fn a_verdict_that_the_loss_of_a_last_message_could_change_holds_unless_it_was_lo
 #[ignore = "long: MESSAGES=10000000 cargo test --release loss_on_demand -- --ignored --nocapture"]
 fn loss_on_demand() {
     let messages = std::env::var("MESSAGES").ok().and_then(|count| count.parse().ok()).unwrap_or(1_000_000);
-    for (per_mille, seed, may_lose_end) in [(10, 3, false), (50, 4, false), (50, 5, true)] {
-        let Shares { messages, sure, unchanged, .. } = check(messages / 3, per_mille, seed, 0, may_lose_end);
-        println!("{per_mille} of 1000 lost: {messages} messages; of {unchanged} verdicts, {sure} are sure, and right");
+    for (lost, late, seed, may_lose_end) in
+        [(10, 0, 3, false), (50, 0, 4, false), (50, 0, 5, true), (0, 20, 6, false), (10, 50, 7, false)]
+    {
+        let Shares { messages, sure, unchanged, .. } = check(messages / 5, [lost, late], seed, 0, may_lose_end);
+        println!(
+            "of 1000, {lost} lost and {late} late: {messages} messages; of {unchanged} verdicts, {sure} are sure, and right"
+        );
     }
 }

@@ -145,7 +145,7 @@ pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mappin
         match source.receive(&mut body) {
             Received::Over => break,
             _ if is_to_end() => break,
-            Received::Message(_) | Received::Lost { .. } => {}
+            Received::Message(_) | Received::Lost { .. } | Received::Late { .. } | Received::Resumed { .. } => {}
             Received::Idle | Received::Quiet(_) if said.as_deref() != Some(topic) => {
                 note(&format!("waiting for the topic {topic}; with its `type` in the mapping, it need not exist yet"));
                 said = Some(topic.to_owned());

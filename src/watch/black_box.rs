@@ -40,7 +40,7 @@ impl Kept {
         let (ns, body) = match received {
             Received::Message(head) => (head.log_ns, body.to_vec()),
             Received::Quiet(ns) => (ns, Vec::new()),
-            Received::Lost { .. } => (self.newest_ns, Vec::new()),
+            Received::Lost { .. } | Received::Late { .. } | Received::Resumed { .. } => (self.newest_ns, Vec::new()),
             Received::Idle | Received::Over => return,
         };
         self.newest_ns = self.newest_ns.max(ns);

@@ -41,6 +41,8 @@ pub struct PossibleStates {
     /// Where messages may be missing before the next step, and before those after it.
     missing: Vec<ChannelId>,
     open: Vec<ChannelId>,
+    /// The numbers of the steps whose messages may have been due earlier.
+    late: VecDeque<u64>,
     now: Now,
     /// The step of the run at which every state had become violated.
     broken: Option<u64>,
@@ -70,6 +72,8 @@ struct Step {
     step: u64,
     /// The channels on which messages may be missing before it.
     missing: Vec<ChannelId>,
+    /// The number of the first step before which its message may have been due, if it was late.
+    due: Option<u64>,
 }
 
 /// The states before the step of this number, after what may be missing before it.
@@ -86,11 +90,13 @@ struct Candidate {
     /// τ at the last step.
     now: u64,
     verdict: Verdict,
+    /// How many of the next late messages it has read already.
+    ahead: usize,
 }
 
 impl Candidate {
-    fn situation(&self) -> (Verdict, Option<Situation<'_>>) {
-        (self.verdict, (self.verdict == Verdict::Inconclusive).then(|| self.run.situation()))
+    fn situation(&self) -> (Verdict, usize, Option<Situation<'_>>) {
+        (self.verdict, self.ahead, (self.verdict == Verdict::Inconclusive).then(|| self.run.situation()))
     }
 
     fn read(&mut self, letter: Letter, now: u64, synthesis: &Synthesis) {
@@ -148,9 +154,11 @@ impl PossibleStates {
             start: None,
             steps: VecDeque::new(),
             dropped: 0,
-            marks: [Mark { number: 0, states: vec![Candidate { verdict: run.verdict(), run, now: 0 }] }].into(),
+            marks: [Mark { number: 0, states: vec![Candidate { verdict: run.verdict(), run, now: 0, ahead: 0 }] }]
+                .into(),
             missing: Vec::new(),
             open: Vec::new(),
+            late: VecDeque::new(),
             now: Now::AsSeen,
             broken: None,
             left: MOST_WORK,
@@ -173,7 +181,7 @@ impl PossibleStates {
         let start = *self.start.get_or_insert(event.tick);
         let now = event.tick.saturating_sub(start);
         let missing = std::mem::replace(&mut self.missing, self.open.clone());
-        self.steps.push_back(Step { letter, channel, time: event.time, now, step: event.step, missing });
+        self.steps.push_back(Step { letter, channel, time: event.time, now, step: event.step, missing, due: None });
         if let Now::States(states) = &mut self.now {
             let states = std::mem::take(states);
             self.judge(self.end() - 1, states);
@@ -194,6 +202,36 @@ impl PossibleStates {
         for list in lists.chain([&mut self.missing, &mut self.open]).filter(|list| !list.contains(&channel)) {
             list.push(channel);
         }
+        self.judge_again(first);
+    }
+
+    /// The last message on this channel may have been due at any time since then, after those before it on the channel.
+    pub fn delay(&mut self, channel: ChannelId, since: Duration) {
+        let is_known = !self.are_unknown();
+        let place = self.steps.iter().rposition(|step| step.channel == Some(channel));
+        // One that the formula does not distinguish changes nothing.
+        let Some(place) = place.filter(|_| is_known) else { return };
+        let before = self.steps.iter().take(place).rposition(|step| step.channel == Some(channel));
+        let after = self.dropped + self.steps.partition_point(|step| step.time < since) as u64;
+        let next = before.map(|before| self.steps[before].due.unwrap_or(self.dropped + before as u64 + 1));
+        let (first, number) = (after.max(next.unwrap_or_default()), self.dropped + place as u64);
+        if first >= number {
+            return;
+        }
+        self.now = Now::Unknown;
+        let is_kept = after > self.dropped || self.dropped == 0 || before.is_some();
+        // Late messages are followed in the order in which they came, which is that of their channel.
+        let mut others = self.late.iter().filter(|of| **of >= first);
+        let is_alone = others.all(|of| self.steps[(of - self.dropped) as usize].channel == Some(channel));
+        if is_kept && is_alone {
+            self.steps[place].due = Some(first);
+            self.late.push_back(number);
+            self.judge_again(first);
+        }
+    }
+
+    /// Judges the steps from that of this number on, before which other things may have happened than was known.
+    fn judge_again(&mut self, first: u64) {
         while self.marks.len() > 1 && self.marks.back().is_some_and(|mark| mark.number >= first) {
             self.marks.pop_back();
         }
@@ -274,6 +312,7 @@ impl PossibleStates {
         }
         self.steps.drain(..EVERY);
         self.dropped += EVERY as u64;
+        self.late.retain(|number| *number >= self.dropped);
     }
 
     /// Judges the steps from that of this number on, and notes the states before some of them.
@@ -294,7 +333,13 @@ impl PossibleStates {
     fn after(&mut self, mut states: Vec<Candidate>, number: u64) -> Option<Vec<Candidate>> {
         self.left = self.left.checked_sub(states.len().saturating_sub(1))?;
         let step = &self.steps[usize::try_from(number - self.dropped).ok()?];
-        states.iter_mut().for_each(|state| state.read(step.letter, step.now, &self.synthesis));
+        for state in &mut states {
+            if step.due.is_some() && state.ahead > 0 {
+                state.ahead -= 1;
+            } else {
+                state.read(step.letter, step.now, &self.synthesis);
+            }
+        }
         let step = step.step;
         if states.len() > 1 {
             states = HashSet::<Candidate>::from_iter(states).into_iter().collect();
@@ -310,7 +355,11 @@ impl PossibleStates {
     fn closed(&mut self, mut states: Vec<Candidate>, number: u64) -> Option<Vec<Candidate>> {
         let kept = usize::try_from(number - self.dropped).ok()?;
         let missing = self.steps.get(kept).map_or(&self.missing, |step| &step.missing);
-        if missing.is_empty() {
+        let of_late = |of: &u64| self.steps.get(usize::try_from(of - self.dropped).ok()?);
+        let late = self.late.iter().filter(|of| **of >= number).filter_map(of_late);
+        let late: Vec<Letter> =
+            late.take_while(|step| step.due.is_some_and(|due| due <= number)).map(|step| step.letter).collect();
+        if missing.is_empty() && late.is_empty() {
             return Some(states);
         }
         let letters = self.synthesis.alphabet.letters().filter(|(_, of, _)| missing.contains(of));
@@ -320,6 +369,15 @@ impl PossibleStates {
         while at < states.len() {
             // Whatever comes, a final state remains.
             let is_final = states[at].verdict != Verdict::Inconclusive;
+            if let Some(letter) = late.get(states[at].ahead) {
+                self.left = self.left.checked_sub(1)?;
+                let mut state = states[at].clone();
+                state.read(*letter, state.now, &self.synthesis);
+                state.ahead += 1;
+                if known.insert(state.clone()) {
+                    states.push(state);
+                }
+            }
             for letter in letters.iter().filter(|_| !is_final) {
                 self.left = self.left.checked_sub(1)?;
                 let mut state = states[at].clone();
@@ -417,6 +475,30 @@ mod tests {
     }
 
     #[test]
+    fn a_late_message_may_have_been_due_before_others() {
+        let delayed = |formula: &str, since_s: u64| {
+            let mut watched = Watched::new(formula);
+            watched.tick();
+            watched.hear(1, 0);
+            watched.tick();
+            // Both come late, in this order.
+            for x in [1, 2] {
+                watched.hear(0, x);
+                watched.possible.delay(watched.channels[0], Duration::from_secs(since_s));
+            }
+            (0..5).for_each(|_| watched.tick());
+            (watched.monitor.outcome(), watched.outcome())
+        };
+        assert_eq!(delayed(ANSWERED, 0), (Outcome::Violated, None));
+        // It was due after the answer, and it was there.
+        assert_eq!(delayed(ANSWERED, 2), (Outcome::Violated, Some(Outcome::Violated)));
+        let came = "eventually (a, monitor, m[1] = 2)";
+        assert_eq!(delayed(came, 0), (Outcome::Satisfied, Some(Outcome::Satisfied)));
+        let in_order = "always ((a, monitor, m[1] = 2) implies previous once (a, monitor, m[1] = 1))";
+        assert_eq!(delayed(in_order, 0), (Outcome::Satisfied, Some(Outcome::Satisfied)));
+    }
+
+    #[test]
     fn a_violation_that_no_missing_message_prevents_is_one() {
         let mut watched = Watched::new(ANSWERED);
         watched.hear(0, 1);
@@ -454,5 +536,80 @@ mod tests {
         let file = crate::load("p.scope", text, &Arc::new(topology), Duration::from_secs(1)).expect("correct");
         let mut monitors = file.properties.iter().filter_map(|property| property.scope_monitor());
         assert!(monitors.all(|monitor| PossibleStates::of(monitor).is_none()));
+    }
+
+    /// All orders in which messages may have been due: each late one at its place, or at an earlier one that is allowed,
+    /// after those before it on its channel.
+    fn orders(arrived: &[(usize, i64, usize)]) -> Vec<Vec<(usize, usize)>> {
+        let mut orders: Vec<Vec<(usize, usize)>> = vec![Vec::new()];
+        for (index, (channel, _, early)) in arrived.iter().enumerate() {
+            let mut longer: Vec<Vec<(usize, usize)>> = Vec::new();
+            for order in &orders {
+                // At the earliest after the last one on its channel, wherever that was.
+                let last = order.iter().rev().find(|(_, of)| arrived[*of].0 == *channel);
+                let before = last.map_or(0, |(due, of)| if due < of { *due } else { of + 1 });
+                for due in before.max(index - early)..=index {
+                    let mut order = order.clone();
+                    order.push((due, index));
+                    longer.push(order);
+                }
+            }
+            orders = longer;
+        }
+        orders
+    }
+
+    #[test]
+    fn late_messages_lead_to_what_they_would_have_led_to_whenever_they_were_due() {
+        let formulas = [
+            ANSWERED,
+            "always ((a, monitor, m[1] = 1) implies next (b, monitor, m[1] = 1))",
+            "always ((b, monitor, true) implies once (a, monitor, m[1] = 2))",
+            "eventually ((a, monitor, m[1] = 2) and previous (b, monitor, true))",
+            "(not (b, monitor, m[1] = 2)) until (a, monitor, m[1] = 1)",
+        ];
+        let (mut seed, mut several) = (1_u64, 0);
+        let mut draw = |below: u64| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) % below
+        };
+        for round in 0..400 {
+            // Each message: its channel, what it says, and before how many of the last messages it may have been due.
+            let mut arrived: Vec<(usize, i64, usize)> = Vec::new();
+            for index in 0..6 {
+                let early = if draw(3) == 0 { draw(4).min(index) } else { 0 };
+                arrived.push((draw(2) as usize, draw(3) as i64, early as usize));
+            }
+            let formula = formulas[round % formulas.len()];
+            let mut watched = Watched::new(formula);
+            // A tick comes after each message, so that the places are told apart by their times.
+            for (index, (channel, x, early)) in arrived.iter().enumerate() {
+                watched.hear(*channel, *x);
+                if *early > 0 {
+                    watched.possible.delay(watched.channels[*channel], Duration::from_secs((index - early) as u64));
+                }
+                watched.tick();
+            }
+            let outcomes: HashSet<Outcome> = orders(&arrived)
+                .into_iter()
+                .map(|order| {
+                    let mut watched = Watched::new(formula);
+                    for place in 0..arrived.len() {
+                        // Those that are due before a message are there before it.
+                        let mut due: Vec<usize> =
+                            order.iter().filter(|(due, of)| *due == place && *of != place).map(|(_, of)| *of).collect();
+                        due.extend(order.iter().filter(|(due, of)| *due == place && *of == place).map(|(_, of)| *of));
+                        due.into_iter().for_each(|of| watched.hear(arrived[of].0, arrived[of].1));
+                        watched.tick();
+                    }
+                    watched.monitor.outcome()
+                })
+                .collect();
+            several += usize::from(outcomes.len() > 1);
+            if let Some(sure) = watched.outcome() {
+                assert_eq!(outcomes, [sure].into(), "{formula}: {arrived:?}");
+            }
+        }
+        assert!(several > 20, "{several}");
     }
 }

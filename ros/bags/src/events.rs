@@ -243,6 +243,18 @@ impl<'r> Events<'r> {
                 self.interrupt(topic, count, since_ns);
                 return true;
             }
+            Received::Late { topic, since_ns } => {
+                self.delay(topic, since_ns);
+                return true;
+            }
+            Received::Resumed { topic, at_ns } => {
+                self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
+                // Stamps say nothing of receive times.
+                if self.mapping.is_received() {
+                    (0..self.compiled.entries[topic].len()).for_each(|index| self.end_gaps((topic, index), at_ns));
+                }
+                return true;
+            }
             Received::Quiet(quiet_ns) => {
                 // Silence says nothing of stamps that messages bring with them.
                 if self.mapping.is_received() && !self.is_far_off(quiet_ns) {
@@ -399,6 +411,26 @@ impl<'r> Events<'r> {
                     self.ending.push_back(gap);
                 }
             }
+        }
+    }
+
+    /// The last message on a topic may have been due at any time since then.
+    fn delay(&mut self, topic: usize, since_ns: i64) {
+        // Stamps say when it was sent, wherever it was meanwhile.
+        if !self.mapping.is_received() {
+            return;
+        }
+        for index in 0..self.compiled.entries.get(topic).map_or(0, Vec::len) {
+            let Some(told_ns) = self.told.get(&(topic, index)).copied().filter(|told_ns| *told_ns > since_ns) else {
+                continue;
+            };
+            let (channel, why) =
+                (self.channel(topic, index), format!("a message on {} was delayed", self.topic(topic)));
+            let why = format!("{why}, which came at {}", crate::moment(told_ns));
+            let since = Some(self.since_start(since_ns));
+            let gap = Gap { flaw: Flaw::Late, why, channel: Some(channel), since, ends: true };
+            self.put_in_order(told_ns, Waiting::Gap(gap));
+            self.put_in_order(told_ns, Waiting::Resumed(channel));
         }
     }
 

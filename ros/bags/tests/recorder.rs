@@ -25,6 +25,10 @@ enum Step {
     Broken,
     /// So many messages on the topic with this index are missing, or an unknown number.
     Missing(usize, Option<u64>),
+    /// From now on, none is.
+    Resumed(usize),
+    /// The last one was so many milliseconds late.
+    Late(usize, i64),
     Noted,
     /// The messages on the topic with this index are numbered from the start, or not.
     Vouched(usize, bool),
@@ -85,6 +89,14 @@ impl Source for MadeUp {
             Some(Step::Missing(index, count)) => {
                 let topic = self.survey.add(topic(index));
                 Received::Lost { topic, count, since_ns: self.now_ns - 300_000_000 }
+            }
+            Some(Step::Late(index, ms)) => {
+                let topic = self.survey.add(topic(index));
+                Received::Late { topic, since_ns: self.now_ns - ms * 1_000_000 }
+            }
+            Some(Step::Resumed(index)) => {
+                let topic = self.survey.add(topic(index));
+                Received::Resumed { topic, at_ns: self.now_ns }
             }
             Some(Step::Broken) => {
                 self.lost.push(format!("loss {}", self.lost.len()));
@@ -183,6 +195,8 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (0..300_i64).prop_map(Step::Lost),
         1 => Just(Step::Broken),
         2 => (0..2_usize, prop::option::of(1..5_u64)).prop_map(|(topic, count)| Step::Missing(topic, count)),
+        1 => (0..2_usize).prop_map(Step::Resumed),
+        1 => (0..2_usize, 0..900_i64).prop_map(|(topic, ms)| Step::Late(topic, ms)),
         1 => Just(Step::Noted),
     ]
 }

@@ -229,7 +229,10 @@ impl State {
         let is_elsewhere = gap.channel.is_some_and(|missing| {
             judged.is_some_and(|judged| judged != missing) || gap.ends && !is_about(property, missing)
         });
-        if is_elsewhere || gap.flaw == Flaw::Late && !is_timed(property) {
+        // Whenever a message was due, it was there; and its time counts beside others only.
+        let is_there = |channel: &ChannelId| judged == Some(*channel);
+        let is_harmless = gap.channel.as_ref().map_or(!is_timed(property), is_there);
+        if is_elsewhere || gap.flaw == Flaw::Late && is_harmless {
             return false;
         }
         self.is_mixed |= gap.flaw == Flaw::Mixed;
@@ -239,7 +242,10 @@ impl State {
         match (&mut self.possible, gap.channel.filter(|_| gap.ends)) {
             // Where a displaced message belongs, it is missing; where it comes, it was not sent.
             (Some(possible), Some(channel)) if gap.flaw != Flaw::Displaced => {
-                possible.miss(channel, gap.since);
+                match gap.since.filter(|_| gap.flaw == Flaw::Late) {
+                    Some(since) => possible.delay(channel, since),
+                    None => possible.miss(channel, gap.since),
+                }
                 let is_elsewhen = is_late && possible.broken() != self.reached.map(|(_, step)| step);
                 if possible.are_unknown() || is_elsewhen {
                     self.suspect(gap, property);

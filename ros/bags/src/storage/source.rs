@@ -105,7 +105,8 @@ pub enum Received {
     Idle,
     /// Nothing now: every message received before this time, in nanoseconds since 1970, has been returned.
     Quiet(i64),
-    /// Messages on a topic are missing, after the last one on it, and before the next.
+    /// Messages on a topic are missing, after the last one on it, and before the next, or until they are
+    /// [resumed](Self::Resumed).
     Lost {
         /// The topic's index in the [`Survey`].
         topic: usize,
@@ -113,6 +114,21 @@ pub enum Received {
         count: Option<u64>,
         /// When the last message before them was received, in nanoseconds since 1970.
         since_ns: i64,
+    },
+    /// The last message on a topic was delayed: it may have been due at any time since then.
+    Late {
+        /// The topic's index in the [`Survey`].
+        topic: usize,
+        /// The first such time, in nanoseconds since 1970.
+        since_ns: i64,
+    },
+    /// Nothing more is missing on a topic from this time on, in nanoseconds since 1970: its messages can be received
+    /// again, though none has come since.
+    Resumed {
+        /// The topic's index in the [`Survey`].
+        topic: usize,
+        /// Since when.
+        at_ns: i64,
     },
     /// Nothing more.
     Over,
@@ -162,12 +178,16 @@ pub(super) const NOTE: &str = "/steward/note";
 /// The topic of its violations: a string with the verdict, in JSON.
 pub(super) const VIOLATION: &str = "/steward/violation";
 
-/// Messages that are missing.
+/// Messages that are missing; or that none is from a time on; or that the last one was late.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Missing<'m> {
     pub(super) topic: Cow<'m, str>,
     pub(super) count: Option<u64>,
     pub(super) since_ns: i64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) until_ns: Option<i64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) is_late: bool,
 }
 
 /// What vouches for the messages on a topic.
@@ -226,13 +246,21 @@ pub(super) fn received(
         }
         MISSING => {
             let text = text();
-            let Ok(Missing { topic, count, since_ns }) = serde_json::from_str(&text) else {
+            let Ok(Missing { topic, count, since_ns, until_ns, is_late }) = serde_json::from_str(&text) else {
                 aside.lost.push(text);
                 return None;
             };
             match survey.topics.iter().position(|known| known.name == topic) {
-                Some(topic) => return Some(Received::Lost { topic, count, since_ns }),
-                None if wanted.awaits(&topic) => aside.lost.push(format!("messages on {topic} may be missing")),
+                Some(topic) => {
+                    return Some(match until_ns {
+                        Some(at_ns) => Received::Resumed { topic, at_ns },
+                        None if is_late => Received::Late { topic, since_ns },
+                        None => Received::Lost { topic, count, since_ns },
+                    });
+                }
+                None if until_ns.is_none() && wanted.awaits(&topic) => {
+                    aside.lost.push(format!("messages on {topic} may be missing"))
+                }
                 None => {}
             }
             None

@@ -194,9 +194,15 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
         }
         self.topics = self.source.survey().topics.len();
         self.hear_aside();
-        if let Received::Lost { topic, count, since_ns } = received {
+        let missing = match received {
+            Received::Lost { topic, count, since_ns } => Some((topic, count, since_ns, None, false)),
+            Received::Late { topic, since_ns } => Some((topic, None, since_ns, None, true)),
+            Received::Resumed { topic, at_ns } => Some((topic, None, at_ns, Some(at_ns), false)),
+            _ => None,
+        };
+        if let Some((topic, count, since_ns, until_ns, is_late)) = missing {
             let topic = self.source.survey().topics[topic].name.as_str().into();
-            let missing = serde_json::to_string(&Missing { topic, count, since_ns });
+            let missing = serde_json::to_string(&Missing { topic, count, since_ns, until_ns, is_late });
             self.aside.push((MISSING, missing.expect("a name and numbers")));
         }
         match received {
@@ -218,7 +224,11 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
                 self.newest_ns = self.newest_ns.max(quiet_ns);
                 self.quiet_ns = Some(quiet_ns);
             }
-            Received::Lost { .. } | Received::Idle | Received::Over => {}
+            Received::Lost { .. }
+            | Received::Late { .. }
+            | Received::Resumed { .. }
+            | Received::Idle
+            | Received::Over => {}
         }
         received
     }
