@@ -1,8 +1,10 @@
 //! A DDS domain: the nodes of ROS 2 themselves, without a bridge.
 
+mod absences;
 mod announcements;
 mod as_is;
 mod correlation;
+mod delays;
 mod goodbye;
 mod heard;
 mod hearing;
@@ -10,6 +12,7 @@ mod listener;
 mod names;
 mod options;
 mod participant;
+mod pulse;
 mod readers;
 mod requests;
 mod services;
@@ -62,7 +65,9 @@ pub fn listen() -> Option<ExitCode> {
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
 /// publisher's stamp. Publishers number their messages, so it is known which are missing. That the last ones are
-/// missing shows only when the next one comes.
+/// missing shows only when the next one comes. Time passes as far as it is known that a message could have been
+/// received: what listens proves it by data that comes through all that messages come through, and another takes its
+/// place if it cannot. What may have come meanwhile is missing.
 pub struct Domain {
     participant: Option<Participant>,
     hearing: Hearing,

@@ -2,12 +2,13 @@
 """`steward run` with components that are real nodes: `components.py STEWARD FAST CYCLONE`, with Pythons that have the
 packages of `robots/helper.py` and nav2_msgs (see `robots/make_nav2_msgs.sh`), and of `robots/cyclone_server.py`.
 
-A helper answers, on both middlewares, and misbehaves in each way; DDS fails, or the network, while it answers. The
+A helper answers, on both middlewares, and misbehaves in each way; DDS fails, or the network, while it answers, or what
+listens for the run stands still, STOPS times for each middleware (1), for up to LONGEST_S (3). The
 paper's tree, unchanged, drives a navigation of ROS 2 with the simulated robot, in its time, for SEEDS seeds: one is on
 rclpy, and the next on Cyclone DDS, so that each of the paper's scenarios has had both after two seeds. All of it happens
 in networks of its own.
 """
-import json, os, signal, subprocess, tempfile, time
+import json, math, os, random, signal, subprocess, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import cycle
 from pathlib import Path
@@ -89,7 +90,7 @@ print(f"{len(CASES)} times, a server of rclpy or of Cyclone DDS answered as it s
 
 def cut_off(case):
     """While the helper counts, or accepts the goal, the run loses what listens for it, or everybody loses the network,
-    for a while.
+    for a while; or what listens, or the run, or both, stand still.
     """
     (file, python, seconds, *misbehaves), domain = case
     network = apart.Network()
@@ -101,6 +102,14 @@ def cut_off(case):
         if seconds is None:
             [listener] = children(process)
             os.kill(int(listener), signal.SIGKILL)
+        elif isinstance(seconds, tuple):
+            which, still_s = seconds
+            pids = {"listens": children(process), "runs": [process.pid], "both": [process.pid, *children(process)]}[which]
+            for pid in pids:
+                os.kill(int(pid), signal.SIGSTOP)
+            time.sleep(still_s)
+            for pid in pids:
+                os.kill(int(pid), signal.SIGCONT)
         else:
             network.run("ip link set lo down")
             time.sleep(seconds)
@@ -117,7 +126,7 @@ def cut_off(case):
     heard = [head for head in heard if head != "count.feedback"]
     assert heard == ["count.accepted", "count.succeeded"], (case, heard, words)
     assert report["monitors"][0]["verdict"] == "satisfied", (case, heard, words)
-    assert ("DDS failed after" in words) == (seconds != SHORT), (case, words)
+    assert isinstance(seconds, tuple) or ("DDS failed after" in words) == (seconds != SHORT), (case, words)
     assert ("out of reach" in words) == (seconds == LONG), (case, words)
     assert ("counts as accepted" in " ".join(words.split())) == bool(misbehaves), (case, words)
 
@@ -128,6 +137,11 @@ SERVERS = [("helper.py", FAST), ("cyclone_server.py", CYCLONE)]
 CUTS = [(*server, seconds) for server in SERVERS for seconds in (None, SHORT, LONG)]
 CUTS += [(*SERVERS[0], seconds, "--misbehave", "hesitates") for seconds in (None, LONG)]
 # They mostly wait; what follows goes on beside them.
+draw = random.Random(1)
+LONGEST_S = float(os.environ.get("LONGEST_S", 3))
+still = [(*server, (draw.choice(["listens", "listens", "runs", "both"]),
+                    math.exp(draw.uniform(math.log(0.01), math.log(LONGEST_S)))))
+         for _ in range(int(os.environ.get("STOPS", 1))) for server in SERVERS]
 cut = ThreadPoolExecutor(len(CUTS)).map(cut_off, zip(CUTS, DOMAINS))
 
 
@@ -195,6 +209,9 @@ others = [(case, verdicts, complaints) for case, (verdicts, *_, complaints), exp
           if verdicts != expected]
 assert not others, others
 list(cut)
+with ThreadPoolExecutor(4) as together:
+    list(together.map(cut_off, zip(still, cycle(DOMAINS))))
+print(f"{len(still)} times, what listens for a run, or the run, stood still, and it heard how its goal ended")
 print(f"a run whose DDS is killed, or whose network is cut off for {SHORT} or {LONG} s, goes on, says so, and hears how its goal "
       "ended")
 driven = [case[-1] for case in cases[:-2]]

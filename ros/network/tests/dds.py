@@ -14,6 +14,7 @@ from pathlib import Path
 
 import apart
 from peer import ROBOTS, Peer, children
+from records import records
 
 STEWARD, FAST, CYCLONE = apart.paths()
 
@@ -85,20 +86,6 @@ def verdicts(report):
     return {of["name"]: (of["verdict"], shown(of["witness"]), of["unsure"]) for of in report["monitors"]}
 
 
-def records(path):
-    """The messages of an MCAP file without chunks, in order: topic and data."""
-    bytes, at, topics, found = path.read_bytes(), 8, {}, []
-    while at < len(bytes) - 8:
-        opcode, size = struct.unpack_from("<BQ", bytes, at)
-        record, at = bytes[at + 9 : at + 9 + size], at + 9 + size
-        if opcode == 4:
-            (channel, _, length) = struct.unpack_from("<HHI", record)
-            topics[channel] = record[8 : 8 + length].decode()
-        if opcode == 5:
-            found.append((topics[struct.unpack_from("<H", record)[0]], record[22:]))
-    return found
-
-
 def beside(robot, record, passive, *target):
     before = robot.ask("seen") if passive else None
     watching = watch("robot.toml", "safety.scope", record, *target)
@@ -119,7 +106,7 @@ def beside(robot, record, passive, *target):
     }, found
     assert {line["property"] for line in said} == {"charged", "free", "known", "positive"}, said
     box = records(FOLDER / f"{record}.report" / "black-box-charged-1.mcap")
-    levels = [struct.unpack_from("<i", data, 4)[0] for topic, data in box if topic == "/level"]
+    levels = [struct.unpack_from("<i", data, 4)[0] for topic, data, _ in box if topic == "/level"]
     assert levels[:37] == list(range(60, 23, -1)) and box[-1][0] == "/steward/violation", (levels, box[-1])
     again = judged(record, "robot.toml", "safety.scope")
     followed = json.loads(following.communicate(timeout=60)[0].splitlines()[-1])
@@ -183,6 +170,25 @@ assert judged("killed.mcap", "robot.toml", "safety.scope")["monitors"] == report
 robot.kill()
 print("a robot that was killed and started again is told of")
 
+(FOLDER / "later.scope").write_text("property low := eventually (battery, base, m.level = 5)\n"
+                                    "property charged := always (battery, base, m.level >= 25)\n"
+                                    "property never := always (battery, base, m.level != 1000)\n")
+LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>4s</LeaseDuration></Discovery></Domain></CycloneDDS>"
+robot = Peer(CYCLONE, "cyclone.py", 61, CYCLONEDDS_URI=LEASE)
+watching = watch("robot.toml", "later.scope", "respawned.mcap")
+robot.kill()
+robot = Peer(CYCLONE, "cyclone.py", 61, CYCLONEDDS_URI=LEASE)
+time.sleep(6)
+robot.ask("go")
+time.sleep(0.5)
+_, _, report = end(watching)
+robot.kill()
+found = {name: (verdict, witness) for name, (verdict, witness, _) in verdicts(report).items()}
+assert "was given up" in str(report["notes"]), report["notes"]
+# What the next one says decides by itself; what the one that was killed may have said is unknown.
+assert found == {"low": ("satisfied", None), "charged": ("violated", [[24]]), "never": ("unsure", None)}, (found, report)
+print("when a robot is started again before it is given up, what it says then is sure")
+
 robot = Peer(CYCLONE, "cyclone.py", 61)
 beside(robot, "cyclone.mcap", False)
 robot.kill()
@@ -227,7 +233,7 @@ time.sleep(4)
 _, _, report = end(watching)
 robot.kill()
 # Reliable messages are sent again, and come in the order of their numbers.
-levels = [struct.unpack_from("<i", data, 4)[0] for topic, data in records(FOLDER / "again.mcap") if topic == "/level"]
+levels = [struct.unpack_from("<i", data, 4)[0] for topic, data, _ in records(FOLDER / "again.mcap") if topic == "/level"]
 assert levels == sorted(levels, reverse=True) and len(levels) > 30, levels
 found = verdicts(report)
 assert found["charged"] == ("violated", [[24]] if 24 in levels else [[max(level for level in levels if level < 25)]], None)
@@ -241,7 +247,7 @@ time.sleep(1)
 _, _, report = end(watching)
 robot.kill()
 numbers, missing, before, expected = [], 0, 0, None
-for topic, data in records(FOLDER / "count.mcap"):
+for topic, data, _ in records(FOLDER / "count.mcap"):
     if topic == "/count":
         number = struct.unpack_from("<i", data, 4)[0]
         assert expected in (None, number), f"{number} follows {numbers[-1]}, and {expected} was expected"
@@ -285,7 +291,7 @@ robot.kill()
 counts = relay.end()
 expected, lost = 0, 0
 numbers = {answer: number for number, answer in answers.items()}
-for topic, data in records(FOLDER / "impaired.mcap"):
+for topic, data, _ in records(FOLDER / "impaired.mcap"):
     if topic == "/steward/missing":
         missing = json.loads(data[8:-1])["count"] or 0
         expected, lost = expected + missing, lost + missing
@@ -315,10 +321,34 @@ watching = watch("count.toml", "count.scope", "late.mcap")
 time.sleep(14)
 _, _, report = end(watching)
 robot.kill()
-numbers = [struct.unpack_from("<i", data, 4)[0] for topic, data in records(FOLDER / "late.mcap") if topic == "/count"]
-assert "a participant that was given up goes on" in str(report["notes"]), report["notes"]
+numbers = [struct.unpack_from("<i", data, 4)[0] for topic, data, _ in records(FOLDER / "late.mcap") if topic == "/count"]
+assert "was given up" in str(report["notes"]), report["notes"]
 assert numbers[-1] - numbers[0] > 5000, (numbers[0], numbers[-1])
 print("a robot that announces itself late is heard again")
+
+# Firmware with a fixed GUID begins anew, and numbers everything from 1 again: what it says then is heard.
+(FOLDER / "firmware.scope").write_text("property positive := always (counter, base, m.x >= 0)\n"
+                                       "property low := always (counter, base, m.x < 1000)\n"
+                                       "property comes := eventually (counter, base, m.x = 500)\n")
+for how, stamped, ends in [("counts", 1, "goodbye"), ("counts", 0, "cut"), ("repeats", 1, "cut"), ("repeats", 0, "goodbye")]:
+    robot = Peer(sys.executable, "firmware.py", how, stamped)
+    watching = watch("count.toml", "firmware.scope", f"firmware-{how}-{ends}.mcap")
+    robot.ask("sends 0 300")
+    robot.ask(f"restarts {ends}")
+    # What comes until it is heard again is missing.
+    robot.ask("sends 300 50")
+    time.sleep(5)
+    robot.ask("sends 500 1")
+    robot.ask("sends -1 1")
+    robot.ask("sends 501 20")
+    time.sleep(0.5)
+    _, _, report = end(watching)
+    robot.kill()
+    found = {name: (verdict, bool(unsure)) for name, (verdict, _, unsure) in verdicts(report).items()}
+    assert found == {"positive": ("violated", False), "low": ("unsure", True), "comes": ("satisfied", False)}, (
+        how, stamped, ends, found, report["notes"])
+    assert "begun anew" in str(report["notes"]), report["notes"]
+print("firmware that begins anew with the same GUID is heard, after a goodbye and without one")
 
 # Everybody here may send anything, so no verdict is certain: but there is one.
 seconds = float(os.environ.get("HOSTILE_SECONDS", 6))

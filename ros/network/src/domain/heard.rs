@@ -38,8 +38,13 @@ pub(super) enum Heard {
     Unsent(String),
     Response(Response),
     Served(Served),
-    /// Every sample received before this time, in nanoseconds since 1970, has been returned.
+    /// Every sample received before this time, in nanoseconds since 1970, has been returned; and it is known that
+    /// samples could be received until then.
     Quiet(i64),
+    /// The same, beside what is not quiet.
+    Alive(i64),
+    /// A writer, or all of a participant, whose GUID ends with zeros, have begun anew with the GUIDs of earlier ones.
+    Anew([u8; 16]),
     /// Nothing more comes, and why. What comes from another participant follows.
     Died(String),
 }
@@ -86,6 +91,10 @@ pub(super) struct Sample {
     /// When it was received and sent, in nanoseconds since 1970.
     pub(super) received_ns: i64,
     pub(super) sent_ns: Option<i64>,
+    /// When one with a later number was received, if that was before it: it had to be sent again.
+    pub(super) by_ns: Option<i64>,
+    /// Since when it may have waited to be received, if the process stood still.
+    pub(super) stalled_ns: Option<i64>,
     /// It follows all else as it is.
     #[serde(skip)]
     pub(super) body: Vec<u8>,
@@ -161,11 +170,16 @@ pub(super) fn prefix(guid: &[u8; 16]) -> Prefix {
     *guid.first_chunk().expect("a GUID is longer")
 }
 
-/// What stands for the participant of an entity among those that said goodbye.
+/// What stands for a participant among those that said goodbye.
+pub(super) fn whole(participant: &Prefix) -> [u8; 16] {
+    let mut whole = [0; 16];
+    whole[..12].copy_from_slice(participant);
+    whole
+}
+
+/// The same for the participant of an entity.
 pub(super) fn participant(guid: &[u8; 16]) -> [u8; 16] {
-    let mut participant = *guid;
-    participant[12..].fill(0);
-    participant
+    whole(&prefix(guid))
 }
 
 /// What is to be read: nothing yet, topics with these names and, where that is given, these types, or all.
@@ -408,6 +422,8 @@ mod tests {
             number: 9,
             received_ns: 5,
             sent_ns: Some(4),
+            by_ns: Some(3),
+            stalled_ns: Some(2),
             body: vec![7; 300],
         };
         let offers = Offers { writers: vec![writer], ..Offers::default() };

@@ -29,10 +29,11 @@ use super::correlation::Correlation;
 use super::goodbye;
 use super::heard::{
     self, Ask, Heard, LEAVING, NODES, NodeNames, Offers, Prefix, Publication, Request, Response, Sample, Server,
-    Subscribed, Writer, participant, prefix,
+    Subscribed, Writer, participant, prefix, whole,
 };
 use super::names::{self, RosName};
 use super::options::Options;
+use super::pulse::Pulse;
 use super::readers::{FromReader, Readers, nanoseconds};
 use super::requests::Requests;
 use super::services::{Services, served};
@@ -45,8 +46,9 @@ const PATIENCE: Duration = Duration::from_millis(10);
 /// How long to wait for more once something has come: messages often come several at a time.
 const GATHERING: Duration = Duration::from_millis(2);
 
-/// How often silence is reported.
+/// How often silence is reported, and how often it is that samples can be received, where there is none.
 const QUIET_NS: i64 = 10_000_000;
+const ALIVE_NS: i64 = 50_000_000;
 
 /// How often what others offer is looked at, if it has changed.
 const LOOK: Duration = Duration::from_millis(20);
@@ -60,8 +62,9 @@ const LONGEST_READING: i64 = 1_000_000;
 /// The most memory that the process may take, in bytes of addresses: with 4 MB maps, it takes a third of it.
 const MOST_MEMORY: u64 = 1 << 30;
 
-/// The exit status after a panic.
+/// The exit status after a panic, and that of a process whose rustdds has ended.
 const PANICKED: i32 = 101;
+const EXIT_DEAD: i32 = 1;
 
 /// How often a node says again which readers and writers it has, and how long it waits between that.
 const SAID_AGAIN: u32 = 3;
@@ -172,13 +175,15 @@ struct Listener {
     /// The writers that are known to whoever is told of them.
     known: BTreeSet<[u8; 16]>,
     announcements: Option<Announcements>,
+    pulse: Pulse,
     /// The writers that have not said yet which nodes they belong to, until when they may, and how often they have been
     /// asked again.
     unnamed: BTreeSet<[u8; 16]>,
     named_by: Instant,
     asked_again: u32,
-    /// Those that said goodbye since it was told the last time.
+    /// Those that said goodbye since it was told the last time, and the writers that ever did.
     goodbyes: BTreeSet<[u8; 16]>,
+    departed: BTreeSet<[u8; 16]>,
 }
 
 impl Listener {
@@ -190,6 +195,7 @@ impl Listener {
         let participant = builder.build().map_err(|error| error.to_string())?;
         let events = participant.status_listener();
         let offset_ns = nanoseconds(Timestamp::now()) - clock.now_ns();
+        let pulse = Pulse::of(options, participant.participant_id(), &participant.guid().to_bytes())?;
         Ok(Self {
             readers: Readers::of(participant.clone())?,
             writers: Writers::of(participant.clone()),
@@ -210,16 +216,18 @@ impl Listener {
             behind_ns: i64::MIN,
             known: BTreeSet::new(),
             announcements: Announcements::of(options),
+            pulse,
             unnamed: BTreeSet::new(),
             named_by: now(),
             asked_again: 0,
             goodbyes: BTreeSet::new(),
+            departed: BTreeSet::new(),
         })
     }
 
     fn listen(mut self, asked: &Asked, out: &mut impl Write) -> Result<(), String> {
         let (mut subscribed, mut looked, mut is_due) = (Subscribed::Nothing, None, true);
-        let (mut told, mut quiet_ns) = (Vec::new(), 0);
+        let (mut told, mut quiet_ns, mut alive_ns) = (Vec::new(), 0, 0);
         while !asked.is_to_end.load(Ordering::Relaxed) {
             if let Some(why) = self.is_set_back() {
                 self.leave();
@@ -228,10 +236,16 @@ impl Listener {
             if self.take_note() | std::mem::take(&mut self.has_news) {
                 (is_due, self.again) = (true, SAID_AGAIN);
             }
-            let is_given_up = |of: &_| self.readers.given_up.iter().any(|guid| prefix(guid) == *of);
-            if self.announcements.as_mut().is_some_and(|announcements| announcements.has_returned(is_given_up)) {
-                self.leave();
-                return Err("a participant that was given up goes on".to_owned());
+            if let Some(why) = self.pulse.is_dead() {
+                // What is left of rustdds need not end.
+                goodbye::say(self.options, &self.participant.guid().to_bytes());
+                eprintln!("{why}");
+                std::process::exit(EXIT_DEAD);
+            }
+            self.pulse.beat(self.clock.now_ns());
+            let (why, anew) = self.look_around();
+            if let Some(why) = why {
+                return self.begin_anew(&anew, out, why);
             }
             self.obey(asked)?;
             is_due |= self.ask_for_nodes();
@@ -250,6 +264,11 @@ impl Listener {
             if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {
                 (looked, subscribed) = (Some(now()), wanted);
                 let offers = self.offers()?;
+                let again = self.departed.iter().find(|guid| offers.writers.iter().any(|writer| writer.guid == **guid));
+                if let Some(again) = again.copied() {
+                    let why = "a publisher has begun anew with the GUID of an earlier one".to_owned();
+                    return self.begin_anew(&[again], out, why);
+                }
                 // rustdds tells of a goodbye after it has forgotten who said it.
                 if self.lacks_goodbyes(&offers.writers) {
                     sleep(GATHERING);
@@ -268,9 +287,14 @@ impl Listener {
                     self.unnamed.remove(&of.writer);
                 }
             }
-            if is_silent && now_ns.saturating_sub(quiet_ns) >= QUIET_NS {
-                quiet_ns = now_ns;
-                told.push(Heard::Quiet(now_ns));
+            // Time that passes proves nothing, unless something could have come.
+            let lived_ns = self.pulse.lived_ns().map_or(0, |lived_ns| lived_ns.min(now_ns));
+            if is_silent && lived_ns.saturating_sub(quiet_ns) >= QUIET_NS {
+                (quiet_ns, alive_ns) = (lived_ns, lived_ns);
+                told.push(Heard::Quiet(lived_ns));
+            } else if lived_ns.saturating_sub(alive_ns) >= ALIVE_NS {
+                alive_ns = lived_ns;
+                told.push(Heard::Alive(lived_ns));
             }
             let written = told.drain(..).try_for_each(|heard| heard.write(out)).and_then(|()| out.flush());
             if written.is_err() {
@@ -288,6 +312,15 @@ impl Listener {
         self.obey(asked)?;
         self.leave();
         Ok(())
+    }
+
+    /// Tells who has begun anew. What they say has numbers that rustdds has heard, and leaves out: another participant
+    /// must hear them.
+    fn begin_anew(self, all: &[[u8; 16]], out: &mut impl Write, why: String) -> Result<(), String> {
+        // Whoever does not listen any more need not be told.
+        let _ = all.iter().try_for_each(|guid| Heard::Anew(*guid).write(out)).and_then(|()| out.flush());
+        self.leave();
+        Err(why)
     }
 
     /// Publishes, requests and responds what is asked.
@@ -311,10 +344,30 @@ impl Listener {
         Ok(())
     }
 
+    /// Looks for those that rustdds does not hear. Returns why another participant must hear them, if one must, and
+    /// which participants have begun anew.
+    fn look_around(&mut self) -> (Option<String>, Vec<[u8; 16]>) {
+        let Some(announcements) = &mut self.announcements else { return (None, Vec::new()) };
+        announcements.look(|of| self.readers.given_up.iter().any(|guid| prefix(guid) == *of));
+        let has_returned = announcements.has_returned();
+        let anew: Vec<[u8; 16]> = announcements.take_anew().iter().map(whole).collect();
+        let why = if anew.is_empty() {
+            has_returned.then(|| "a participant that was given up goes on".to_owned())
+        } else {
+            Some("a participant has begun anew with the GUID of an earlier one".to_owned())
+        };
+        (why, anew)
+    }
+
     /// Takes note of what has happened in the domain. Returns whether anything has.
     fn take_note(&mut self) -> bool {
         let mut has_happened = false;
         while let Some(event) = self.events.try_recv_status() {
+            if let DomainParticipantStatusEvent::ParticipantLost { id, .. } = &event
+                && self.pulse.is_answer(&prefix(&GUID { prefix: *id, ..GUID::GUID_UNKNOWN }.to_bytes()))
+            {
+                continue;
+            }
             has_happened = true;
             match event {
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
@@ -326,6 +379,10 @@ impl Listener {
                     self.goodbyes.extend(matches!(reason, LostReason::Disposed).then(|| participant(&guid)));
                 }
                 DomainParticipantStatusEvent::WriterLost { guid, reason: LostReason::Disposed } => {
+                    if self.departed.len() >= MOST_WRITERS {
+                        self.departed.clear();
+                    }
+                    self.departed.insert(guid.to_bytes());
                     self.goodbyes.insert(guid.to_bytes());
                 }
                 _ => {}
@@ -523,7 +580,8 @@ impl Listener {
     /// What the readers have received, in order.
     fn take(&mut self, told: &mut Vec<Heard>) {
         let (now_ns, system_ns) = (self.clock.now_ns(), nanoseconds(Timestamp::now()));
-        for taken in self.readers.take(now_ns, system_ns) {
+        let lived_ns = self.pulse.lived_ns().unwrap_or(i64::MIN);
+        for taken in self.readers.take(now_ns, system_ns, lived_ns) {
             told.extend(match taken {
                 FromReader::Heard(heard) => Some(heard),
                 FromReader::Said { sample, related } => self.heed(sample, related),

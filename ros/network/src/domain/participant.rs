@@ -20,8 +20,9 @@ pub(super) const LISTEN: &str = "listen-to-dds";
 /// How long a process may say nothing: it is never silent for long, except when it begins.
 const DEAD: Duration = Duration::from_secs(11);
 
-/// How long to wait before another takes the place of one that has ended.
+/// How long to wait before another takes the place of one that has ended, if that has not been there for long.
 const AGAIN: Duration = Duration::from_secs(1);
+const LONG: Duration = Duration::from_secs(10);
 
 /// The most bytes of messages that wait for whoever judges them: what comes then is missing.
 const MOST_WAITING: usize = 1 << 27;
@@ -211,6 +212,7 @@ struct Join {
 /// Keeps a process listening until it is to end.
 fn run(join: &Join, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
     while !shared.is_to_end() {
+        let begun = now();
         let why = match start(join, shared) {
             Ok(output) => {
                 hand_on(output, shared, sender);
@@ -221,8 +223,8 @@ fn run(join: &Join, shared: &Shared, sender: &SyncSender<(Heard, usize)>) {
         if shared.is_to_end() || sender.send((Heard::Died(why), 0)).is_err() {
             return;
         }
-        let ended = now();
-        while ended.elapsed() < AGAIN && !shared.is_to_end() {
+        let (ended, pause) = (now(), if begun.elapsed() < LONG { AGAIN } else { Duration::ZERO });
+        while ended.elapsed() < pause && !shared.is_to_end() {
             sleep(Duration::from_millis(10));
         }
     }

@@ -19,6 +19,9 @@ const MOST_MADE: usize = 50;
 /// The size up to which a message is small, in bytes.
 const SMALL: usize = 1 << 14;
 
+/// How long ago it may have been known that samples can be received.
+const UNPROVED_NS: i64 = 250_000_000;
+
 /// The readers of a participant, by topic.
 pub(super) struct Readers {
     participant: DomainParticipant,
@@ -169,8 +172,9 @@ impl Readers {
         Ok(())
     }
 
-    /// What they have received, in order. `now_ns` is the time of whoever is told, and `system_ns` that of the system.
-    pub(super) fn take(&mut self, now_ns: i64, system_ns: i64) -> Vec<FromReader> {
+    /// What they have received, in order. `now_ns` is the time of whoever is told, and `system_ns` that of the system; it
+    /// is known that samples could be received until `lived_ns`.
+    pub(super) fn take(&mut self, now_ns: i64, system_ns: i64, lived_ns: i64) -> Vec<FromReader> {
         let (mut taken, mut samples) = (Vec::new(), Vec::new());
         for reader in self.readers.values_mut() {
             if !reader.alarm.rings.swap(false, Ordering::Acquire) {
@@ -196,6 +200,8 @@ impl Readers {
                             number: i64::from(change.sequence_number),
                             received_ns: now_ns.saturating_sub(age_ns),
                             sent_ns: sent.map(nanoseconds),
+                            by_ns: None,
+                            stalled_ns: None,
                             body: change.sample,
                         };
                         if is_said && sample.body.len() > LARGEST as usize {
@@ -220,6 +226,13 @@ impl Readers {
                 // The limits of a topic only ever grow; without more room, less is kept.
                 let _ = self.participant.create_topic(topic, reader.kind.clone(), &more, TopicKind::NoKey);
             }
+        }
+        let mut first: BTreeMap<[u8; 16], i64> = BTreeMap::new();
+        for sample in samples.iter_mut().rev() {
+            let first_ns = first.entry(sample.writer).or_insert(i64::MAX);
+            sample.stalled_ns = Some(lived_ns).filter(|ns| sample.received_ns.saturating_sub(*ns) > UNPROVED_NS);
+            sample.by_ns = Some(*first_ns).filter(|first_ns| *first_ns < sample.received_ns);
+            *first_ns = sample.received_ns.min(*first_ns);
         }
         // Those of one writer stay in the order of their numbers: one that had to be sent again is older than the next.
         let mut latest: BTreeMap<[u8; 16], i64> = BTreeMap::new();

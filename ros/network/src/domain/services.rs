@@ -81,7 +81,16 @@ mod tests {
     use super::*;
 
     fn sample(body: Vec<u8>) -> Sample {
-        Sample { topic: "rq/aRequest".into(), writer: [4; 16], number: 7, received_ns: 0, sent_ns: None, body }
+        Sample {
+            topic: "rq/aRequest".into(),
+            writer: [4; 16],
+            number: 7,
+            received_ns: 0,
+            sent_ns: None,
+            by_ns: None,
+            stalled_ns: None,
+            body,
+        }
     }
 
     fn reply(client: Client) -> Reply {
