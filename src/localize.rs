@@ -3,6 +3,7 @@
 mod log;
 
 use diagnostics::Disk;
+use diagnostics::seconds;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -238,7 +239,7 @@ fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> S
 }
 
 fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Course, score: &Score) -> serde_json::Value {
-    let lost = score.lost.iter().map(|stretch| [stretch.from.as_secs_f64(), stretch.to.as_secs_f64()]);
+    let lost = score.lost.iter().map(|stretch| [stretch.from, stretch.to].map(seconds));
     json!({
         "map": args.map_name(),
         "log": args.log.display().to_string(),
@@ -256,7 +257,7 @@ fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Cours
         "median_rad": score.median_rad,
         "rmse_rad": score.rmse_rad,
         "lost": lost.collect::<Vec<_>>(),
-        "converged_at_s": score.converged_at.map(|at| at.as_secs_f64()),
+        "converged_at_s": score.converged_at.map(seconds),
         "converged_after_m": score.converged_after_m,
         "complaints": recording.complaints().iter().map(ToString::to_string).collect::<Vec<_>>(),
     })
@@ -275,7 +276,7 @@ fn starts_in_words(starts: &[Start]) -> String {
 
 fn starts_as_json(starts: &[Start]) -> serde_json::Value {
     let each = starts.iter().map(
-        |start| json!({ "line": start.line, "time_s": start.time.as_secs_f64(), "found_after_m": start.found_after_m }),
+        |start| json!({ "line": start.line, "time_s": seconds(start.time), "found_after_m": start.found_after_m }),
     );
     json!({ "within_m": WITHIN_M, "found": found(starts), "starts": each.collect::<Vec<_>>() })
 }

@@ -1,6 +1,7 @@
 //! `steward tree`: behavior trees without a robot.
 
 use diagnostics::Disk;
+use diagnostics::seconds;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -199,7 +200,7 @@ fn to_json(tree: &Tree, moments: &[RehearsedTick], boards: Vec<serde_json::Value
         let faults = moment.faults.iter();
         json!({
             "tick": moment.tick,
-            "time_s": moment.time.as_secs_f64(),
+            "time_s": seconds(moment.time),
             "status": moment.status.map_or("halted", bt::Status::name),
             "nodes": outcomes.collect::<Vec<_>>(),
             "calls": calls.collect::<Vec<_>>(),

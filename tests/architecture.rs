@@ -39,7 +39,7 @@ const ROOMS: [(&str, &[&str]); 35] = [
     ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt", "tree_logs"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
     ("tools", &["channels", "diagnostics", "explorer", "monitors", "ros_messages"]),
-    ("trials", &["bags", "batch", "maps", "robot", "ros_messages", "sim", "nav", "drawing"]),
+    ("trials", &["bags", "batch", "diagnostics", "maps", "robot", "ros_messages", "sim", "nav", "drawing"]),
     (
         "scenarios",
         &[

@@ -36,6 +36,7 @@ pub mod markup;
 mod nearest;
 mod output;
 mod problem;
+mod seconds;
 mod source;
 #[cfg(feature = "xml")]
 pub mod xml;
@@ -49,4 +50,5 @@ pub use line_ends::LineEnds;
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
 pub use output::{Staging, Unfinished, write_whole};
 pub use problem::{FileProblems, Problem};
+pub use seconds::seconds;
 pub use source::{ASSIGNMENT, Source, Span, Spanned};

@@ -1,5 +1,6 @@
 //! Verdicts as they are reached, while the log is still being written.
 
+use diagnostics::seconds;
 use std::io::{Write as _, stderr};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -201,7 +202,7 @@ impl Announcer {
         let line = json!({
             "property": property.name,
             "verdict": verdict,
-            "time_s": self.time.as_secs_f64(),
+            "time_s": seconds(self.time),
             "at_s": at_ns.map(bags::seconds),
             "behind_s": behind_s,
             "witness": witness.map(|witness| reports::witness(witness, knows_ticks)),

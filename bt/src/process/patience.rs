@@ -52,6 +52,6 @@ impl Patience {
             Request::Tick => "answer its tick",
             Request::Halt => "confirm that it has halted",
         };
-        format!("{leaf} did not {what} within {} s", self.timeout.as_secs_f64())
+        format!("{leaf} did not {what} within {} s", diagnostics::seconds(self.timeout))
     }
 }

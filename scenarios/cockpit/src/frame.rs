@@ -1,5 +1,6 @@
 //! What the page gets, as JSON: a greeting with what does not change, then one frame after another.
 
+use diagnostics::seconds;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -37,7 +38,7 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>, scenario: Option<&Sce
             "seed": header.seed,
             "ticks": header.knows_ticks(),
             "paced": scenario.is_some() && header.has_others(),
-            "tick_s": header.tick.as_secs_f64(),
+            "tick_s": seconds(header.tick),
             "floor": floor,
             "places": things::places(header),
             "machines": things::machines(header),
@@ -109,7 +110,7 @@ impl Happened {
 
     fn value(&self) -> Value {
         let place = self.place.as_ref().map(pose);
-        json!({ "at": self.time.as_secs_f64(), "kind": self.kind, "words": self.words, "place": place })
+        json!({ "at": seconds(self.time), "kind": self.kind, "words": self.words, "place": place })
     }
 }
 
@@ -188,7 +189,7 @@ pub(crate) fn state(view: &RunView, opened: &BTreeSet<usize>, update: Update) ->
     let truth = robot.truth.map(|truth| pose(&truth.pose));
     let battery = robot.battery.map(|battery| json!({ "pct": battery.charge_pct, "charging": battery.charging }));
     let mut state = json!({
-        "time": view.time().as_secs_f64(),
+        "time": seconds(view.time()),
         "ticks": view.ticks(),
         "pose": truth.or_else(|| robot.estimate.as_ref().map(pose)),
         "estimate": robot.estimate.as_ref().map(pose),

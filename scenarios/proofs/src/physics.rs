@@ -148,12 +148,12 @@ impl Proof {
             Damage::Lost => ("message_lost", String::new()),
             Damage::Repeated => ("message_duplicated", String::new()),
             Damage::Held => {
-                let hold_s = self.scenario.file.prove.messages.hold.as_secs_f64();
+                let hold_s = diagnostics::seconds(self.scenario.file.prove.messages.hold);
                 ("message_delayed", format!(", delay_s = {hold_s}"))
             }
         };
         let ((from, to), at) = (self.system.topology().ends(channel), self.before(now));
-        let when = format!("at_s = {at}, lasts_s = {}, times = 1", self.step().as_secs_f64());
+        let when = format!("at_s = {at}, lasts_s = {}, times = 1", diagnostics::seconds(self.step()));
         Some(format!("{{ kind = '{kind}', from = '{from}', to = '{to}', {when}{more} }}"))
     }
 
@@ -161,15 +161,15 @@ impl Proof {
     fn as_fault(&self, index: usize, began: Duration, ended: Option<Duration>) -> String {
         let Switched { kind, name, .. } = &self.faults[index];
         let key = if *kind == AllowedFault::Mutant { "mutant" } else { "component" };
-        let lasts =
-            ended.map(|ended| format!(", lasts_s = {}", ended.saturating_sub(began).max(self.step()).as_secs_f64()));
+        let lasts = ended
+            .map(|ended| format!(", lasts_s = {}", diagnostics::seconds(ended.saturating_sub(began).max(self.step()))));
         let (name, at, lasts) = (quoted(name), self.before(began), lasts.unwrap_or_default());
         format!("{{ kind = '{}', at_s = {at}, {key} = {name}{lasts} }}", kind.name())
     }
 
     /// The time, in seconds, at which a fault must begin to take effect at this time.
     fn before(&self, time: Duration) -> f64 {
-        time.saturating_sub(self.step()).as_secs_f64()
+        diagnostics::seconds(time.saturating_sub(self.step()))
     }
 
     fn step(&self) -> Duration {

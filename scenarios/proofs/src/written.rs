@@ -103,7 +103,7 @@ impl Proof {
     /// What must be set so that a run may take this long.
     pub(super) fn long_enough(&self, time: Duration) -> Vec<String> {
         let is_longer = time > self.scenario.file.execution.max_time;
-        is_longer.then(|| format!("execution.max_time_s = {}", time.as_secs_f64())).into_iter().collect()
+        is_longer.then(|| format!("execution.max_time_s = {}", diagnostics::seconds(time))).into_iter().collect()
     }
 
     /// Writes the scenario that also violates a property in the simulation.

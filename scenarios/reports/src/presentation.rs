@@ -1,5 +1,6 @@
 //! Outputs made from a run's records: pictures at the named moments, an animation, the report and its page.
 
+use diagnostics::seconds;
 use std::cell::LazyCell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -253,7 +254,7 @@ impl RunPictures {
         let svg = drawing::svg(&camera.frame(view, &caption));
         let png = self.renderer.png(&svg)?;
         folder.write(&file, png)?;
-        let time_s = view.time().as_secs_f64();
+        let time_s = seconds(view.time());
         self.taken.push(SnapshotReport { file, time_s, why: caption, by_clock, violated });
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use diagnostics::seconds;
 use monitors::{Outcome, Violation, Violations};
 use serde::Serialize;
 
@@ -191,12 +192,12 @@ impl ViolationsReport {
     #[must_use]
     pub fn of(violations: &Violations, end: Duration) -> Self {
         let violation = |Violation { from, until }: &Violation| ViolationReport {
-            from_s: from.time.as_secs_f64(),
-            until_s: until.map(|until| until.time.as_secs_f64()),
+            from_s: seconds(from.time),
+            until_s: until.map(|until| seconds(until.time)),
         };
         Self {
             count: violations.count,
-            total_s: violations.lasting(end).as_secs_f64(),
+            total_s: seconds(violations.lasting(end)),
             goes_on: violations.goes_on,
             first: violations.first.iter().map(violation).collect(),
             words: violations.in_words(end),

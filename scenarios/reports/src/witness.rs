@@ -1,6 +1,7 @@
 //! Why a property is violated, as in `report.json`.
 
 use channels::Topology;
+use diagnostics::seconds;
 use monitors::{EventTime, Sighting, Witness};
 use recording::{Decision, message_json};
 use serde::{Serialize, Serializer};
@@ -76,5 +77,5 @@ fn sighting(seen: &Sighting, knows_ticks: bool) -> Value {
 }
 
 fn moment(at: &EventTime, knows_ticks: bool) -> Value {
-    json!({ "step": at.step, "tick": knows_ticks.then_some(at.tick), "time_s": at.time.as_secs_f64() })
+    json!({ "step": at.step, "tick": knows_ticks.then_some(at.tick), "time_s": seconds(at.time) })
 }

@@ -326,7 +326,7 @@ fn text(written: &Table, faults: &[Value]) -> String {
 
 /// A time in seconds, as scenarios write it.
 fn seconds(time: Duration) -> Value {
-    time.as_secs_f64().into()
+    diagnostics::seconds(time).into()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! One trip, driven.
 
+use diagnostics::seconds;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -149,7 +150,7 @@ impl Ride {
             good: outcome == TripOutcome::Arrived && walls.is_empty() && standing == 0,
             outcome,
             reason: self.navigator.reason().map(|reason| reason.to_string()),
-            time_s: self.sim.time().as_secs_f64(),
+            time_s: seconds(self.sim.time()),
             driven_m: truth.distance_m(),
             shortest_m: task.shortest_m(),
             off_m,
@@ -157,7 +158,7 @@ impl Ride {
             contacts: truth
                 .contacts()
                 .iter()
-                .map(|contact| Touched { time_s: contact.time.as_secs_f64(), who: contact.obstacle.clone() })
+                .map(|contact| Touched { time_s: seconds(contact.time), who: contact.obstacle.clone() })
                 .collect(),
             wall_contacts: walls.len(),
             standing_contacts: standing,
