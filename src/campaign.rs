@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use campaigns::Error;
 use campaigns::compare::CampaignComparison;
+use campaigns::run_and_report;
 use campaigns::statistics::{Confidence, Count};
-use campaigns::{Estimate, GoalReport, Named, Outcomes, Plan, Ran, Shard, Summary, Unmet};
-use campaigns::{as_experiment, run_and_report};
+use campaigns::{Estimate, GoalReport, Named, Outcomes, Plan, Ran, Shard, Share, Summary, Unmet};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
 use editor::counted;
@@ -231,7 +231,7 @@ fn status(summary: &Summary) -> ExitCode {
 }
 
 /// The results as test cases: that runs finished as expected, and for each property whether it was violated in any. A
-/// campaign expects nothing of a property, so one that was violated is skipped.
+/// campaign asks how often, so one that was violated is skipped.
 fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suite {
     let places = base.map(|scenario| places(scenario)).unwrap_or_default();
     let argument = base.map_or("", |scenario| &scenario.origin.argument);
@@ -254,7 +254,8 @@ fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suit
     let name = format!("{} of {}", counted(runs, "run"), summary.scenario);
     let of_runs = Case { group: "campaign", name, result, found: words, ..Case::default() };
     let of_property = |estimate: &Estimate| {
-        let found = rate(estimate, summary.of_roaml);
+        let found = [Some(rate(estimate, summary.of_roaml)), open(estimate)];
+        let found = found.into_iter().flatten().collect::<Vec<_>>().join("; ");
         let result = if estimate.count.runs() == 0 {
             CaseResult::Skipped("no run has finished".to_owned())
         } else if estimate.is_fine() {
@@ -312,7 +313,7 @@ fn repeat(plan: &Plan, k: u64, folder: &Path) -> Result<(Arc<Scenario>, Report),
         return Err(Error::refused(format!("the campaign has no run {k}"), help));
     }
     let run = plan.run(k);
-    let scenario = Arc::new(as_experiment(Scenario::load(plan.scenario(), &run.overrides(plan))?));
+    let scenario = Arc::new(Scenario::load(plan.scenario(), &run.overrides(plan))?);
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
     let _ = interrupt::listen();
     let run = Run::new(Arc::clone(&scenario), run.seed, true)?;
@@ -370,13 +371,14 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
         0 => {}
         more => line("", format!("and {more} more, each in fewer runs")),
     }
-    let (listed, fine) = summary.by_rate();
+    let (listed, groups) = summary.by_rate();
     for estimate in listed {
         line(&estimate.of, rate(estimate, summary.of_roaml));
+        open(estimate).into_iter().for_each(|open| line("", open));
     }
-    if let Some(first) = fine.first() {
-        let names: Vec<&str> = fine.iter().map(|estimate| estimate.of.as_str()).collect();
-        line(&format!("{} properties", fine.len()), format!("{}, each: {}", rate(first, false), names.join(", ")));
+    for group in groups {
+        let names: Vec<&str> = group.iter().map(|estimate| estimate.of.as_str()).collect();
+        line(&format!("{} properties", group.len()), format!("{}, each: {}", rate(group[0], false), names.join(", ")));
     }
     if let Some(goal) = &summary.goal {
         line("goal", answer(goal));
@@ -395,7 +397,7 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
 
 /// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
 fn rate(estimate: &Estimate, of_roaml: bool) -> String {
-    let Estimate { count, rate, interval, inconclusive, vacuous, .. } = estimate;
+    let Estimate { count, rate, interval, vacuous, .. } = estimate;
     let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
     if of_roaml {
         let (held, interval) = (runs - happened, interval.complement());
@@ -403,12 +405,15 @@ fn rate(estimate: &Estimate, of_roaml: bool) -> String {
         return format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})");
     }
     let repeated = estimate.repeated().map_or_else(String::new, |all| format!("; {all}"));
-    let some = |what: &str, runs: &Option<u64>| match runs {
-        None | Some(0) => String::new(),
-        Some(runs) => format!("; {what} in {runs}"),
-    };
-    let open = some("inconclusive", inconclusive) + &some("vacuous", vacuous);
-    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}{open}")
+    let vacuous = vacuous.filter(|runs| *runs > 0).map_or_else(String::new, |runs| format!("; vacuous in {runs}"));
+    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}{vacuous}")
+}
+
+/// How often a property was inconclusive, in the form of how often it was violated; none if it never was.
+fn open(estimate: &Estimate) -> Option<String> {
+    let Share { count, rate, interval } = estimate.open()?;
+    let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
+    Some(format!("inconclusive in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})"))
 }
 
 /// The answer to the campaign's question.

@@ -158,14 +158,16 @@ fn a_component_whose_machine_cannot_send_its_answer_fails_the_run() {
     write("arm_run.toml", scenario);
     let scenario = folder.path().join("arm_run.toml");
     let out = folder.path().join("out");
-    for (n, more, status) in
-        [("1", &[][..], 0), ("0.5", &[], 1), ("0.5", &["--set", "expect.failed_programs=['Arm']"], 0)]
-    {
+    for (n, more, status) in [("1", &[][..], 0), ("0.5", &[], 1), ("0.5", &["--set", "expect.errors=['Arm']"], 0)] {
         write("Arm.scxml", &answer(n));
         let arguments = ["run", scenario.to_str().unwrap(), "--no-snapshots", "--out", out.to_str().unwrap()];
         let output = steward(&[&arguments[..], more].concat());
         let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert_eq!(output.status.code(), Some(status), "{n}: {said}");
-        assert_eq!(said.contains("! the component Arm failed: <ok> cannot be sent"), status == 1, "{said}");
+        assert_eq!(
+            said.contains("! there was an error in the component Arm: <ok> cannot be sent"),
+            status == 1,
+            "{said}"
+        );
     }
 }

@@ -12,6 +12,7 @@ mod check_command;
 mod command_line;
 mod components;
 mod counterexamples;
+mod counting;
 mod determinism;
 mod devices;
 mod documentation;

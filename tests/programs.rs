@@ -233,7 +233,7 @@ fn a_program_that_kills_its_keeper_does_not_escape_and_fails_the_run() {
         let report = Stage::of_program(&killer(of_parent)).report(&[]);
         assert_eq!(report["outcome"], "not_as_expected", "{report}");
         let differences = report["differences"].to_string();
-        assert!(differences.contains("the component Speaker failed"), "{differences}");
+        assert!(differences.contains("there was an error in the component Speaker"), "{differences}");
     }
 }
 

@@ -133,9 +133,7 @@ impl Scenario {
     /// What its runs are expected to do. The properties of a model may be true or false.
     #[must_use]
     pub fn expected(&self) -> Expected {
-        let expected = self.file.expect.record();
-        let others_may_be_violated = expected.others_may_be_violated || self.model().is_some();
-        Expected { others_may_be_violated, ..expected }
+        Expected { others_are_open: self.model().is_some(), ..self.file.expect.record() }
     }
 
     /// The model, if it is one.

@@ -359,9 +359,9 @@ impl Record {
         match until.filter(|_| is_timed) {
             Some(until) => {
                 let what = format!("{what}, due by {:.3} s", Duration::from_nanos(until).as_secs_f64());
-                OpenObligation { what, since, until_tick: None }
+                OpenObligation { what, since, until_tick: None, has_deadline: true }
             }
-            None => OpenObligation { what, since, until_tick: until },
+            None => OpenObligation { what, since, until_tick: until, has_deadline: until.is_some() },
         }
     }
 }

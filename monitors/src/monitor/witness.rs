@@ -149,6 +149,8 @@ pub struct OpenObligation {
     pub since: Option<EventTime>,
     /// The last tick at which it can be met, if there is one; for a timed property, `what` gives the time.
     pub until_tick: Option<u64>,
+    /// Whether there is a last moment at which it can be met.
+    pub has_deadline: bool,
 }
 
 impl fmt::Display for OpenObligation {

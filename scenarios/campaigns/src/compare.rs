@@ -34,7 +34,8 @@ pub struct CampaignComparison {
     pub confidence: Confidence,
     /// How many runs have the same number, seed and parameters in both.
     pub pairs: u64,
-    /// One comparison per property that both watch, and one for the expectation.
+    /// One comparison per property that both watch, one for the expectation, and then one per property that was
+    /// inconclusive in some run.
     pub comparisons: Vec<Compared>,
 }
 
@@ -60,8 +61,10 @@ pub struct ComparedCampaign {
 /// How often something happened before and after.
 #[derive(Clone, Debug, Serialize)]
 pub struct Compared {
-    /// The event: a violated property, or `expectation`.
+    /// The property, or `expectation`.
     pub of: String,
+    /// What happened to it.
+    pub what: ComparedWhat,
     /// The two counts and their comparison.
     #[serde(flatten)]
     pub comparison: Comparison,
@@ -76,6 +79,28 @@ pub struct Compared {
     /// Whether the rate is `lower` or `higher`, or has `no_difference` that is significant: by Fisher's test, or by
     /// McNemar's test if there are pairs, with a total error of 5 % for everything compared (Bonferroni).
     pub change: RateChange,
+}
+
+/// What can happen in a run, and is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ComparedWhat {
+    /// The property was violated.
+    Violated,
+    /// Something that the property demands was still pending at the end.
+    Inconclusive,
+    /// The run was not as expected, or failed.
+    NotAsExpected,
+}
+
+impl ComparedWhat {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Violated => "violated",
+            Self::Inconclusive => "inconclusive",
+            Self::NotAsExpected => "not as expected",
+        }
+    }
 }
 
 /// The change of a rate.
@@ -170,6 +195,7 @@ fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
 /// Something that can happen in runs of both campaigns.
 struct ComparedEvent {
     name: String,
+    what: ComparedWhat,
     /// The indices of its property in both campaigns; none for the expectation.
     places: Option<[usize; 2]>,
 }
@@ -178,22 +204,30 @@ impl ComparedEvent {
     /// What both campaigns watch.
     fn shared(before: &Layout, after: &Layout) -> Result<Vec<Self>, Error> {
         let place = |layout: &Layout, name: &String| layout.properties.iter().position(|other| other == name);
-        let shared = before.properties.iter().filter_map(|name| {
-            Some(Self { name: name.clone(), places: Some([place(before, name)?, place(after, name)?]) })
-        });
-        let shared: Vec<Self> = shared.collect();
+        let shared =
+            before.properties.iter().filter_map(|name| Some((name, [place(before, name)?, place(after, name)?])));
+        let shared: Vec<(&String, [usize; 2])> = shared.collect();
         if shared.is_empty() && !(before.properties.is_empty() && after.properties.is_empty()) {
             let list = |layout: &Layout| layout.properties.join(", ");
             let message = format!("the campaigns have no property in common: {}; and {}", list(before), list(after));
             return Err(Error::refused(message, "compare campaigns whose scenarios have the same properties"));
         }
-        Ok(shared.into_iter().chain([Self { name: "expectation".to_owned(), places: None }]).collect())
+        let of =
+            |what| shared.iter().map(move |(name, places)| Self { name: (*name).clone(), what, places: Some(*places) });
+        let expectation = Self { name: "expectation".to_owned(), what: ComparedWhat::NotAsExpected, places: None };
+        Ok(of(ComparedWhat::Violated).chain([expectation]).chain(of(ComparedWhat::Inconclusive)).collect())
     }
 
     /// Whether it happened in a run of the campaign with that index.
     fn happened(&self, record: &RunRecord, campaign: usize) -> Option<bool> {
         match self.places {
-            Some(places) => Some(record.facts.as_ref()?.monitors.get(places[campaign])?.verdict == Outcome::Violated),
+            Some(places) => {
+                let wanted = match self.what {
+                    ComparedWhat::Inconclusive => Outcome::Inconclusive,
+                    ComparedWhat::Violated | ComparedWhat::NotAsExpected => Outcome::Violated,
+                };
+                Some(record.facts.as_ref()?.monitors.get(places[campaign])?.verdict == wanted)
+            }
             None => Some(record.outcome != RunOutcome::AsExpected),
         }
     }
@@ -252,7 +286,11 @@ impl Tally {
         }
     }
 
-    fn compared(self, confidence: Confidence) -> Vec<Compared> {
+    fn compared(mut self, confidence: Confidence) -> Vec<Compared> {
+        // What never was inconclusive need not be compared.
+        self.events.retain(|Counted { event, counts, .. }| {
+            event.what != ComparedWhat::Inconclusive || counts.iter().any(|count| count.happened() > 0)
+        });
         // Bonferroni's correction: with n comparisons at a level of 5 % / n each, the probability that any of them
         // shows a difference by chance is at most 5 %.
         let enough = (1.0 - CONFIDENCE) / self.events.len().max(1) as f64;
@@ -274,6 +312,7 @@ impl Tally {
             };
             Compared {
                 of: event.name,
+                what: event.what,
                 comparison,
                 paired: (pairs > 0).then_some(paired),
                 paired_p_value: (pairs > 0).then(|| paired.p_value()),
@@ -306,7 +345,7 @@ impl fmt::Display for CampaignComparison {
 
 impl Compared {
     fn write(&self, f: &mut fmt::Formatter<'_>, of: &CampaignComparison) -> fmt::Result {
-        let what = if self.of == "expectation" { "not as expected" } else { "violated" };
+        let what = self.what.words();
         let verdict = match self.change {
             RateChange::Lower => format!("less often {what} after"),
             RateChange::Higher => format!("more often {what} after"),

@@ -9,7 +9,6 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use recording::Expected;
 use reports::REPORT;
 use serde::{Deserialize, Serialize};
 
@@ -169,7 +168,7 @@ impl Header {
             about: plan.file().about.clone(),
             parameters: plan.file().parameters.iter().map(parameter).collect(),
             properties: plan.properties().to_vec(),
-            expects: plan.base().file.expect.record() != Expected::default(),
+            expects: !plan.base().expected().is_empty(),
             measures: plan.file().measures.iter().map(|measure| measure.value).collect(),
             model: plan.file().model.as_ref().map(ModelLayout::from),
             of_roaml: plan.base().model().is_some(),

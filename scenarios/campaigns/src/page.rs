@@ -22,7 +22,7 @@ use reports::html::{document, figure, row, section, table, text};
 use super::Measure;
 use super::journal::{Layout, ParameterLayout};
 use super::statistics::{Confidence, Count, Interval};
-use super::summary::{Estimate, Summary};
+use super::summary::{Estimate, Share, Summary};
 use crate::Error;
 
 use axis::Axis;
@@ -142,32 +142,41 @@ impl Page<'_> {
 
     fn rates(&self) -> Markup {
         // The bars are boxes with a style, not drawings, so that they are as wide as the page leaves them.
-        let line = |name: &str, estimate: &Estimate, what: &str| {
-            let (count, Interval { low, high }) = (estimate.count, estimate.interval);
+        let share = |name: &str, what: &str, share: Share, notes: &Markup| {
+            let (count, Interval { low, high }) = (share.count, share.interval);
             let range = format!("left:{:.2}%;width:{:.2}%", 100.0 * low, 100.0 * (high - low));
-            let rate = format!("left:{:.2}%", 100.0 * estimate.rate.unwrap_or(0.0));
+            let rate = format!("left:{:.2}%", 100.0 * share.rate.unwrap_or(0.0));
             html! {
                 tr {
                     th scope="row" { strong { (name) } span.note { (what) } }
-                    td {
-                        (count.happened()) " of " (count.runs())
-                        @if let Some(all) = estimate.repeated() { span.note { (all.to_string()) } }
-                        @if let Some(runs @ 1..) = estimate.inconclusive { span.note { "inconclusive in " (runs) } }
-                        @if let Some(runs @ 1..) = estimate.vacuous { span.note { "vacuous in " (runs) } }
-                    }
-                    td { (estimate.rate.map_or("–".to_owned(), percent)) }
-                    td { (interval(estimate.interval)) }
+                    td { (count.happened()) " of " (count.runs()) (notes) }
+                    td { (share.rate.map_or("–".to_owned(), percent)) }
+                    td { (interval(share.interval)) }
                     td.bar { span.rate { i style=(range) {} b style=(rate) {} } }
                 }
             }
         };
-        let (listed, fine) = self.summary.by_rate();
-        let names: Vec<&str> = fine.iter().map(|estimate| estimate.of.as_str()).collect();
+        // What is open may be a violation: it stands in a row of the same size.
+        let line = |name: &str, estimate: &Estimate, what: &str| {
+            let notes = html! {
+                @if let Some(all) = estimate.repeated() { span.note { (all.to_string()) } }
+                @if let Some(runs @ 1..) = estimate.vacuous { span.note { "vacuous in " (runs) } }
+            };
+            html! {
+                (share(name, what, estimate.happened(), &notes))
+                @if let Some(open) = estimate.open() {
+                    (share(name, "inconclusive: something was still pending at the end", open, &Markup::default()))
+                }
+            }
+        };
+        let (listed, groups) = self.summary.by_rate();
+        let group = |group: &[&Estimate]| {
+            let names: Vec<&str> = group.iter().map(|estimate| estimate.of.as_str()).collect();
+            line(&format!("{} properties", group.len()), group[0], &format!("violated, each: {}", names.join(", ")))
+        };
         let rows = html! {
             @for estimate in listed { (line(&estimate.of, estimate, "violated")) }
-            @if let Some(first) = fine.first() {
-                (line(&format!("{} properties", fine.len()), first, &format!("violated, each: {}", names.join(", "))))
-            }
+            @for alike in &groups { (group(alike)) }
             @if self.summary.expects || self.summary.outcomes.failed > 0 {
                 @let what = "not met: the run was not as the scenario expects, or it failed";
                 (line(&self.summary.expectation.of, &self.summary.expectation, what))

@@ -1,5 +1,8 @@
 //! The record of a run.
 
+use std::time::Duration;
+
+use diagnostics::seconds;
 use monitors::Outcome;
 use reports::report::{MonitorReport, OutcomeReport, Report};
 use serde::{Deserialize, Serialize};
@@ -175,7 +178,10 @@ impl RunRecord {
 
 impl MonitorFacts {
     fn of(monitor: &MonitorReport, onset: Option<f64>) -> Self {
-        let latency = monitor.time_s.zip(onset).map(|(time, onset)| time - onset).filter(|latency| *latency >= 0.0);
+        let latency = monitor.time_s.zip(onset).filter(|(time, onset)| time >= onset).map(|(time, onset)| {
+            let [time, onset] = [time, onset].map(Duration::from_secs_f64);
+            seconds(time - onset)
+        });
         let all = monitor.violations.as_ref();
         let once = u64::from(monitor.verdict == Outcome::Violated);
         Self {

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use diagnostics::Staging;
+use diagnostics::{Staging, seconds};
 use monitors::Outcome;
 
 use super::dataset::DatasetWriter;
@@ -171,8 +172,8 @@ struct Tally {
     inconclusive: Vec<u64>,
     /// In how many runs each property was satisfied vacuously.
     vacuous: Vec<u64>,
-    /// The simulated time of the runs that did not fail, in seconds.
-    simulated_s: f64,
+    /// The simulated time of the runs that did not fail.
+    simulated: Duration,
     expectation: Count,
     /// In how many runs an expectation of the scenario was not met.
     unmet: BTreeMap<String, u64>,
@@ -190,7 +191,7 @@ impl Tally {
             inconclusive: vec![0; properties.len()],
             vacuous: vec![0; properties.len()],
             properties,
-            simulated_s: 0.0,
+            simulated: Duration::ZERO,
             expectation: Count::default(),
             unmet,
             failures,
@@ -206,7 +207,7 @@ impl Tally {
             }
         }
         if let Some(facts) = &record.facts {
-            self.simulated_s += facts.sim_time_s;
+            self.simulated += Duration::from_secs_f64(facts.sim_time_s);
             self.violations.iter_mut().zip(&facts.monitors).for_each(|(sum, monitor)| *sum += monitor.violations);
             for (sum, monitor) in self.inconclusive.iter_mut().zip(&facts.monitors) {
                 *sum += u64::from(monitor.verdict == Outcome::Inconclusive);
@@ -248,14 +249,22 @@ impl Tally {
             interval: count.interval(confidence),
             violations: None,
             inconclusive: None,
+            inconclusive_rate: None,
+            inconclusive_interval: None,
             vacuous: None,
         };
-        let hours = self.simulated_s / 3600.0;
-        let of_property = |(index, name): (usize, &String)| Estimate {
-            violations: Some(Frequency::of(self.violations[index], self.properties[index].runs(), hours)),
-            inconclusive: Some(self.inconclusive[index]),
-            vacuous: Some(self.vacuous[index]),
-            ..estimate(name, self.properties[index])
+        let hours = seconds(self.simulated) / 3600.0;
+        let of_property = |(index, name): (usize, &String)| {
+            let count = self.properties[index];
+            let open = Count::new(self.inconclusive[index], count.runs());
+            Estimate {
+                violations: Some(Frequency::of(self.violations[index], count.runs(), hours)),
+                inconclusive: Some(open.happened()),
+                inconclusive_rate: open.rate(),
+                inconclusive_interval: Some(open.interval(confidence)),
+                vacuous: Some(self.vacuous[index]),
+                ..estimate(name, count)
+            }
         };
         let again = layout.again();
         let named = |runs: Vec<(u64, Option<String>)>| {
@@ -271,7 +280,7 @@ impl Tally {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             runs: self.expectation.runs(),
             outcomes: self.outcomes,
-            expects: layout.expects,
+            expects: layout.expects || self.outcomes.not_as_expected > 0,
             unmet,
             properties,
             of_roaml: layout.of_roaml,

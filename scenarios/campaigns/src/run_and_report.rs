@@ -14,14 +14,6 @@ use scenarios::scenario::Scenario;
 use crate::Error;
 use crate::journal::has_journal;
 
-/// The scenario as an experiment: how often its properties are violated is the question, so those of which it says
-/// nothing may be.
-#[must_use]
-pub fn as_experiment(mut scenario: Scenario) -> Scenario {
-    scenario.file.expect.others_may_be_violated = true;
-    scenario
-}
-
 /// Runs a scenario to its end, with monitors, and keeps only the report.
 ///
 /// # Errors

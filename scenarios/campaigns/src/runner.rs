@@ -17,7 +17,7 @@ use super::statistics::Count;
 use super::summary::{GoalReport, Summary};
 use super::{Plan, PlannedRun, RunRecord, results};
 use crate::Error;
-use crate::{as_experiment, report_of};
+use crate::report_of;
 
 /// The progress of a campaign, after one more of its runs.
 #[derive(Clone, Debug)]
@@ -178,7 +178,7 @@ fn run_one(plan: &Plan, k: u64, conduct: impl Fn(&PlannedRun) -> Result<RunRecor
 
 fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
     let scenario = Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(plan));
-    let scenario = Arc::new(as_experiment(scenario.map_err(|error| error.reasons())?));
+    let scenario = Arc::new(scenario.map_err(|error| error.reasons())?);
     let report = report_of(Arc::clone(&scenario), run.seed);
     let report = report.map_err(|error| error.reasons())?;
     let stops: Vec<&str> = scenario.file.stop.at.iter().map(|place| place.value.as_str()).collect();

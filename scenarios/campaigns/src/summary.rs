@@ -22,7 +22,7 @@ pub struct Summary {
     pub runs: u64,
     /// How many runs were as the scenario expects, how many were not, and how many failed.
     pub outcomes: Outcomes,
-    /// Whether the scenario expects anything of its runs.
+    /// Whether the scenario expects anything of its runs, or a run was not as expected all the same.
     pub expects: bool,
     /// The expectations that some runs did not meet, the most frequent first.
     pub unmet: Vec<Unmet>,
@@ -45,10 +45,10 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// The properties, those that were violated most often first; and apart from them, those that were satisfied in
-    /// every run, unless they are few.
+    /// The properties, those that were violated most often first; and apart from them, groups of those that were
+    /// satisfied in every run and whose numbers are all equal, unless a group is small.
     #[must_use]
-    pub fn by_rate(&self) -> (Vec<&Estimate>, Vec<&Estimate>) {
+    pub fn by_rate(&self) -> (Vec<&Estimate>, Vec<Vec<&Estimate>>) {
         /// Fewer do not make a list long.
         const MANY: usize = 4;
         let mut sorted: Vec<&Estimate> = self.properties.iter().collect();
@@ -59,8 +59,16 @@ impl Summary {
         let is_fine = |estimate: &&Estimate| estimate.is_fine();
         sorted.sort_by_key(|estimate| Reverse((estimate.count.happened(), estimate.inconclusive, !is_fine(estimate))));
         let first_fine = sorted.iter().position(is_fine).unwrap_or(sorted.len());
-        let fine = if sorted.len() - first_fine < MANY { Vec::new() } else { sorted.split_off(first_fine) };
-        (sorted, fine)
+        let mut groups: Vec<Vec<&Estimate>> = Vec::new();
+        for estimate in sorted.split_off(first_fine) {
+            match groups.iter_mut().find(|group| group[0].numbers() == estimate.numbers()) {
+                Some(group) => group.push(estimate),
+                None => groups.push(vec![estimate]),
+            }
+        }
+        let (groups, small): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| group.len() >= MANY);
+        sorted.extend(small.into_iter().flatten());
+        (sorted, groups)
     }
 
     /// The command that repeats only this run, with pictures and report.
@@ -110,9 +118,24 @@ pub struct Estimate {
     pub violations: Option<Frequency>,
     /// In how many runs a property was inconclusive at the end; null for `expectation`.
     pub inconclusive: Option<u64>,
+    /// The fraction of these runs; null for `expectation`, or if there are no runs.
+    pub inconclusive_rate: Option<f64>,
+    /// Its exact 95 % confidence interval; null for `expectation`.
+    pub inconclusive_interval: Option<Interval>,
     /// In how many runs a property was satisfied vacuously, since a condition in it never occurred; null for
     /// `expectation`.
     pub vacuous: Option<u64>,
+}
+
+/// In how many runs something happened.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    /// How many runs there were, and in how many of them it happened.
+    pub count: Count,
+    /// The fraction; none if there are no runs.
+    pub rate: Option<f64>,
+    /// The exact 95 % confidence interval.
+    pub interval: Interval,
 }
 
 /// How often a property was violated, counting every violation of a run.
@@ -149,6 +172,24 @@ impl Estimate {
     pub fn is_fine(&self) -> bool {
         let is_tested = self.vacuous < Some(self.count.runs());
         self.count.happened() == 0 && self.inconclusive == Some(0) && is_tested
+    }
+
+    /// All that is counted, from which the rest follows.
+    fn numbers(&self) -> (Count, Option<u64>, Option<u64>, Option<u64>) {
+        (self.count, self.inconclusive, self.vacuous, self.violations.map(|all| all.count))
+    }
+
+    /// In how many runs it happened.
+    #[must_use]
+    pub fn happened(&self) -> Share {
+        Share { count: self.count, rate: self.rate, interval: self.interval }
+    }
+
+    /// In how many runs the property was inconclusive, with the fraction and its exact 95 % interval, if it was in any.
+    #[must_use]
+    pub fn open(&self) -> Option<Share> {
+        let count = Count::new(self.inconclusive.filter(|runs| *runs > 0)?, self.count.runs());
+        Some(Share { count, rate: count.rate(), interval: self.inconclusive_interval? })
     }
 
     /// How often the property was violated, if it was violated more than once in some run.

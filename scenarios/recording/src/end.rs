@@ -72,7 +72,7 @@ impl fmt::Display for Ended {
             Self::Arrival(place) => write!(f, "the robot came to rest at {place}"),
             Self::Violation(property) => write!(f, "{property} was violated"),
             Self::Settled => f.write_str("every property had its verdict"),
-            Self::TimeLimit(limit) => write!(f, "the limit of {} s was reached", limit.as_secs_f64()),
+            Self::TimeLimit(limit) => write!(f, "the limit of {} s was reached", diagnostics::seconds(*limit)),
             Self::Scheduled => f.write_str("the schedule ended"),
             Self::Interrupted => f.write_str("the run was interrupted"),
             Self::Recorded => f.write_str("the recording ends here"),

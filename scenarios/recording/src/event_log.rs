@@ -3,6 +3,7 @@
 use std::io::{self, BufWriter, Write};
 
 use channels::{Event, EventKind, Flaw, Gap, Message, Topology, Value};
+use diagnostics::seconds;
 use serde_json::json;
 
 use crate::{Follower, Happening, RunView};
@@ -10,7 +11,11 @@ use crate::{Follower, Happening, RunView};
 /// An event as a line of the event log, without the newline.
 #[must_use]
 pub fn event_line(event: &Event, topology: &Topology) -> String {
-    let time_s = event.time.as_secs_f64();
+    line(event, topology, seconds(event.time))
+}
+
+/// The same, with this time in seconds.
+pub(crate) fn line(event: &Event, topology: &Topology, time_s: f64) -> String {
     match &event.kind {
         EventKind::Tick => json!({ "step": event.step, "tick": event.tick, "time_s": time_s, "generated": "tick" }),
         EventKind::Received { channel, message } => {
@@ -32,7 +37,7 @@ fn gap_line(gap: &Gap) -> serde_json::Value {
     };
     let mut line = json!({ "missing": gap.why, "flaw": flaw });
     if let Some(since) = gap.since {
-        line["since_s"] = since.as_secs_f64().into();
+        line["since_s"] = seconds(since).into();
     }
     line
 }
@@ -60,8 +65,8 @@ fn value_json(value: &Value) -> serde_json::Value {
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
-    /// The tree's statuses as they were last written; none if they are not to be written.
-    statuses: Option<serde_json::Value>,
+    /// The tree's statuses as they were last written, at first unknown; none if they are not to be written.
+    statuses: Option<Vec<Option<bt::Outcome>>>,
 }
 
 impl<W: Write> EventLogWriter<W> {
@@ -71,7 +76,7 @@ impl<W: Write> EventLogWriter<W> {
     /// # Errors
     /// If writing fails.
     pub fn begin(output: W, view: &RunView) -> io::Result<Self> {
-        Self::with(output, Some(serde_json::Value::Null), view)
+        Self::with(output, Some(Vec::new()), view)
     }
 
     /// The same without the tree's statuses.
@@ -79,14 +84,14 @@ impl<W: Write> EventLogWriter<W> {
         Self::with(output, None, view)
     }
 
-    fn with(output: W, statuses: Option<serde_json::Value>, view: &RunView) -> io::Result<Self> {
+    fn with(output: W, statuses: Option<Vec<Option<bt::Outcome>>>, view: &RunView) -> io::Result<Self> {
         let mut log = Self { output: BufWriter::new(output), statuses };
         let header = view.header();
         let description = json!({
             "scenario": header.scenario,
             "seed": header.seed,
             "version": header.version,
-            "tick_s": header.tick.as_secs_f64(),
+            "tick_s": seconds(header.tick),
         });
         writeln!(log.output, "{description}")?;
         log.follow(view)?;
@@ -111,15 +116,27 @@ impl<W: Write> Follower for EventLogWriter<W> {
                 writeln!(self.output, "{}", gap_line(gap))?;
             }
         }
+        let mut before_ticks = view.outcomes_before_ticks().iter();
         for event in view.events() {
+            if let (EventKind::Tick, Some(outcomes)) = (&event.kind, before_ticks.next()) {
+                self.write_statuses(view, outcomes, event.tick.saturating_sub(1))?;
+            }
             writeln!(self.output, "{}", event_line(event, view.topology()))?;
         }
-        let Some(written) = self.statuses.as_mut().filter(|_| !view.events().is_empty()) else { return Ok(()) };
-        let statuses = statuses(view);
-        if *written != statuses {
-            let (tick, time_s) = (view.ticks().saturating_sub(1), view.time().as_secs_f64());
-            writeln!(self.output, "{}", json!({ "tick": tick, "time_s": time_s, "tree": statuses }))?;
-            *written = statuses;
+        self.write_statuses(view, view.outcomes(), view.ticks().saturating_sub(1))
+    }
+}
+
+impl<W: Write> EventLogWriter<W> {
+    /// Writes the tree's statuses if they have changed.
+    fn write_statuses(&mut self, view: &RunView, outcomes: &[Option<bt::Outcome>], tick: u64) -> io::Result<()> {
+        // Before anything has happened, there is nothing to write.
+        let is_new =
+            |written: &&mut Vec<_>| written.as_slice() != outcomes && !(written.is_empty() && view.events().is_empty());
+        if let Some(written) = self.statuses.as_mut().filter(is_new) {
+            let (time_s, tree) = (seconds(view.time()), statuses(view, outcomes));
+            writeln!(self.output, "{}", json!({ "tick": tick, "time_s": time_s, "tree": tree }))?;
+            outcomes.clone_into(written);
         }
         Ok(())
     }
@@ -134,8 +151,8 @@ impl EventLogWriter<Vec<u8>> {
 }
 
 /// The tree's statuses, keyed by the node's number and name.
-fn statuses(view: &RunView) -> serde_json::Value {
-    let nodes = view.header().tree.iter().enumerate().zip(view.outcomes());
+fn statuses(view: &RunView, outcomes: &[Option<bt::Outcome>]) -> serde_json::Value {
+    let nodes = view.header().tree.iter().enumerate().zip(outcomes);
     let named = nodes.map(|((number, node), outcome)| {
         let outcome = outcome.map_or(serde_json::Value::Null, |outcome| outcome.name().into());
         (format!("{number} {}", node.process), outcome)

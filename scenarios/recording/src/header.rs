@@ -337,14 +337,16 @@ pub struct Snapshots {
 pub struct Expected {
     /// The expected outcome of each property.
     pub outcomes: Vec<(String, Outcome)>,
-    /// Whether any other property may be violated, too: those of a RoAML model are questions, and not requirements.
-    pub others_may_be_violated: bool,
+    /// Properties that are questions, and not requirements: any verdict is as expected.
+    pub open: Vec<String>,
+    /// Whether all others are questions, too: those of a RoAML model are.
+    pub others_are_open: bool,
     /// Places where the robot must have come to rest.
     pub reached: Vec<String>,
     /// Places where the robot must never have been, not even on its way.
     pub not_reached: Vec<String>,
-    /// Components whose program must fail; no other program may.
-    pub failed_programs: Vec<String>,
+    /// Skills, components and nodes of the tree in which an error must occur; in no other may one.
+    pub errors: Vec<String>,
     /// The greatest permitted number of collisions.
     pub max_collisions: Option<u64>,
     /// The lowest permitted charge of the battery, in percent.
@@ -358,5 +360,27 @@ impl Expected {
     #[must_use]
     pub fn of(&self, property: &str) -> Option<Outcome> {
         self.outcomes.iter().find(|(name, _)| name == property).map(|(_, outcome)| *outcome)
+    }
+
+    /// Whether nothing depends on the verdict of a property.
+    #[must_use]
+    pub fn is_open(&self, property: &str) -> bool {
+        self.of(property).is_none() && (self.others_are_open || self.open.iter().any(|name| name == property))
+    }
+
+    /// Whether this verdict of a property is as expected. It is the one that is named; a property of which nothing is
+    /// said must not be violated.
+    #[must_use]
+    pub fn admits(&self, property: &str, outcome: Outcome) -> bool {
+        match self.of(property) {
+            Some(expected) => outcome == expected,
+            None => outcome != Outcome::Violated || self.is_open(property),
+        }
+    }
+
+    /// Whether it says nothing of any run.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self { open: self.open.clone(), others_are_open: self.others_are_open, ..Self::default() }
     }
 }

@@ -9,7 +9,7 @@ use monitors::{LogEnd, Property, ScopeMonitor};
 
 use crate::{
     Details, Doubts, End, Ended, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin, RobotState,
-    Scene, Step, TraceHash, event_line,
+    Scene, Step, TraceHash,
 };
 
 /// Lets monitors judge events, and makes the records of a run from them, without what only a simulation can know.
@@ -92,7 +92,7 @@ impl Judge {
     /// Lets the monitors judge an event, and returns its record.
     pub fn step(&mut self, event: Event, properties: &mut [Property]) -> Step {
         self.end.count(&event);
-        self.hash.line(&event_line(&event, &self.topology));
+        self.hash.event(&event, &self.topology);
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
         properties.iter_mut().for_each(|property| property.monitor.observe(&event));
         self.doubts.observe(&event, properties);

@@ -96,7 +96,8 @@ impl RunComparison {
     /// If there is no such run, or the view is not of the run that the header was of.
     pub fn note(&mut self, run: usize, view: &RunView) {
         let details = view.step().details.as_deref();
-        for (node, outcome) in details.iter().flat_map(|details| &details.outcomes) {
+        let all = details.iter().flat_map(|details| details.before_ticks.iter().flatten().chain(&details.outcomes));
+        for (node, outcome) in all {
             if let (Some(place), Some(outcome)) = (self.places[run][*node], outcome) {
                 self.answer(run, place, (view.time(), *outcome));
             }

@@ -213,6 +213,9 @@ pub struct Details {
     /// The nodes of the tree whose last outcome has changed: their index in the [header](crate::Header::tree), and the
     /// outcome; none if what it was is no longer known.
     pub outcomes: Vec<(usize, Option<bt::Outcome>)>,
+    /// For each tick among the events, the same of the nodes whose last outcome had changed before it: a tick may end in
+    /// the step in which the next one begins. Empty if that is not known.
+    pub before_ticks: Vec<Vec<(usize, Option<bt::Outcome>)>>,
     /// The changes of status in the tree, in order: the node's index in the [header](crate::Header::tree), and the
     /// status in BehaviorTree.CPP's sense, none if it is idle. Empty unless the header has the
     /// [tree's XML](crate::Header::tree_xml).
@@ -239,8 +242,9 @@ impl Details {
 
     /// Whether outcomes, entries, locations, monitors or navigation have changed.
     pub(crate) fn has_new_states(&self) -> bool {
-        let Self { outcomes, entries, locations, monitors, navigation, .. } = self;
-        let is_still = outcomes.is_empty() && entries.is_empty() && locations.is_empty() && monitors.is_empty();
+        let Self { outcomes, before_ticks, entries, locations, monitors, navigation, .. } = self;
+        let is_still = outcomes.is_empty() && before_ticks.iter().all(Vec::is_empty);
+        let is_still = is_still && entries.is_empty() && locations.is_empty() && monitors.is_empty();
         !is_still || navigation.is_some()
     }
 }

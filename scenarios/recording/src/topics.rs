@@ -144,9 +144,11 @@ impl Topics {
     fn write_states<W: Write>(&mut self, view: &RunView, output: &mut Output<W>) -> io::Result<()> {
         let (last, time) = (&mut self.last, view.time());
         let statuses = |status| ros::Statuses { header: Header::new(time, ""), status };
-        if last.outcomes.as_deref() != Some(view.outcomes()) {
-            last.outcomes = Some(view.outcomes().to_vec());
-            output.write(&self.tree, time, &statuses(nodes(view)))?;
+        for outcomes in view.outcomes_before_ticks().iter().map(Vec::as_slice).chain([view.outcomes()]) {
+            if last.outcomes.as_deref() != Some(outcomes) {
+                last.outcomes = Some(outcomes.to_vec());
+                output.write(&self.tree, time, &statuses(nodes(view, outcomes)))?;
+            }
         }
         if last.locations.as_deref() != Some(view.locations()) {
             last.locations = Some(view.locations().to_vec());
@@ -168,8 +170,8 @@ impl Topics {
 }
 
 /// The nodes of the tree with their last outcomes. The numbers keep apart nodes of the same name.
-fn nodes(view: &RunView) -> Vec<ros::Status> {
-    let nodes = view.header().tree.iter().zip(view.outcomes()).enumerate();
+fn nodes(view: &RunView, outcomes: &[Option<bt::Outcome>]) -> Vec<ros::Status> {
+    let nodes = view.header().tree.iter().zip(outcomes).enumerate();
     let nodes = nodes.map(|(number, (node, outcome))| ros::Status {
         level: Byte(if outcome.is_some() { diagnostic::OK } else { diagnostic::STALE }),
         name: format!("{number} {}", node.process),

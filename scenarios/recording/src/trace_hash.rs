@@ -1,7 +1,10 @@
 //! The hash of a run's trace.
 
+use channels::{Event, Topology};
 use maps::Pose;
 use robot::{BatteryState, LaserScan, Odometry};
+
+use crate::event_log;
 
 /// Hashes what happened, bit for bit: every event, and every step's true pose, odometry, battery and scans.
 ///
@@ -17,9 +20,9 @@ pub struct TraceHash {
 const BLOCK_BYTES: usize = 1 << 14;
 
 impl TraceHash {
-    /// Adds a line of the event log.
-    pub fn line(&mut self, line: &str) {
-        self.waiting.extend_from_slice(line.as_bytes());
+    /// Adds an event: its line in the event log, with the time as older versions wrote it. Hashes remain comparable.
+    pub fn event(&mut self, event: &Event, topology: &Topology) {
+        self.waiting.extend_from_slice(event_log::line(event, topology, event.time.as_secs_f64()).as_bytes());
         self.pass_on();
     }
 

@@ -35,6 +35,8 @@ pub struct RunView {
     /// What the last step changed in it, apart from the battery's charge.
     changes: RobotState,
     outcomes: Vec<Option<bt::Outcome>>,
+    /// For each tick of the last step, the outcomes before it.
+    before_ticks: Vec<Vec<Option<bt::Outcome>>>,
     /// By the index of the blackboard in the header, and the key.
     entries: BTreeMap<(usize, String), EntryValue>,
     /// By the index of the process in the topology.
@@ -81,6 +83,7 @@ impl RunView {
         let mut view = Self {
             step: Step::default(),
             outcomes: vec![None; header.tree.len()],
+            before_ticks: Vec::new(),
             entries: BTreeMap::new(),
             locations: vec![None; header.topology.processes().count()],
             monitors: vec![MonitorState::default(); header.monitors.len()],
@@ -138,6 +141,7 @@ impl RunView {
         self.changes.battery = changes.battery.filter(|battery| battery.charging != was_charging);
         self.has_new_scene = false;
         self.has_new_states = !step.happenings.is_empty();
+        self.before_ticks.clear();
         for happening in &step.happenings {
             self.note(happening)?;
         }
@@ -212,18 +216,19 @@ impl RunView {
 
     fn take_details(&mut self, details: &Details) -> Result<(), Inconsistent> {
         self.has_new_states |= details.has_new_states();
-        let Details { events, outcomes, transitions, entries, locations, monitors, navigation, scene } = details;
+        let Details { events, outcomes, before_ticks, transitions, entries, locations, monitors, navigation, scene } =
+            details;
         events.iter().try_for_each(|event| self.check_event(event))?;
+        let mut before_ticks = before_ticks.iter();
         for event in events {
+            if let (EventKind::Tick, Some(outcomes)) = (&event.kind, before_ticks.next()) {
+                self.set_outcomes(outcomes, event.tick.saturating_sub(1))?;
+                self.before_ticks.push(self.outcomes.clone());
+            }
             self.heard.note(event, &self.header.topology);
             self.failures.note(event);
         }
-        for (node, outcome) in outcomes {
-            *self.outcomes.get_mut(*node).ok_or(Inconsistent)? = *outcome;
-        }
-        if !outcomes.is_empty() {
-            self.failures.judge(&self.header, &self.outcomes, self.step.ticks.saturating_sub(1), self.step.time);
-        }
+        self.set_outcomes(outcomes, self.step.ticks.saturating_sub(1))?;
         check(transitions.iter().all(|(node, _)| *node < self.header.tree.len()))?;
         for (board, key, value) in entries {
             check(*board < self.header.blackboards.len())?;
@@ -245,6 +250,17 @@ impl RunView {
         scene.as_ref().map_or(Ok(()), |scene| self.set_scene(scene))
     }
 
+    /// Sets these outcomes, which the nodes have after this tick.
+    fn set_outcomes(&mut self, outcomes: &[(usize, Option<bt::Outcome>)], tick: u64) -> Result<(), Inconsistent> {
+        for (node, outcome) in outcomes {
+            *self.outcomes.get_mut(*node).ok_or(Inconsistent)? = *outcome;
+        }
+        if !outcomes.is_empty() {
+            self.failures.judge(&self.header, &self.outcomes, tick, self.step.time);
+        }
+        Ok(())
+    }
+
     fn set_monitor(&mut self, monitor: usize, state: &MonitorState) -> Result<(), Inconsistent> {
         let graph = self.header.monitors.get(monitor).ok_or(Inconsistent)?.graph.as_ref();
         check(state.active.is_none_or(|active| graph.is_some_and(|graph| active < graph.locations.len())))?;
@@ -263,6 +279,17 @@ impl RunView {
     fn check_event(&self, event: &Event) -> Result<(), Inconsistent> {
         let EventKind::Received { channel, .. } = &event.kind else { return Ok(()) };
         check(channel.index() < self.topology().channels().count())
+    }
+
+    /// Adds the verdicts that the end of the run decides to its last step.
+    ///
+    /// # Errors
+    /// [`Inconsistent`] if they do not fit what came before.
+    pub fn decide(&mut self, verdicts: Vec<Happening>) -> Result<(), Inconsistent> {
+        verdicts.iter().try_for_each(|verdict| self.note(verdict))?;
+        self.has_new_states |= !verdicts.is_empty();
+        self.step.happenings.extend(verdicts);
+        Ok(())
     }
 
     /// Finishes the run.
@@ -363,6 +390,12 @@ impl RunView {
     #[must_use]
     pub fn outcomes(&self) -> &[Option<bt::Outcome>] {
         &self.outcomes
+    }
+
+    /// For each tick of the last step, the last outcome of each node before it; empty if that is not known.
+    #[must_use]
+    pub fn outcomes_before_ticks(&self) -> &[Vec<Option<bt::Outcome>>] {
+        &self.before_ticks
     }
 
     /// The entries of blackboards that are known: the name of the blackboard, the key, and the value.

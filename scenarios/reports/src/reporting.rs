@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use monitors::{Formula, OpenObligation, Outcome, Sighting};
+use diagnostics::seconds;
+use monitors::{Formula, OpenObligation, Sighting};
 use recording::{
     BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, Moved, RunView, Said,
     SkillError, TreeError, TreeFailure, Truth, UndoneFault,
@@ -17,18 +18,22 @@ use crate::unheard::unheard_level;
 use crate::witness::WitnessReport;
 
 /// The report of a finished run.
+///
+/// Whether a run is *as expected* is decided here, and nowhere else: it is if no expectation has a difference. They are
+/// those that the scenario names, that no other property is violated ([`Expected::admits`]), and that no error occurs
+/// that it does not name.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
     let mut expectations = if interrupted { Vec::new() } else { expectations(view) };
-    expectations.extend(failed_components(view, &end.skill_errors, interrupted));
+    expectations.extend(errors(view, &end.skill_errors, interrupted));
     let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
-    // An interrupted run may still differ: a component that has failed did so, whatever would have come later.
+    // An interrupted run may still differ: an error has occurred, whatever would have come later.
     let outcome = match differences.as_slice() {
         [] if interrupted => OutcomeReport::Interrupted,
         [] => OutcomeReport::AsExpected,
         _ => OutcomeReport::NotAsExpected,
     };
-    let sim_time_s = view.time().as_secs_f64();
+    let sim_time_s = seconds(view.time());
     let wall_time_s = wall_time.as_secs_f64();
     Report {
         scenario: view.header().scenario.clone(),
@@ -80,29 +85,51 @@ fn remarks(view: &RunView) -> Vec<String> {
 fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     let SkillError { skill, state, message, time, times } = error.clone();
     let kind = if view.header().components.contains(&skill) { "component" } else { "skill" };
-    SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
+    SkillErrorReport { kind, skill, state, message, time_s: seconds(time), times }
 }
 
-/// Which components must fail, and which have failed: their programs, or their machines, whose errors nobody else may
-/// notice. Errors of skills end in answers of leaves.
-fn failed_components(view: &RunView, errors: &[SkillError], interrupted: bool) -> Vec<ExpectationReport> {
-    let expected = &view.header().expected.failed_programs;
-    let mut failed: Vec<&SkillError> = Vec::new();
-    for error in errors.iter().filter(|error| view.header().components.contains(&error.skill)) {
-        if failed.iter().all(|first| first.skill != error.skill) {
-            failed.push(error);
-        }
-    }
-    let unexpected = failed.iter().filter(|error| !expected.contains(&error.skill)).map(|error| {
-        let difference = Some(format!("the component {} failed: {}", error.skill, error.message));
-        expectation(format!("the component {} not to fail", error.skill), None, difference)
-    });
+/// In which skills, components and nodes of the tree an error must occur, and in which one has occurred.
+fn errors(view: &RunView, errors: &[SkillError], interrupted: bool) -> Vec<ExpectationReport> {
+    let expected = &view.header().expected.errors;
+    let found = first_errors(view, errors);
+    let unexpected =
+        found.iter().filter(|error| !expected.contains(&error.name)).map(|FirstError { kind, name, message }| {
+            let difference = Some(format!("there was an error in the {kind} {name}: {message}"));
+            expectation(format!("no error in the {kind} {name}"), None, difference)
+        });
     let expected = expected.iter().filter(|_| !interrupted).map(|name| {
-        let has_failed = failed.iter().any(|error| error.skill == *name);
-        let difference = (!has_failed).then(|| format!("the component {name} was expected to fail and did not"));
-        expectation(format!("the component {name} to fail"), Some(format!("the component {name} failed")), difference)
+        let has_failed = found.iter().any(|error| error.name == *name);
+        let difference = (!has_failed).then(|| format!("an error in {name} was expected, and there was none"));
+        expectation(format!("an error in {name}"), Some(format!("there was an error in {name}")), difference)
     });
     expected.chain(unexpected).collect()
+}
+
+/// The first error in a skill, a component or a node of the tree.
+struct FirstError {
+    /// What it is, in words.
+    kind: &'static str,
+    name: String,
+    message: String,
+}
+
+/// Of each skill, component and node of the tree with errors, the first.
+fn first_errors(view: &RunView, errors: &[SkillError]) -> Vec<FirstError> {
+    let in_machines = errors.iter().map(|error| {
+        let SkillErrorReport { kind, skill: name, message, .. } = skill_error(view, error);
+        FirstError { kind, name, message }
+    });
+    let in_tree = view.tree_errors().iter().map(|error| {
+        let TreeErrorReport { label: name, message, .. } = tree_error(view, error);
+        FirstError { kind: "tree node", name, message }
+    });
+    let mut first: Vec<FirstError> = Vec::new();
+    for error in in_machines.chain(in_tree) {
+        if first.iter().all(|other| (other.kind, &other.name) != (error.kind, &error.name)) {
+            first.push(error);
+        }
+    }
+    first
 }
 
 /// The scenario's expectations of the run, and which are not met.
@@ -112,14 +139,15 @@ fn expectations(view: &RunView) -> Vec<ExpectationReport> {
 }
 
 fn outcomes(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
-    view.header().expected.outcomes.iter().flat_map(|(name, expected)| {
+    view.header().expected.outcomes.iter().flat_map(move |(name, expected)| {
         let watched = view.monitors().filter(move |monitor| monitor.name() == name);
         watched.map(move |monitor| {
             let outcome = monitor.outcome();
             let difference = format!("{name} was expected to be {expected} and is {outcome}");
+            let differs = !view.header().expected.admits(name, outcome);
             ExpectationReport {
                 is_of_verdict: true,
-                ..expectation(format!("{name} to be {expected}"), None, (outcome != *expected).then_some(difference))
+                ..expectation(format!("{name} to be {expected}"), None, differs.then_some(difference))
             }
         })
     })
@@ -128,9 +156,8 @@ fn outcomes(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
 /// The properties that are violated and of which the scenario says nothing.
 fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
     let expected = &view.header().expected;
-    let is_unsaid = |monitor: &MonitorView| !expected.others_may_be_violated && expected.of(monitor.name()).is_none();
-    let violated = view.monitors().filter(|monitor| monitor.outcome() == Outcome::Violated);
-    violated.filter(is_unsaid).map(|monitor| {
+    let unnamed = view.monitors().filter(|monitor| expected.of(monitor.name()).is_none());
+    unnamed.filter(|monitor| !expected.admits(monitor.name(), monitor.outcome())).map(|monitor| {
         let name = monitor.name();
         let difference = format!("{name} is violated, and the scenario does not say that it will be");
         ExpectationReport {
@@ -214,7 +241,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             expected: view.header().expected.of(monitor.name()),
             state: monitor.state.location.clone(),
             tick: decision.map(|decision| decision.at().tick).filter(|_| knows_ticks),
-            time_s: decision.map(|decision| decision.at().time.as_secs_f64()),
+            time_s: decision.map(|decision| seconds(decision.at().time)),
             violations: ending.violations.as_ref().map(|all| ViolationsReport::of(all, view.time())),
             witness: decision.map(|decision| WitnessReport::of(decision, view.topology(), knows_ticks)),
             certainty: ending.evidence.certainty().name(),
@@ -238,9 +265,9 @@ fn words<T: ToString>(items: &[T]) -> Vec<String> {
 fn faults(view: &RunView, end: &End) -> Vec<FaultReport> {
     let report = |FaultRecord { time, until, tick, fault, index, .. }: &FaultRecord| FaultReport {
         kind: fault.kind.clone(),
-        time_s: time.as_secs_f64(),
+        time_s: seconds(*time),
         tick: *tick,
-        until_s: until.map(|until| until.as_secs_f64()),
+        until_s: until.map(seconds),
         effect: fault.words.clone(),
         arguments: arguments(fault),
         messages: end.messages_hit[*index],
@@ -259,7 +286,7 @@ fn arguments(fault: &Fault) -> serde_json::Map<String, serde_json::Value> {
 fn undone_fault(undone: &UndoneFault) -> UndoneFaultReport {
     UndoneFaultReport {
         kind: undone.fault.kind.clone(),
-        time_s: undone.time.as_secs_f64(),
+        time_s: seconds(undone.time),
         effect: undone.fault.words.clone(),
         reason: undone.reason.clone(),
     }
@@ -272,11 +299,11 @@ fn tree_failure(view: &RunView, failure: TreeFailure) -> TreeFailureReport {
         node,
         label: view.header().tree[node].process.clone(),
         tick,
-        time_s: time.as_secs_f64(),
+        time_s: seconds(time),
         message: message.map(words),
         is_called_off: unmet.as_ref().is_some_and(|unmet| unmet.is_called_off),
         unmet: unmet.map(|unmet| words(unmet.request)),
-        ran_s: ran.map(|ran| ran.as_secs_f64()),
+        ran_s: ran.map(seconds),
         lasts,
     }
 }
@@ -287,7 +314,7 @@ fn tree_error(view: &RunView, error: &TreeError) -> TreeErrorReport {
         label: view.header().tree[error.node].process.clone(),
         message: error.message.clone(),
         tick: error.tick,
-        time_s: error.time.as_secs_f64(),
+        time_s: seconds(error.time),
     }
 }
 
@@ -297,7 +324,7 @@ fn battery(view: &RunView) -> Option<BatteryReport> {
         initial: initial_pct,
         minimum: minimum_pct,
         r#final: view.robot().battery?.charge_pct,
-        empty_at_s: empty_at.as_ref().map(Duration::as_secs_f64),
+        empty_at_s: empty_at.map(seconds),
     })
 }
 
@@ -315,15 +342,14 @@ fn robot(view: &RunView) -> Option<RobotReport> {
 }
 
 fn given_up(given_up: &GivenUp) -> GivenUpReport {
-    GivenUpReport { time_s: given_up.time.as_secs_f64(), reason: given_up.reason.clone() }
+    GivenUpReport { time_s: seconds(given_up.time), reason: given_up.reason.clone() }
 }
 
 fn said(said: &Said) -> SaidReport {
-    SaidReport { time_s: said.time.as_secs_f64(), by: said.by.clone(), text: said.text.clone() }
+    SaidReport { time_s: seconds(said.time), by: said.by.clone(), text: said.text.clone() }
 }
 
 fn place(view: &RunView, (name, reached): (&str, Option<Duration>), entered: Option<Duration>) -> PlaceReport {
-    let seconds = |at: Duration| at.as_secs_f64();
     PlaceReport {
         name: name.to_owned(),
         reached_at_s: reached.map(seconds),

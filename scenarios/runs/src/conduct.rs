@@ -87,6 +87,7 @@ impl Conducted {
 
     /// Ends the run here.
     pub(crate) fn end(&mut self, why: Ended, detail: Detail) {
+        self.view.decide(self.run.verdicts_of_the_end(&why)).expect(FITS);
         self.view.finish(self.run.end(why, detail)).expect(FITS);
     }
 }

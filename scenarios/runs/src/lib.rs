@@ -13,6 +13,7 @@
 //! `outside` is where components are that are nodes of ROS 2. `ending` decides when a run ends.
 
 mod conduct;
+mod end_is_final;
 mod ending;
 mod error;
 mod injector;
@@ -27,7 +28,7 @@ mod skill_errors;
 mod switched;
 mod tick_clock;
 mod timetable;
-mod tree_errors;
+mod tree_watch;
 mod truth;
 mod wiring;
 mod world;

@@ -5,13 +5,14 @@ mod recorded;
 mod with_others;
 
 use std::any::Any;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
 use channels::{ChannelSystem, Event, Ground, ProcessId, Scheduler, Topology};
 use monitors::Warnings;
-use recording::{Grounds, Happening, SceneClock, TraceHash, event_line};
+use recording::{Grounds, Happening, SceneClock, TraceHash};
 use remote::{FromNode, Offered, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
@@ -26,7 +27,7 @@ use crate::others::Others;
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
-use crate::tree_errors::TreeErrors;
+use crate::tree_watch::TreeWatch;
 use crate::truth::TruthShow;
 use crate::wiring::{Ids, Wired, start_programs, wire_for};
 use crate::world::{SimulatedRobot, World};
@@ -67,7 +68,7 @@ pub struct Run {
     added: Vec<Arc<recording::Fault>>,
     /// The events of the last step.
     happenings: Vec<Happening>,
-    tree_errors: TreeErrors,
+    tree_watch: TreeWatch,
     skill_errors: SkillErrors,
     overruns: u64,
     /// `None` if the tree gets no further ticks.
@@ -176,6 +177,7 @@ impl Run {
         let world = World::new(robot, &wired.system, &streams)?;
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
+        check_expected_errors(&scenario, &mut complaints);
         complaints.check()?;
         let processes = wired.system.topology().processes();
         let remote: Vec<ProcessId> =
@@ -188,6 +190,7 @@ impl Run {
                 scenario.skills.len() + scenario.component_names().count(),
             ),
             skill_errors: SkillErrors::of(&wired.system),
+            tree_watch: TreeWatch::new(scenario.tree().cloned().zip(wired.ids.tree.map(|ids| ids.tree))),
             tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
             scene_clock: SceneClock::new(&scenario.file.snapshots),
             scenario,
@@ -209,7 +212,6 @@ impl Run {
             injector,
             added: Vec::new(),
             happenings: Vec::new(),
-            tree_errors: TreeErrors::default(),
             overruns: 0,
             hash: TraceHash::default(),
         })
@@ -229,12 +231,13 @@ impl Run {
     pub(crate) fn advance(&mut self, waits: bool) -> Result<bool, StepError> {
         if !self.is_waiting {
             self.happenings.clear();
+            self.tree_watch.begin_step();
             self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
         }
         match &mut self.kind {
             RunKind::Schedule(replay) => {
                 let mut replayed = ReplayedSteps::default();
-                let performed = replay.advance(&mut self.system, &mut replayed);
+                let performed = replay.advance(&mut self.system, &mut self.tree_watch, &mut replayed);
                 let now = replay.now();
                 self.enter(replayed, now);
                 self.note_events();
@@ -250,9 +253,10 @@ impl Run {
             }
         }
         let now = self.time();
-        if !self.events.is_empty() {
-            self.note_tree_errors();
+        if self.stirred || !self.events.is_empty() {
+            self.tree_watch.look(&self.system);
         }
+        self.happenings.extend(self.tree_watch.take_new());
         self.skill_errors.note(&self.system, now);
         let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
         self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
@@ -271,7 +275,7 @@ impl Run {
     fn enter(&mut self, replayed: ReplayedSteps, now: Duration) {
         let Self { system, world, events, hash, .. } = self;
         world.step(now, system, false);
-        replayed.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
+        replayed.events.iter().for_each(|event| hash.event(event, system.topology()));
         *events = replayed.events;
         self.overruns += replayed.overruns;
         self.happenings.extend(replayed.words.into_iter().map(|words| Happening::Moved { words }));
@@ -342,10 +346,6 @@ impl Run {
     fn happen(&mut self, now: Duration) -> Result<(), StepError> {
         let fired = self.system.advance(now);
         self.stirred |= fired;
-        if fired {
-            // A leaf that has not answered in time: the tree may take its next tick in the same step, and forget it.
-            self.note_tree_errors();
-        }
         if self.communicate(now, !fired || !self.kind.is_model())? {
             self.follow_tree();
         }
@@ -369,9 +369,9 @@ impl Run {
     /// there was a tick.
     fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
         let topology = Arc::clone(self.system.topology());
-        let Self { system, scheduler, events, hash, .. } = self;
+        let Self { system, scheduler, events, hash, tree_watch, .. } = self;
         let mut enter = |event: Event| {
-            hash.line(&event_line(&event, &topology));
+            hash.event(&event, &topology);
             events.push(event);
         };
         let clock = self.tick_clock.as_mut().filter(|_| may);
@@ -381,6 +381,7 @@ impl Run {
             if let (Some(robot), Some(of)) = (self.world.robot(), self.scenario.tree()) {
                 robot.write_to_blackboard(of, system, tree);
             }
+            tree_watch.tick_begins(system);
             let (event, delivered) = system.generate_tick(tick_generator);
             self.overruns += u64::from(!delivered && !matches!(self.others, Others::Pilot(_)));
             enter(event);
@@ -421,18 +422,6 @@ impl Run {
         let is_running = states.first().is_some_and(|root| root.outcome == Some(Outcome::Answered(Status::Running)));
         if !is_running && !model.parameters.tick_if_not_running {
             self.tick_clock = None;
-        }
-    }
-
-    fn note_tree_errors(&mut self) {
-        if let Some(TreeIds { tree, .. }) = self.ids.tree {
-            let tick = self.system.ticks().saturating_sub(1);
-            let new = self.tree_errors.note(bt::faults_in(&self.system, tree));
-            self.happenings.extend(new.into_iter().map(|error| Happening::TreeError {
-                node: error.node.index(),
-                message: error.message,
-                tick,
-            }));
         }
     }
 
@@ -510,6 +499,16 @@ impl Run {
     }
 }
 
+/// Reports names of errors that cannot occur, since nothing has that name.
+fn check_expected_errors(scenario: &Scenario, complaints: &mut Complaints) {
+    let skills = scenario.skills.keys().map(String::as_str);
+    let nodes = scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(bt::Node::process);
+    let known: BTreeSet<&str> = skills.chain(scenario.component_names()).chain(nodes).collect();
+    for name in scenario.file.expect.errors.iter().filter(|name| !known.contains(name.value.as_str())) {
+        complaints.push(unknown("skill, component or tree node", name, known.iter().copied()));
+    }
+}
+
 /// Attaches the monitors of the scenario's properties.
 fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitoring>, Error> {
     let monitoring = scenario.monitoring(system.topology())?;
@@ -517,7 +516,8 @@ fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitor
     let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
     let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
     let stop = &scenario.file.stop;
-    let named = expected.chain(stop.on_violation.names()).chain(stop.when_settled.names());
+    let named =
+        expected.chain(stop.on_violation.names()).chain(stop.when_settled.names()).chain(stop.final_for.names());
     let is_missing =
         |name: &&diagnostics::Spanned<String>| !known().any(|other| other == name.value) && scenario.file.means(name);
     for name in named.filter(is_missing) {

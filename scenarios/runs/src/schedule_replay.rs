@@ -15,6 +15,7 @@ use scenarios::scenario::schedule::{EnvironmentMove, FaultChange, Schedule, Sche
 
 use crate::error::StepError;
 use crate::switched::{Switchboard, Switched};
+use crate::tree_watch::TreeWatch;
 
 /// A schedule that a run follows.
 #[derive(Debug)]
@@ -67,10 +68,12 @@ impl ScheduleReplay {
         self.performer.now
     }
 
-    /// Performs the next steps until the environment moves or time passes again, and adds them to `replayed`.
+    /// Performs the next steps until the environment moves or time passes again, and adds them to `replayed`. `watch`
+    /// looks at the tree before each tick.
     pub(crate) fn advance(
         &mut self,
         system: &mut ChannelSystem,
+        watch: &mut TreeWatch,
         replayed: &mut ReplayedSteps,
     ) -> Result<(), StepError> {
         let schedule = Arc::clone(&self.schedule);
@@ -82,6 +85,9 @@ impl ScheduleReplay {
             }
             // The environment may move several times before time passes: all of that is one step of the run.
             may_begin &= matches!(step, ScheduleStep::Environment(..));
+            if matches!(step, ScheduleStep::Tick(_)) {
+                watch.tick_begins(system);
+            }
             self.perform(step, span, system, replayed)?;
             self.next += 1;
         }

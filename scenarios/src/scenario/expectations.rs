@@ -21,18 +21,16 @@ pub(super) const KEYS: [&str; 7] = [
 /// The expected results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Expectations {
-    /// The expected outcome of each property.
-    pub outcomes: Vec<(Spanned<String>, Outcome)>,
+    /// The expected outcome of each property; `None` if any is.
+    pub outcomes: Vec<(Spanned<String>, Option<Outcome>)>,
     /// Properties that are written here, with their formulas. They must be satisfied unless `outcomes` has them.
     pub satisfied: Vec<(Spanned<String>, String)>,
-    /// Whether any other property may be violated, too, since it is a question and not a requirement.
-    pub others_may_be_violated: bool,
     /// Places that must have been reached.
     pub reached: Vec<Spanned<String>>,
     /// Places that must not have been reached.
     pub not_reached: Vec<Spanned<String>>,
-    /// Components whose program must fail; no other program may.
-    pub failed_programs: Vec<Spanned<String>>,
+    /// Skills, components and nodes of the tree in which an error must occur; in no other may one.
+    pub errors: Vec<Spanned<String>>,
     /// The maximum number of collisions.
     pub max_collisions: Option<u64>,
     /// The minimum charge of the battery, in percent.
@@ -42,19 +40,21 @@ pub struct Expectations {
 }
 
 impl Expectations {
-    /// Their record.
+    /// Their record, as that of a scenario whose properties are requirements.
     pub fn record(&self) -> Expected {
         let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
-        let outcomes = self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome));
+        let outcomes = self.outcomes.iter().filter_map(|(name, outcome)| Some((name.value.clone(), (*outcome)?)));
+        let open = self.outcomes.iter().filter(|(_, outcome)| outcome.is_none());
         let is_other = |name: &str| self.outcomes.iter().any(|(other, _)| other.value == name);
         let satisfied = self.satisfied.iter().map(|(name, _)| &name.value).filter(|name| !is_other(name));
         let satisfied = satisfied.map(|name| (name.clone(), Outcome::Satisfied));
         Expected {
             outcomes: outcomes.chain(satisfied).collect(),
-            others_may_be_violated: self.others_may_be_violated,
+            open: open.map(|(name, _)| name.value.clone()).collect(),
+            others_are_open: false,
             reached: names(&self.reached),
             not_reached: names(&self.not_reached),
-            failed_programs: names(&self.failed_programs),
+            errors: names(&self.errors),
             max_collisions: self.max_collisions,
             min_battery_pct: self.min_battery_pct,
             max_localization_m: self.max_localization_m,
@@ -62,8 +62,10 @@ impl Expectations {
     }
 
     pub(super) fn read(root: Table<'_>) -> Self {
-        let about = "The expected outcome of the run. The exit status says whether the run met it. A property that it does not name \
-                     must not be violated.";
+        let about = "The expected outcome of the run. A run is *as expected* if it meets everything that stands here, if no other \
+                     property is violated, and if no error occurs that `errors` does not name. The words mean the same in \
+                     `run`, in a campaign with its dataset and its goal, and in every other result; the exit status of `run` \
+                     says it.";
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
         let names = |key, about, what| table.get(key).about(about).words("an array of names").refers_to(what);
         let mut expect = Self {
@@ -83,13 +85,16 @@ impl Expectations {
             )
             .needs(MAP)
             .or_empty(),
-            failed_programs: names(
-                "failed_programs",
-                "Components that must fail: whose program fails, or whose machine makes an error. If another component \
-                 fails, the run is not as expected.",
-                Referent::Component,
-            )
-            .or_empty(),
+            errors: table
+                .get("errors")
+                .about(
+                    "Skills, components and nodes of the tree in which an error must occur: a program that fails, an \
+                     expression or script that cannot be evaluated, a leaf that does not answer in time. An error elsewhere \
+                     makes the run not as expected.",
+                )
+                .words("an array of names")
+                .refers_to(Referent::Process)
+                .or_empty(),
             max_collisions: table
                 .get("max_collisions")
                 .about("The maximum number of collisions.")
@@ -109,11 +114,13 @@ impl Expectations {
                 .optional(),
             satisfied: read_satisfied(table),
             outcomes: Vec::new(),
-            others_may_be_violated: false,
         };
-        let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
+        let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), Some(outcome)));
+        let outcomes = [&outcomes[..], &[("any", None)]].concat();
         for (property, span) in table.names("PROPERTY") {
-            let outcome = table.one_of(property, &outcomes).about("The expected verdict of a property.");
+            let outcome = table.one_of(property, &outcomes).about(
+                "The expected verdict of a property; `any` if the property is a question, and not a requirement.",
+            );
             let outcome = outcome.named_after(Referent::Property).optional();
             let name = Spanned { value: property.to_owned(), span: span.clone() };
             expect.outcomes.extend(outcome.map(|outcome| (name, outcome)));

@@ -19,6 +19,9 @@ pub struct Stop {
     pub when_settled: SomeProperties,
     /// How long the run continues after that.
     pub after: Duration,
+    /// For these properties, nothing comes after the end of the run, whatever ends it: what is still pending then and
+    /// has no deadline is violated.
+    pub final_for: SomeProperties,
 }
 
 /// Some of a scenario's properties.
@@ -46,6 +49,11 @@ impl Stop {
             "When properties have their final verdicts: all of them (`true`), or those named. Without monitors, the run \
              continues.",
         );
+        let final_for = table.get("final_for").about(
+            "Properties for which nothing comes after the end of the run: all (`true`), or those named. What is still \
+             pending then, such as an `eventually` that never came, is violated; what has a deadline after the end \
+             stays inconclusive. An interrupted run has not come to its end.",
+        );
         let after =
             table.seconds("after_s").about("How long the run continues after that, in seconds; 0 if not given.");
         let ends = ["at", "on_violation", "when_settled"];
@@ -69,6 +77,10 @@ impl Stop {
                 .rules(|| json!({ "default": false }))
                 .or(SomeProperties::None),
             after: after.map_or(Duration::ZERO, |after| after.value),
+            final_for: final_for
+                .refers_to(Referent::Property)
+                .rules(|| json!({ "default": false }))
+                .or(SomeProperties::None),
         }
     }
 }

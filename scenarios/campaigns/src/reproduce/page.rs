@@ -276,7 +276,7 @@ fn command(still: &Still, settings: &[String]) -> String {
         Shows::Tree => false,
     };
     if shows_more {
-        command += &quoted(FIGURE_MONITORS);
+        FIGURE_MONITORS.iter().for_each(|setting| command += &quoted(setting));
     }
     settings.iter().for_each(|setting| command += &quoted(setting));
     command

@@ -28,6 +28,8 @@ pub(super) struct Evidence<'a> {
     pub(super) deadline_tick: Option<u64>,
     /// The answers of which at least one should have come.
     pub(super) missing: Vec<Missing>,
+    /// What was still pending at the end of the run, if that is why it is violated, in the property's language.
+    pub(super) pending: Option<String>,
     /// The processes that the property mentions, by name.
     pub(super) concerned: Vec<String>,
 }
@@ -78,6 +80,7 @@ impl<'a> Evidence<'a> {
             since: None,
             deadline_tick: None,
             missing: Vec::new(),
+            pending: None,
             concerned: decided.into_iter().flat_map(|seen| [seen.from, seen.to]).collect(),
         };
         if let Some(formula) = &monitor.about.formula {
@@ -102,6 +105,8 @@ impl<'a> Evidence<'a> {
         self.since = witness.since;
         self.deadline_tick = witness.deadline_tick.filter(|_| self.knows_ticks);
         self.causes = witness.messages.iter().map(Seen::from).collect();
+        // Whatever else is missing has a deadline.
+        self.pending = witness.missing.clone().filter(|_| witness.deadline_tick.is_none());
         // The witness names what is missing in the property's language, with the values that were remembered.
         let named = witness.missing.as_ref().filter(|_| witness.deadline_tick.is_some());
         let text = named.map_or(String::new(), |named| format!("property missing := eventually ({named})"));

@@ -151,7 +151,14 @@ pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     if !evidence.missing.is_empty() {
         sentences.push("It did not.".to_owned());
     }
+    sentences.extend(pending_sentence(evidence));
     html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence.name)) } { "How it happened" } }
+}
+
+/// What the end of the run has violated.
+fn pending_sentence(evidence: &Evidence<'_>) -> Option<String> {
+    let pending = evidence.pending.as_ref()?;
+    Some(format!("The run ended, and nothing comes after its end: `{pending}` was still pending."))
 }
 
 /// Where the page tells the story of a property's violation.
@@ -166,7 +173,9 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
     let decided = &evidence.episode.decided;
     let violations = view.monitor(evidence.episode.property).ending().violations;
     let mut sentences = cause_sentences(evidence, view.faults());
-    if evidence.missing.is_empty() {
+    if let Some(pending) = pending_sentence(evidence) {
+        sentences.push(pending);
+    } else if evidence.missing.is_empty() {
         let goes_on = violations.as_ref().is_some_and(|violations| violations.goes_on);
         let for_good = if goes_on { "" } else { ": it is now violated for good" };
         sentences.push(format!("This is what `{}` forbids{for_good}.", evidence.name));

@@ -6,16 +6,18 @@ use std::time::Duration;
 
 use channels::{Event, Monitor, ProcessId};
 use maps::{Place, Places};
+use monitors::EventTime;
 use programs::ProgramProcess;
 use recording::{
-    Detail, Details, End, Ended, EntryValue, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step,
+    Decision, Detail, Details, End, Ended, EntryValue, Happening, Header, MonitorEnd, MonitorState, Navigation,
+    RobotBody, Scene, Step,
 };
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario, TreeForm};
 
 use super::Run;
-use crate::machines;
+use crate::{end_is_final, machines};
 
 /// The records of a run.
 impl Run {
@@ -111,6 +113,7 @@ impl Run {
         let scenario = Arc::clone(&self.scenario);
         let components = &scenario.components;
         if stirs {
+            details.before_ticks = self.new_outcomes_before_ticks();
             details.outcomes = self.new_outcomes();
             details.transitions = self.new_transitions();
             details.entries = self.new_entries();
@@ -132,13 +135,13 @@ impl Run {
     fn new_outcomes(&mut self) -> Vec<(usize, Option<bt::Outcome>)> {
         let Some((tree, ids)) = self.scenario.tree().zip(self.ids.tree) else { return Vec::new() };
         let states = bt::states_in(tree, &self.system, ids.tree);
-        self.recorded.outcomes.resize(states.len(), None);
-        let states = states.iter().zip(&mut self.recorded.outcomes).enumerate();
-        let is_new = |(node, (state, recorded)): (usize, (&bt::NodeState, &mut Option<bt::Outcome>))| {
-            let outcome = state.outcome;
-            (std::mem::replace(recorded, outcome) != outcome).then_some((node, outcome))
-        };
-        states.filter_map(is_new).collect()
+        self.recorded.new_outcomes(states.into_iter().map(|state| state.outcome))
+    }
+
+    /// For each tick of the step, the outcomes that had changed before it.
+    fn new_outcomes_before_ticks(&mut self) -> Vec<Vec<(usize, Option<bt::Outcome>)>> {
+        let before_ticks = self.tree_watch.take_before_ticks();
+        before_ticks.into_iter().map(|outcomes| self.recorded.new_outcomes(outcomes.into_iter())).collect()
     }
 
     /// The tree, if it tells how the statuses of its nodes change.
@@ -194,6 +197,28 @@ impl Run {
         self.world.scene().map(Arc::new)
     }
 
+    /// What a run that ends like this decides: the properties that its end violates, with the reasons.
+    pub(crate) fn verdicts_of_the_end(&self, ended: &Ended) -> Vec<Happening> {
+        let violated = self.violated_by_the_end(ended).into_iter();
+        violated.map(|(monitor, decision)| Happening::Verdict { monitor, decision }).collect()
+    }
+
+    fn violated_by_the_end(&self, ended: &Ended) -> Vec<(usize, Decision)> {
+        let Some(monitoring) = self.monitoring.as_ref().filter(|_| end_is_final::is_the_end(ended)) else {
+            return Vec::new();
+        };
+        let final_for = &self.scenario.file.stop.final_for;
+        let tick = self.system.ticks().saturating_sub(1);
+        let at = EventTime { step: self.system.steps(), tick, time: self.time() };
+        let about = monitoring.records();
+        let is_final = |(index, _): &(usize, _)| final_for.has(&about[*index].name);
+        let watched = self.system.monitors().iter().enumerate().filter(is_final);
+        let violated = watched.filter_map(|(index, attached)| {
+            Some((index, end_is_final::violation(attached.monitor.as_ref(), &about[index].property, at)?))
+        });
+        violated.collect()
+    }
+
     /// Ends the run, and with it the programs of its components and the goals of nodes. Returns the end record with the
     /// given detail.
     #[must_use]
@@ -206,17 +231,17 @@ impl Run {
         }
         self.leave_others();
         self.skill_errors.note(&self.system, self.time());
+        let violated = self.violated_by_the_end(&ended);
+        let monitors = self.system.monitors().iter().enumerate().map(|(index, attached)| {
+            let end = self.monitor_end(attached.monitor.as_ref());
+            if violated.iter().any(|(at, _)| *at == index) { end_is_final::violated(end) } else { end }
+        });
         // Faults that were added since the last step are not part of the run.
         let faults = 0..self.scenario.file.faults.len() - self.added.len();
         End {
             ended,
             trace_hash: self.hash.finish(),
-            monitors: self
-                .system
-                .monitors()
-                .iter()
-                .map(|attached| self.monitor_end(attached.monitor.as_ref()))
-                .collect(),
+            monitors: monitors.collect(),
             skill_errors: self.skill_errors.all(&self.system),
             messages_hit: faults.map(|fault| self.injector.messages_hit(fault, &self.system)).collect(),
             scene: if detail > Detail::Verdicts && !self.recorded.scene { self.scene() } else { None },

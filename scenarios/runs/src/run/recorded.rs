@@ -24,4 +24,16 @@ impl Recorded {
     pub(super) fn of(monitors: usize, processes: usize) -> Self {
         Self { monitors: MonitorLog::new(monitors), locations: vec![None; processes], ..Self::default() }
     }
+
+    /// The outcomes of the tree's nodes that have changed.
+    pub(super) fn new_outcomes(
+        &mut self,
+        outcomes: impl ExactSizeIterator<Item = Option<bt::Outcome>>,
+    ) -> Vec<(usize, Option<bt::Outcome>)> {
+        self.outcomes.resize(outcomes.len(), None);
+        let is_new = |(node, (outcome, recorded)): (usize, (Option<bt::Outcome>, &mut Option<bt::Outcome>))| {
+            (std::mem::replace(recorded, outcome) != outcome).then_some((node, outcome))
+        };
+        outcomes.zip(&mut self.outcomes).enumerate().filter_map(is_new).collect()
+    }
 }

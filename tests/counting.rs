@@ -1,0 +1,302 @@
+//! What counts at the end of a tick and at the end of a run: ticks that end late, errors, and what never came.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use tempfile::tempdir;
+
+use crate::steward::{refusal, report, steward};
+
+/// A condition that fails at its third tick, and an action that never confirms that it has halted.
+const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main"> <ReactiveSequence> <Clear/> <Move/> </ReactiveSequence> </BehaviorTree>
+  <TreeNodesModel> <Condition ID="Clear" editable="true"/> <Action ID="Move" editable="true"/> </TreeNodesModel>
+</root>"#;
+const CLEAR: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="Clear" initial="idle">
+  <datamodel> <data id="ticks" expr="0"/> </datamodel>
+  <state id="idle">
+    <transition event="BT.tick" target="asked"/>
+    <transition event="BT.halt"> <send type="channel" target="BT" event="halted"/> </transition>
+  </state>
+  <state id="asked">
+    <onentry> <assign location="ticks" expr="ticks + 1"/> </onentry>
+    <transition cond="ticks == 3" target="idle"> <send type="channel" target="BT" event="failure"/> </transition>
+    <transition target="idle"> <send type="channel" target="BT" event="success"/> </transition>
+  </state>
+</scxml>"#;
+const MOVE: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="Move" initial="idle">
+  <state id="idle">
+    <transition event="BT.tick"> <send type="channel" target="BT" event="running"/> </transition>
+    <transition event="BT.halt" target="idle"/>
+  </state>
+</scxml>"#;
+
+/// An application of these files, with these additional lines in its scenario.
+fn application(folder: &Path, properties: &str, lines: &str) -> PathBuf {
+    fs::create_dir_all(folder.join("skills")).unwrap();
+    for (name, text) in
+        [("tree.xml", TREE), ("skills/Clear.scxml", CLEAR), ("skills/Move.scxml", MOVE), ("p.scope", properties)]
+    {
+        fs::write(folder.join(name), text).unwrap();
+    }
+    let scenario = folder.join("scenario.toml");
+    let text = format!("tree = \"tree.xml\"\nskills = \"skills\"\nproperties = [\"p.scope\"]\n{lines}\n");
+    fs::write(&scenario, text).unwrap();
+    scenario
+}
+
+const FINE: &str = "property fine := always true\n";
+
+/// A halt is given up after 2 s, which is when a tick is due, or after a time at which none is.
+#[test]
+fn a_tick_that_ends_as_its_time_is_up_is_not_lost() {
+    for (form, tick_s, failed_at_s) in [("whole", 1.0, 4.02), ("nodes", 1.0, 4.02), ("whole", 0.7, 3.42)] {
+        let folder = tempdir().unwrap();
+        let lines = format!("execution = {{ max_time_s = 6, tree = \"{form}\", tick_s = {tick_s} }}");
+        let scenario = application(folder.path(), FINE, &lines);
+        let (out, log) = (folder.path().join("out"), folder.path().join("log.jsonl"));
+        let found = report(scenario.to_str().unwrap(), &out, &["--record", log.to_str().unwrap()]);
+        let context = format!("as {form}, every {tick_s} s: {found:#}");
+        assert_eq!(
+            (&found["tree_failure"]["label"], &found["tree_failure"]["time_s"]),
+            (&json!("Clear"), &json!(failed_at_s)),
+            "{context}"
+        );
+        let errors = found["tree_errors"].as_array().unwrap();
+        assert_eq!(errors.len(), 1, "{context}");
+        assert_eq!(errors[0]["message"], "Move did not confirm that it has halted within 2 s", "{context}");
+        assert_eq!(found["outcome"], "not_as_expected", "{context}");
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        assert!(!page.contains("never failed"), "{context}");
+        let log = fs::read_to_string(log).unwrap();
+        let lines = log.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let failed: Vec<Value> = lines.filter(|line| line["tree"]["0 ReactiveSequence"] == "failure").collect();
+        assert_eq!(failed.len(), 1, "{context}\n{log}");
+        assert_eq!(
+            (&failed[0]["time_s"], &failed[0]["tree"]["2 Move"]),
+            (&json!(failed_at_s), &json!("halted")),
+            "{context}"
+        );
+    }
+}
+
+#[test]
+fn an_error_that_is_not_named_makes_a_run_not_as_expected() {
+    let folder = tempdir().unwrap();
+    let scenario = application(folder.path(), FINE, "execution.max_time_s = 6");
+    let scenario = scenario.to_str().unwrap();
+    let out = folder.path().join("out");
+    let run = |set: &[&str]| {
+        let set = set.iter().flat_map(|set| ["--set", set]);
+        let fixed = ["run", scenario, "--no-snapshots", "--out", out.to_str().unwrap()];
+        let output = steward(&fixed.into_iter().chain(set).collect::<Vec<_>>());
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (status, said) = run(&[]);
+    assert_eq!(status, Some(1), "{said}");
+    let error = "there was an error in the tree node Move: Move did not confirm that it has halted within 2 s";
+    assert!(said.contains("NOT as expected") && said.contains(&format!("! {error}")), "{said}");
+    let (status, said) = run(&["expect.errors=[\"Move\"]"]);
+    assert!(status == Some(0) && said.contains("as expected"), "{said}");
+    let (status, said) = run(&["expect.errors=[\"Move\", \"Clear\"]"]);
+    assert!(status == Some(1) && said.contains("! an error in Clear was expected, and there was none"), "{said}");
+    // Clear's machine cannot evaluate this.
+    let machine = folder.path().join("skills/Clear.scxml");
+    fs::write(&machine, CLEAR.replace("expr=\"ticks + 1\"", "expr=\"ticks + _event.data.missing.level\"")).unwrap();
+    let (status, said) = run(&[]);
+    assert!(status == Some(1) && said.contains("! there was an error in the skill Clear: "), "{said}");
+    let (status, said) = run(&["expect.errors=[\"Clear\"]"]);
+    assert_eq!(status, Some(0), "{said}");
+    let said = refusal(&["run", scenario, "--set", "expect.errors=[\"Mvoe\"]"]);
+    assert!(said.contains("unknown skill, component or tree node `Mvoe`") && said.contains("`Move`"), "{said}");
+}
+
+/// What never came, what has a deadline after the end, and what is forbidden and did not come.
+const PENDING: &str = "property arrives := eventually (Move, BT, m[1] = <success>)
+property soon := always ((BT, Move, m[1] = <halt>) implies (time_until ((Move, BT, m[1] = <halted>)) <= 1000))
+property never := not eventually (Move, BT, m[1] = <success>)
+";
+
+#[test]
+fn what_never_came_is_violated_if_the_end_of_the_run_is_the_end() {
+    let folder = tempdir().unwrap();
+    let scenario = application(folder.path(), PENDING, "execution.max_time_s = 6\nexpect.errors = [\"Move\"]");
+    let (scenario, out) = (scenario.to_str().unwrap(), folder.path().join("out"));
+    let record = folder.path().join("run.rec");
+    let verdicts = |report: &Value| {
+        let monitors = report["monitors"].as_array().unwrap().clone();
+        monitors.into_iter().map(|monitor| monitor["verdict"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let open = report(scenario, &out, &["--no-snapshots"]);
+    assert_eq!(verdicts(&open), ["inconclusive", "inconclusive", "satisfied"]);
+    assert_eq!(open["outcome"], "as_expected");
+    for final_for in ["true", "[\"arrives\"]", "\"arrives\""] {
+        let set = format!("stop.final_for={final_for}");
+        let found = report(scenario, &out, &["--set", &set, "--record", record.to_str().unwrap()]);
+        assert_eq!(verdicts(&found), ["violated", "inconclusive", "satisfied"], "{final_for}");
+        assert_eq!(found["outcome"], "not_as_expected");
+        let arrives = &found["monitors"][0];
+        assert_eq!((&arrives["time_s"], &arrives["tick"]), (&json!(6.0), &json!(5)));
+        assert!(arrives["witness"]["missing"].as_str().unwrap().contains("Move"), "{arrives}");
+        assert_eq!(found["trace_hash"], open["trace_hash"]);
+        // The recording has it, and its page.
+        let again = folder.path().join("again");
+        let output = steward(&["report", record.to_str().unwrap(), "--out", again.to_str().unwrap()]);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
+        let read: Value = serde_json::from_slice(&fs::read(again.join("report.json")).unwrap()).unwrap();
+        assert_eq!(read["monitors"], found["monitors"]);
+        let page = fs::read_to_string(again.join("report.html")).unwrap();
+        assert!(page.contains("The run ended, and nothing comes after its end: "), "{final_for}");
+    }
+    let set = ["--set", "stop.final_for=true", "--set", "expect.arrives=\"violated\""];
+    assert_eq!(report(scenario, &out, &set)["outcome"], "as_expected");
+    // An interrupted run, and one that ends for another reason, are told apart by what ended them.
+    let early =
+        ["--set", "stop.final_for=true", "--set", "stop.on_violation=\"never\"", "--set", "execution.max_time_s=3"];
+    assert_eq!(verdicts(&report(scenario, &out, &early))[0], "violated");
+    let said = refusal(&["run", scenario, "--set", "stop.final_for=\"arives\""]);
+    assert!(said.contains("unknown property `arives`"), "{said}");
+}
+
+#[test]
+fn what_is_open_is_shown_as_large_as_what_is_violated() {
+    let folder = tempdir().unwrap();
+    application(folder.path(), PENDING, "execution.max_time_s = 6\nexpect.errors = [\"Move\"]");
+    let campaign = |name: &str, set: &str| {
+        let file = folder.path().join(format!("{name}.toml"));
+        fs::write(&file, format!("scenario = \"scenario.toml\"\nruns = 3\nset = [{set}]\n")).unwrap();
+        let out = folder.path().join(name);
+        let output = steward(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+        (out, summary, String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (before, summary, said) = campaign("open", "");
+    assert!(said.contains("arrives   violated in 0 of 3: 0.0000"), "{said}");
+    assert!(said.contains("          inconclusive in 3 of 3: 1.0000 (95 %: "), "{said}");
+    let arrives = &summary["properties"][0];
+    assert_eq!((&arrives["inconclusive"], &arrives["inconclusive_rate"]), (&json!(3), &json!(1.0)));
+    let page = fs::read_to_string(before.join("report.html")).unwrap();
+    assert_eq!(page.matches("inconclusive: something was still pending at the end").count(), 2, "two properties");
+    let (after, summary, _) = campaign("final", "\"stop.final_for=true\", \"expect.arrives='violated'\"");
+    assert_eq!(summary["properties"][0]["count"], json!({ "happened": 3, "runs": 3 }));
+    assert_eq!(summary["outcomes"]["as_expected"], 3);
+    let output = steward(&["campaign", "compare", before.to_str().unwrap(), after.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("  violated in 0 of 3 (0.00 %) before, 3 of 3 (100.00 %) after"), "{said}");
+    assert!(said.contains("  inconclusive in 3 of 3 (100.00 %) before, 0 of 3 (0.00 %) after"), "{said}");
+}
+
+/// Both properties, of which the scenario says nothing, are violated.
+const BAD: &str = "property rests := always not (Move, BT, m[1] = <running>)
+property fine := always true
+";
+
+#[test]
+fn as_expected_means_the_same_in_a_run_and_in_a_campaign() {
+    let folder = tempdir().unwrap();
+    let scenario = application(folder.path(), BAD, "execution.max_time_s = 1");
+    let cases = [
+        ("", false),
+        ("expect={fine='satisfied'}", false),
+        ("expect.rests='violated'", true),
+        ("expect.rests='any'", true),
+    ];
+    for (place, (set, is_as_expected)) in cases.into_iter().enumerate() {
+        let options: &[&str] = if set.is_empty() { &[] } else { &["--set", set] };
+        let run = report(scenario.to_str().unwrap(), &folder.path().join("run"), options);
+        assert_eq!(run["outcome"] == "as_expected", is_as_expected, "{set}");
+        let file = folder.path().join(format!("campaign{place}.toml"));
+        let set = if set.is_empty() { String::new() } else { format!("{set:?}") };
+        let goal = "[goal]\ntest = \"expectation\"\nbound = 0.5\nindifference = 0.3\nerror = 0.1\n";
+        fs::write(&file, format!("scenario = \"scenario.toml\"\nruns = 12\nset = [{set}]\n{goal}")).unwrap();
+        let out = folder.path().join(format!("out{place}"));
+        let output = steward(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        let summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+        let (runs, none) = (summary["runs"].as_u64().unwrap(), 0);
+        let [met, not] = ["as_expected", "not_as_expected"].map(|name| summary["outcomes"][name].as_u64().unwrap());
+        assert_eq!((met, not), if is_as_expected { (runs, none) } else { (none, runs) }, "{set}: {said}");
+        assert_eq!(summary["goal"]["side"], if is_as_expected { "below" } else { "above" }, "{set}: {said}");
+        let repeated =
+            steward(&["campaign", file.to_str().unwrap(), "--only", "0", "--out", out.join("only").to_str().unwrap()]);
+        assert_eq!(repeated.status.code(), Some(i32::from(!is_as_expected)), "{set}");
+        if !is_as_expected {
+            assert!(said.contains("expected rests not to be violated"), "{said}");
+        }
+    }
+}
+
+/// Rows of a campaign's table stand for several properties only if all their numbers are equal.
+#[test]
+fn properties_with_different_numbers_are_not_one_row() {
+    let folder = tempdir().unwrap();
+    let fine = (1..6).map(|number| format!("property p{number} := always true\n")).collect::<String>();
+    let idle =
+        "property idle NUMBER := always ((Move, BT, m[1] = <success>) implies next (Move, BT, m[1] = <running>))\n";
+    let idle = (1..6).map(|number| idle.replace(" NUMBER", &number.to_string())).collect::<String>();
+    // In half of the runs, something happens that the last two need.
+    let some = "property some NUMBER := always ((BT, Move, m[1] = <halt>) implies true)\n";
+    let some = (1..3).map(|number| some.replace(" NUMBER", &number.to_string())).collect::<String>();
+    application(folder.path(), &(fine + &idle + &some), "expect.errors = [\"Move\"]\nexecution.max_time_s = 6");
+    let file = folder.path().join("campaign.toml");
+    let parameter = "[[parameters]]\nkey = \"execution.max_time_s\"\nvalues = [1, 6]\n";
+    fs::write(
+        &file,
+        format!("scenario = \"scenario.toml\"\nruns = 4\nsampling = \"grid\"\n{parameter}").replace("runs = 4\n", ""),
+    )
+    .unwrap();
+    let out = folder.path().join("out");
+    let output = steward(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+    let numbers = |name: &str| {
+        let all = summary["properties"].as_array().unwrap();
+        let of = all.iter().find(|property| property["of"] == name).unwrap();
+        (of["count"].clone(), of["vacuous"].clone(), of["inconclusive"].clone())
+    };
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    for text in [said.replace('\n', " "), page] {
+        for (first, rest) in text.match_indices(", each: ").map(|(at, words)| (&text[..at], &text[at + words.len()..]))
+        {
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || ", ".contains(c))).unwrap_or(rest.len());
+            let names: Vec<&str> = rest[..end].split(", ").map(|name| name.split(' ').next().unwrap()).collect();
+            assert!(
+                names.iter().all(|name| numbers(name) == numbers(names[0])),
+                "{names:?} after {}",
+                &first[first.len().saturating_sub(80)..]
+            );
+        }
+        assert!(text.contains("each: p1, p2, p3, p4, p5"), "{text}");
+    }
+}
+
+/// No number of seconds has digits that its nanoseconds do not have.
+#[test]
+fn numbers_of_seconds_have_no_noise() {
+    fn check(value: &Value, place: &str) {
+        match value {
+            Value::Object(fields) => {
+                fields.iter().filter(|(key, _)| *key != "timing").for_each(|(key, value)| check(value, key));
+            }
+            Value::Array(items) => items.iter().for_each(|item| check(item, place)),
+            Value::Number(number) if place.ends_with("_s") => {
+                let text = number.to_string();
+                let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+                assert!(decimals <= 9, "{place} = {text}");
+            }
+            _ => {}
+        }
+    }
+    let folder = tempdir().unwrap();
+    let scenario = application(folder.path(), BAD, "execution = { max_time_s = 9.1, tick_s = 0.14 }");
+    let log = folder.path().join("log.jsonl");
+    let found = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--record", log.to_str().unwrap()]);
+    check(&found, "");
+    assert!(found["monitors"][0]["violations"]["total_s"].is_number(), "{found}");
+    for line in fs::read_to_string(log).unwrap().lines() {
+        check(&serde_json::from_str(line).unwrap(), "");
+    }
+}
