@@ -1,0 +1,192 @@
+//! The numbers of a run, computed from its event log alone, as slowly and simply as possible.
+
+use serde_json::Value;
+
+/// A message: who sent it, to whom, and its first field.
+pub(crate) type Word = (String, String, String);
+
+/// A property whose meaning is obvious.
+pub(crate) struct Property {
+    pub(crate) name: String,
+    pub(crate) text: String,
+    pub(crate) kind: Kind,
+}
+
+/// What it demands.
+pub(crate) enum Kind {
+    /// Always not this: every message of the channel is checked.
+    Ban(Word),
+    /// The same, in other words.
+    Never(Word),
+    /// Eventually this.
+    Eventually(Word),
+    /// After each of the first, some time, the second.
+    Answered(Word, Word),
+}
+
+impl Kind {
+    pub(crate) fn formula(&self) -> String {
+        let event = |(from, to, word): &Word| format!("({from}, {to}, m[1] = <{word}>)");
+        match self {
+            Self::Ban(word) => format!("always not {}", event(word)),
+            Self::Never(word) => format!("not eventually {}", event(word)),
+            Self::Eventually(word) => format!("eventually {}", event(word)),
+            Self::Answered(asked, answer) => format!("always ({} implies eventually {})", event(asked), event(answer)),
+        }
+    }
+}
+
+/// What is counted of a property in a run.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Found {
+    pub(crate) verdict: &'static str,
+    /// The time of the first violation, in nanoseconds, and its tick.
+    pub(crate) at: Option<(u64, u64)>,
+    pub(crate) violations: u64,
+    /// How long they lasted, in nanoseconds, if it can be violated again.
+    pub(crate) lasted: Option<u64>,
+}
+
+/// A line of the event log.
+struct Line {
+    time: u64,
+    tick: u64,
+    /// None for a tick.
+    word: Option<Word>,
+}
+
+/// The event log of a run.
+pub(crate) struct Log {
+    lines: Vec<Line>,
+    /// Whether the root of the tree ever failed.
+    pub(crate) has_failed: bool,
+    pub(crate) end: u64,
+}
+
+/// A number of seconds in nanoseconds.
+pub(crate) fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}
+
+impl Log {
+    pub(crate) fn read(text: &str, end_s: f64) -> Self {
+        let mut log = Self { lines: Vec::new(), has_failed: false, end: nanoseconds(end_s) };
+        for line in text.lines().skip(1).map(|line| serde_json::from_str::<Value>(line).unwrap()) {
+            if let Some(tree) = line["tree"].as_object() {
+                log.has_failed |= tree.iter().any(|(node, status)| node.starts_with("0 ") && status == "failure");
+                continue;
+            }
+            let words = ["from", "to"].map(|key| line[key].as_str().map(str::to_owned));
+            let word = match words {
+                [Some(from), Some(to)] => Some((from, to, line["message"][0]["sym"].as_str().unwrap().to_owned())),
+                _ => None,
+            };
+            let (time, tick) = (nanoseconds(line["time_s"].as_f64().unwrap()), line["tick"].as_u64().unwrap());
+            log.lines.push(Line { time, tick, word });
+        }
+        log
+    }
+
+    pub(crate) fn ticks(&self) -> u64 {
+        self.lines.iter().filter(|line| line.word.is_none()).count() as u64
+    }
+
+    fn all<'l>(&'l self, word: &'l Word) -> impl Iterator<Item = &'l Line> {
+        self.lines.iter().filter(move |line| line.word.as_ref() == Some(word))
+    }
+
+    /// The leaves that did not answer a request within the two seconds that a tree waits for them.
+    pub(crate) fn silent(&self, leaves: impl Iterator<Item = String>) -> Vec<String> {
+        let is_silent = |leaf: &String| {
+            let requests = self
+                .lines
+                .iter()
+                .enumerate()
+                .filter(|(_, line)| line.word.as_ref().is_some_and(|(from, to, _)| from == "BT" && to == leaf));
+            requests.into_iter().any(|(place, asked)| {
+                let (_, _, request) = asked.word.as_ref().unwrap();
+                let answers = |line: &&Line| match &line.word {
+                    Some((from, _, answer)) => from == leaf && (answer == "halted") == (request == "halt"),
+                    None => false,
+                };
+                let answer = self.lines[place + 1..].iter().find(answers).map_or(u64::MAX, |line| line.time);
+                let deadline = asked.time + 2_000_000_000;
+                // What is answered at the deadline comes after the tree has given up.
+                answer >= deadline && deadline <= self.end
+            })
+        };
+        leaves.filter(is_silent).collect()
+    }
+
+    /// What is counted of a property.
+    pub(crate) fn count(&self, property: &Property, is_final: bool) -> Found {
+        let satisfied = Found { verdict: "satisfied", at: None, violations: 0, lasted: None };
+        let last_tick = self.ticks().saturating_sub(1);
+        let open = || match is_final {
+            true => Found { verdict: "violated", at: Some((self.end, last_tick)), violations: 1, lasted: None },
+            false => Found { verdict: "inconclusive", ..Found { verdict: "", at: None, violations: 0, lasted: None } },
+        };
+        match &property.kind {
+            Kind::Ban(word) | Kind::Never(word) => self.stretches(word).unwrap_or(satisfied),
+            Kind::Eventually(word) if self.all(word).next().is_some() => satisfied,
+            Kind::Eventually(_) => open(),
+            Kind::Answered(asked, answer) => {
+                let place = |word: &Word| self.lines.iter().rposition(|line| line.word.as_ref() == Some(word));
+                if place(asked) > place(answer) { open() } else { satisfied }
+            }
+        }
+    }
+
+    /// Each stretch from a forbidden message to the next of its channel that is not forbidden.
+    fn stretches(&self, word: &Word) -> Option<Found> {
+        let mut found: Option<Found> = None;
+        let mut since: Option<u64> = None;
+        for line in &self.lines {
+            let Some(said) = line.word.as_ref().filter(|said| (&said.0, &said.1) == (&word.0, &word.1)) else {
+                continue;
+            };
+            if said == word && since.is_none() {
+                since = Some(line.time);
+                let at = Some((line.time, line.tick));
+                let found = found.get_or_insert(Found { verdict: "violated", at, violations: 0, lasted: Some(0) });
+                found.violations += 1;
+            } else if said != word
+                && let (Some(from), Some(found)) = (since.take(), &mut found)
+            {
+                *found.lasted.as_mut().unwrap() += line.time - from;
+            }
+        }
+        if let (Some(from), Some(found)) = (since, &mut found) {
+            *found.lasted.as_mut().unwrap() += self.end - from;
+        }
+        found
+    }
+
+    /// Whether a satisfied property demanded nothing.
+    pub(crate) fn is_vacuous(&self, property: &Property, verdict: &str) -> bool {
+        match &property.kind {
+            Kind::Answered(asked, _) => verdict == "satisfied" && self.all(asked).next().is_none(),
+            Kind::Ban(_) | Kind::Never(_) | Kind::Eventually(_) => false,
+        }
+    }
+}
+
+/// The exact interval of Clopper and Pearson, by bisection on sums of binomial terms.
+pub(crate) fn interval(happened: u64, runs: u64) -> [f64; 2] {
+    let power = |p: f64, times: u64| (0..times).fold(1.0, |all, _| all * p);
+    let term = |k: u64, p: f64| {
+        (0..k).fold(1.0, |all, i| all * (runs - i) as f64 / (i + 1) as f64) * power(p, k) * power(1.0 - p, runs - k)
+    };
+    let at_most = |k: u64, p: f64| (0..=k).map(|k| term(k, p)).sum::<f64>();
+    let root = |is_low: &dyn Fn(f64) -> bool| {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..200 {
+            let middle = (low + high) / 2.0;
+            if is_low(middle) { low = middle } else { high = middle }
+        }
+        low
+    };
+    let low = if happened == 0 { 0.0 } else { root(&|p| 1.0 - at_most(happened - 1, p) < 0.025) };
+    let high = if happened == runs { 1.0 } else { root(&|p| at_most(happened, p) > 0.025) };
+    [low, high]
+}
