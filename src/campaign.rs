@@ -22,7 +22,7 @@ use scenarios::scenario::Scenario;
 
 use crate::live::BoardArgs;
 use crate::names::CampaignName;
-use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, print_wrapped};
+use crate::output::{BAD, GOOD, HEAD, Text, note, note_elsewhere, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
 use crate::results::{ResultsArgs, file_of, on_disk, places};
 use crate::{interrupt, summary};
@@ -123,7 +123,7 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out, results }) => {
-            results.begin(shards)?;
+            results.begin()?;
             let names: Vec<String> = shards.iter().map(|shard| shard.display().to_string()).collect();
             let summary = results.or_refused(COMMAND, &names, campaigns::merge(shards, out))?;
             // Shards may be merged where the campaign's file is not.
@@ -143,10 +143,11 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
 
 /// Runs a campaign or a shard of it, or repeats a run.
 fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
-    args.results.begin(&args.file)?;
+    args.results.begin()?;
     let file = Path::new(args.file.as_deref().unwrap_or_default());
     let plan = Plan::load(file).and_then(|plan| args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs)));
     let plan = args.results.or_refused(COMMAND, args.file.as_slice(), plan)?;
+    note_elsewhere(plan.base());
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     let subject = args.file.as_slice();

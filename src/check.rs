@@ -8,7 +8,7 @@ use clap::Args;
 use diagnostics::Disk;
 use editor::check::{Checked, examine};
 use editor::{counted, parts};
-use reports::results::{Case, CaseResult, Suite};
+use reports::results::{Case, CaseResult, FileFinding, Suite};
 use scenarios::files::shipped_campaigns;
 use scenarios::scenario::find;
 use serde_json::json;
@@ -38,7 +38,7 @@ pub(crate) struct CheckArgs {
 
 /// Checks every file according to its kind.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
-    args.results.begin(args.files.iter().chain(&args.scenario))?;
+    args.results.begin()?;
     let files: Result<Vec<Vec<String>>, Error> = args.files.iter().map(|file| meant(file)).collect();
     let files = args.results.or_refused("check", &args.files, files)?;
     let examined = |file: &String| examine(&Disk::default(), file, args.scenario.as_deref());
@@ -93,8 +93,8 @@ pub(crate) fn each<F: AsRef<Path>>(
             }
         };
         print_wrapped(format!("{file}: {words}\n"))?;
-        for program in checked.iter().flat_map(|checked| &checked.programs) {
-            print_wrapped(format!("  {program}\n"))?;
+        for line in checked.iter().flat_map(|checked| checked.elsewhere.iter().chain(&checked.programs)) {
+            print_wrapped(format!("  {line}\n"))?;
         }
     }
     if json {
@@ -110,13 +110,15 @@ pub(crate) fn each<F: AsRef<Path>>(
 fn suite(file: &str, checked: &Result<Checked, Error>) -> Suite {
     let place = results::file_of(file);
     let (result, found, findings) = match checked {
-        Err(error) if place.is_none() => return results::refused(file, error),
+        Err(error) if place.is_none() => return results::refused(file, error, results::on_disk(&[file])),
         Ok(checked) => {
             let concerns = checked.concerns.iter().flat_map(|concern| results::findings(concern.as_ref()));
             (CaseResult::Passed, checked.words(), concerns.collect())
         }
         Err(error) => {
-            let findings = results::findings_of(error);
+            let path = results::on_disk(&[file]);
+            let findings = results::findings_of(error).into_iter().map(|finding| finding.with_path(&path));
+            let findings: Vec<FileFinding> = findings.collect();
             let message = counted(findings.len(), "problem");
             let details = findings.iter().map(|finding| finding.one_line() + "\n").collect();
             (CaseResult::Failed { message, details }, String::new(), findings)
@@ -126,6 +128,7 @@ fn suite(file: &str, checked: &Result<Checked, Error>) -> Suite {
         name: file.to_owned(),
         cases: vec![Case { group: "files", name: file.to_owned(), result, found, ..Case::default() }],
         findings,
+        notes: checked.as_ref().map_or_else(|_| Vec::new(), |checked| checked.elsewhere.clone()),
         file: place,
         ..Suite::default()
     }
@@ -142,8 +145,9 @@ fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {
         Err(error) => (None, Vec::new(), problems(error)),
     };
     let programs = checked.as_ref().map_or(&[][..], |checked| &checked.programs);
+    let elsewhere = checked.as_ref().map_or(&[][..], |checked| &checked.elsewhere);
     json!({
-        "file": file, "ok": checked.is_ok(), "summary": summary, "programs": programs, "warnings": warnings,
+        "file": file, "ok": checked.is_ok(), "summary": summary, "programs": programs, "elsewhere": elsewhere, "warnings": warnings,
         "problems": problems
     })
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use campaigns::Error;
 use clap::Args;
-use diagnostics::{from_disk, read_text, text_from_disk, write_whole, xml};
+use diagnostics::{from_disk, read_text, rewrite_whole, text_from_disk, xml};
 use editor::{Language, counted};
 use similar::TextDiff;
 
@@ -144,7 +144,7 @@ fn one(file: &Path, is_check: bool) -> Result<bool, Error> {
     if is_check {
         print(&difference(file, &text, &laid_out))?;
     } else {
-        write_whole(file, &laid_out)?;
+        rewrite_whole(file, &laid_out)?;
         print(&format!("{} changed\n", file.display()))?;
     }
     Ok(true)

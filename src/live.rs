@@ -16,7 +16,7 @@ use scenarios::scenario::{Found, Scenario, find};
 
 use crate::bag_tree::BagTreeArgs;
 use crate::names::ScenarioName;
-use crate::output::{note, print_wrapped};
+use crate::output::{note, note_elsewhere, print_wrapped};
 use crate::run::BesideArgs;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
 use crate::{browser, interrupt};
@@ -149,7 +149,10 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
         [scenario] => {
             let beside = args.beside.clone();
             let found = find::find(scenario)?;
-            let join = move |scenario: &Scenario| beside.join(scenario);
+            let join = move |scenario: &Scenario| {
+                note_elsewhere(scenario);
+                beside.join(scenario)
+            };
             session(found, &args.set, args.seed, &args.page, &args.serve, join)
         }
         _ => {

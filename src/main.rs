@@ -27,6 +27,7 @@ mod moment;
 mod monitor;
 mod names;
 mod navigate;
+mod out_file;
 mod output;
 #[cfg(feature = "dds")]
 mod outside;
@@ -51,6 +52,7 @@ use std::process::ExitCode;
 #[cfg(unix)]
 use std::sync::Arc;
 
+use campaigns::Error;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::names::ScenarioName;
@@ -174,8 +176,15 @@ fn main() -> ExitCode {
     // would silently end the program. Any handler prevents that.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
-    let matches = command().try_get_matches().unwrap_or_else(|error| hints::with_hints(error).exit());
-    carry_out(&Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit()))
+    let mut command = command();
+    let matches = command.try_get_matches_from_mut(std::env::args_os());
+    let matches = matches.unwrap_or_else(|error| hints::with_hints(error).exit());
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let done = out_file::guard(&command, &matches).and_then(|()| carry_out(&cli));
+    done.unwrap_or_else(|error| {
+        complain(&error);
+        ExitCode::from(error.exit_status())
+    })
 }
 
 /// The command line. Only `steward run --help` shows the options of a run.
@@ -184,9 +193,9 @@ fn command() -> clap::Command {
     Cli::command().mut_args(|arg| if is_shown(&arg) { arg } else { arg.hide(true) })
 }
 
-/// Carries out a command line, and reports errors on stderr.
-fn carry_out(cli: &Cli) -> ExitCode {
-    let done = match &cli.command {
+/// Carries out a command line.
+fn carry_out(cli: &Cli) -> Result<ExitCode, Error> {
+    match &cli.command {
         None => run::scenario(cli.scenario.as_deref().unwrap_or_default(), &cli.options),
         Some(Command::Run(args)) => run::run(args),
         Some(Command::Campaign(args)) => campaign::campaign(args),
@@ -218,9 +227,5 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),
         Some(Command::Watch(args)) => watch::watch(args),
-    };
-    done.unwrap_or_else(|error| {
-        complain(&error);
-        ExitCode::from(error.exit_status())
-    })
+    }
 }

@@ -13,12 +13,12 @@ use editor::counted;
 use monitors::Outcome;
 use reports::report::Report;
 use reports::results::{Case, CaseResult, Suite};
-use scenarios::Complaints;
+use runs::topology;
 use scenarios::faults::KINDS;
 use scenarios::scenario::{Scenario, find};
 
 use crate::live::BoardArgs;
-use crate::output::{print_json, print_wrapped};
+use crate::output::{note_elsewhere, print_json, print_wrapped};
 use crate::progress::CountProgress;
 use crate::results::{ResultsArgs, on_disk, places, refused};
 
@@ -152,21 +152,24 @@ pub(crate) struct MatrixArgs {
 
 /// Runs everything and prints the matrix. Exit status 1 if there was a false alarm, or if a run was not as expected.
 pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
-    args.results.begin(args.scenarios.iter().chain([&args.fault_free]))?;
+    args.results.begin()?;
     let names = match args.scenarios.as_slice() {
         [] => KINDS.iter().map(|kind| format!("faults/{}", kind.name)).collect(),
         given => given.to_vec(),
     };
-    let mut complaints = Complaints::default();
-    let mut load = |name: &String| {
+    let load = |name: &String| {
         let scenario = find::find(name).and_then(|found| Scenario::load(&found, &[]));
-        complaints.take(scenario).map(Arc::new)
+        // What is wrong with its properties is known only with its channels.
+        let scenario = scenario.and_then(|scenario| {
+            topology(&scenario).and_then(|topology| scenario.monitoring(&topology))?;
+            Ok(scenario)
+        });
+        (name.clone(), scenario.map(Arc::new))
     };
-    let scenarios: Vec<_> = names.iter().filter_map(&mut load).collect();
-    // Loaded before the problems of the others are reported, so that all of them are.
-    let fault_free = load(&args.fault_free);
-    args.results.or_refused("matrix", &names, complaints.check())?;
-    let fault_free = fault_free.expect("a file that could not be loaded was reported");
+    let loaded = args.results.all_or_refused("matrix", names.iter().chain([&args.fault_free]).map(load))?;
+    let Some(mut scenarios) = loaded else { return Ok(ExitCode::from(2)) };
+    let fault_free = scenarios.pop().expect("the last one is that without faults");
+    scenarios.iter().chain([&fault_free]).for_each(|scenario| note_elsewhere(scenario));
     let bar = CountProgress::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
     let counts = Mutex::default();
@@ -187,7 +190,8 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let (page, written) = (args.out.join("index.html"), matrix.write(&args.out));
     args.results.write("matrix", || {
         let page = written.is_ok().then_some(page.as_path());
-        let unwritten = written.as_ref().err().map(|error| refused(&args.out.display().to_string(), error));
+        let unwritten =
+            written.as_ref().err().map(|error| refused(&args.out.display().to_string(), error, on_disk::<&str>(&[])));
         suites(&matrix, page, &scenarios, &fault_free).into_iter().chain(unwritten).collect()
     })?;
     written?;

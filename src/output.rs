@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use anstyle::{AnsiColor, Style};
 use campaigns::Error;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use scenarios::scenario::Scenario;
 use serde::Serialize;
 use terminal_size::{Width, terminal_size};
 
@@ -175,6 +176,13 @@ fn show<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) {
 /// Writes lines to stderr.
 pub(crate) fn complain_of(text: impl Into<Text>) {
     let _ = anstream::stderr().write_all(text.into().0.as_bytes());
+}
+
+/// Names the files that a scenario takes from elsewhere, on stderr.
+pub(crate) fn note_elsewhere(scenario: &Scenario) {
+    for words in scenario.elsewhere_in_words() {
+        note(&format!("{}: {words}", scenario.origin.argument));
+    }
 }
 
 /// Writes one line to stderr that a user should know.

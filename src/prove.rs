@@ -17,7 +17,6 @@ use clap::{Args, ValueEnum};
 use explorer::{Limits, Order, Outcome};
 use proofs::{Proof, Question};
 use reports::results::Suite;
-use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario};
 
 use self::finding::{Finding, Findings, Unsearched};
@@ -26,7 +25,7 @@ use self::table::FindingsTable;
 use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{Text, print, print_json, print_wrapped};
+use crate::output::{Text, note_elsewhere, print, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::results::ResultsArgs;
 use crate::run::select::{check_folders, select};
@@ -121,17 +120,22 @@ impl From<SearchOrder> for Order {
 
 /// Proves what the arguments request. Exit status 1 if something is not as expected.
 pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
-    args.results.begin(&args.scenarios)?;
+    args.results.begin()?;
     let stop = interrupt::listen();
     let found = args.results.or_refused("prove", &args.scenarios, select(&args.scenarios, &[]))?;
     if let Some(component) = &args.stand_in {
         found.iter().try_for_each(|found| args.show_stand_in(found, component))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let mut complaints = Complaints::default();
-    let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
+    let loaded = found.iter().map(|found| (found.argument.clone(), args.load(found)));
+    let proofs = if let [only] = found.as_slice() {
+        vec![args.results.or_refused("prove", std::slice::from_ref(&only.argument), args.load(only))?]
+    } else {
+        let Some(proofs) = args.results.all_or_refused("prove", loaded)? else { return Ok(ExitCode::from(2)) };
+        proofs
+    };
     let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
-    args.results.or_refused("prove", &arguments, complaints.check())?;
+    proofs.iter().for_each(|proof| note_elsewhere(proof.scenario()));
     for folder in args.out.iter().chain(&args.promela) {
         let folders =
             proofs.iter().map(|proof| (proof.scenario().origin.argument.as_str(), of_scenario(folder, proof)));

@@ -9,6 +9,7 @@ use recording::Recording;
 use reports::{Outputs, html, report_recording};
 
 use crate::bag_tree::BagTreeArgs;
+use crate::out_file::OutFile;
 use crate::{browser, summary};
 
 /// The run to report on, and how.
@@ -26,10 +27,10 @@ pub(crate) struct ReportArgs {
     out: Option<PathBuf>,
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
-    gif: Option<PathBuf>,
+    gif: Option<OutFile>,
     /// Records the run again: `FILE.jsonl`, `FILE.btlog`, `FILE.mcap` and others, as with `steward run`
     #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
+    record: Option<OutFile>,
     /// Opens the report in the browser
     #[arg(long)]
     open: bool,
@@ -48,7 +49,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
     let outputs = Outputs {
         folder: Some(out.clone()),
         snapshots: !args.no_snapshots,
-        gif: args.gif.clone(),
+        gif: args.gif.as_deref().map(Path::to_owned),
         ..Outputs::default()
     };
     refuse_campaign(&outputs)?;

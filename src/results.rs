@@ -18,7 +18,7 @@ use runs::topology;
 use scenarios::files::{shipped_campaigns, shipped_paths};
 use scenarios::scenario::{Monitoring, Scenario, find};
 
-use crate::output::note;
+use crate::output::{complain, complain_of, note};
 
 /// Where the results go besides the terminal.
 #[derive(Clone, Debug, Default, Args)]
@@ -67,16 +67,8 @@ impl ResultsArgs {
         self.results.iter().chain(&self.junit)
     }
 
-    /// Removes earlier results, which could be taken for those of now, before work begins. The command reads or writes
-    /// `others` besides: none of them can be a file for results.
-    pub(crate) fn begin<P: AsRef<Path>>(&self, others: impl IntoIterator<Item = P>) -> Result<(), Error> {
-        for other in others {
-            if let Some(file) = self.files().find(|file| file.is(other.as_ref())) {
-                let message =
-                    format!("{} is not only for results: the command line names it twice", file.path().display());
-                return Err(Error::refused(message, "name another file with `--results`"));
-            }
-        }
+    /// Removes earlier results, which could be taken for those of now, before work begins.
+    pub(crate) fn begin(&self) -> Result<(), Error> {
         Ok(self.files().try_for_each(ResultsFile::remove)?)
     }
 
@@ -105,6 +97,32 @@ impl ResultsArgs {
             .for_each(|file| note(&format!("{} was not written: {what} was interrupted", file.path().display())));
     }
 
+    /// What was read of each argument, if all could be: otherwise, the problems of each are reported under its name, with
+    /// places in its own files, and written.
+    pub(crate) fn all_or_refused<T, E: Into<Error>>(
+        &self,
+        command: &'static str,
+        read: impl IntoIterator<Item = (String, Result<T, E>)>,
+    ) -> Result<Option<Vec<T>>, Error> {
+        let (mut all, mut errors) = (Vec::new(), Vec::new());
+        for (argument, result) in read {
+            match result {
+                Ok(one) => all.push(one),
+                Err(error) => errors.push((argument, error.into())),
+            }
+        }
+        if errors.is_empty() {
+            return Ok(Some(all));
+        }
+        for (argument, error) in &errors {
+            complain_of(format!("{argument}:\n"));
+            complain(error);
+        }
+        let suite = |(argument, error): &(String, Error)| refused(argument, error, on_disk(&[argument]));
+        self.write(command, || errors.iter().map(suite).collect())?;
+        Ok(None)
+    }
+
     /// The result of reading what the arguments name. An error is also written: it is all that there is to tell.
     pub(crate) fn or_refused<T, E: Into<Error>>(
         &self,
@@ -113,15 +131,19 @@ impl ResultsArgs {
         result: Result<T, E>,
     ) -> Result<T, Error> {
         result.map_err(Into::into).or_else(|error| {
-            self.write(command, || vec![refused(&subjects.join(" "), &error).with_paths(on_disk(subjects))])?;
-            Err(error)
+            let suite = || refused(&subjects.join(" "), &error, on_disk(subjects));
+            match self.write(command, || vec![suite()]) {
+                // The input is wrong, perhaps because it is the file for the results.
+                Err(unwritten) if unwritten.exit_status() != error.exit_status() => Err(unwritten),
+                _ => Err(error),
+            }
         })
     }
 }
 
-/// What could not be carried out because of an error.
-pub(crate) fn refused(subject: &str, error: &Error) -> Suite {
-    let findings = findings_of(error);
+/// What could not be carried out because of an error. `path` finds the files that its places name.
+pub(crate) fn refused(subject: &str, error: &Error, path: impl Fn(&str) -> Option<String>) -> Suite {
+    let findings: Vec<FileFinding> = findings_of(error).into_iter().map(|finding| finding.with_path(&path)).collect();
     let reasons: Vec<String> = findings.iter().map(FileFinding::one_line).collect();
     Suite { findings, ..Suite::of_error(subject, reasons.join("; ")) }
 }
@@ -186,6 +208,10 @@ pub(crate) fn file_of(argument: &str) -> Option<FilePlace> {
 pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> + use<S> {
     let given: Vec<String> = files.iter().map(|file| file.as_ref().to_owned()).collect();
     move |name| {
+        // So a path of `--set` is written, which is relative to the current folder.
+        if name.starts_with("./") && Path::new(name).is_file() && !given.iter().any(|file| file == name) {
+            return Some(name.to_owned());
+        }
         let on_disk = || given.iter().filter(|file| find::shipped(file).is_none()).map(Path::new);
         let itself = on_disk().filter(|file| *file == Path::new(name)).map(Path::to_owned);
         let beside = on_disk().filter_map(|file| Some(file.parent()?.join(name)));

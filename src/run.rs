@@ -17,7 +17,6 @@ use reports::report::{OutcomeReport, Report};
 use reports::results::Suite;
 use reports::{Outputs, file_name, html};
 use runs::{Others, Run};
-use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario, find};
 use serde_json::json;
 
@@ -25,7 +24,8 @@ use monitors::Warnings;
 
 use crate::domain::DomainArgs;
 use crate::names::ScenarioName;
-use crate::output::{print_json, warn};
+use crate::out_file::OutFile;
+use crate::output::{note_elsewhere, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
 use crate::results::{self, ResultsArgs};
 use crate::ros_names::remapping;
@@ -86,12 +86,12 @@ pub(crate) struct RunOptions {
     pub(crate) set: Vec<String>,
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
-    gif: Option<PathBuf>,
+    gif: Option<OutFile>,
     /// Records the run: `FILE.jsonl` is the event log, and `FILE.btlog` a log of the tree as BehaviorTree.CPP writes
     /// it; any other file has everything that `steward report` needs, and `FILE.mcap` also opens in Foxglove, Rerun and
     /// ROS tools
     #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
+    record: Option<OutFile>,
     #[command(flatten)]
     results: ResultsArgs,
     /// Opens the report in the browser
@@ -121,7 +121,7 @@ struct Job {
 
 /// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
-    options.begin(&[name.to_owned()])?;
+    options.results.begin()?;
     let found = options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
     alone(&found, options, &BesideArgs::default(), &ServeGrootArgs::default())
 }
@@ -167,7 +167,7 @@ pub(crate) fn piloted(
     namespaces: &[String],
     drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, scenarios::Error>,
 ) -> Result<ExitCode, Error> {
-    options.begin(&[name.to_owned()])?;
+    options.results.begin()?;
     let found = &options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
     let job =
         options.results.or_refused(COMMAND, std::slice::from_ref(&found.argument), Job::load(found, options, false))?;
@@ -203,14 +203,14 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
         runs.into_iter().map(join).collect::<Vec<_>>()
     });
     let results: Vec<(&Job, Result<Report, Error>)> = jobs.iter().zip(reports).collect();
-    results.iter().try_for_each(|(job, report)| table.add(&job.scenario.name, report))?;
+    results.iter().try_for_each(|(job, report)| table.add(job.names(), report))?;
     conclude(&results, options, table, &job.folder.join("NAMESPACE"))
 }
 
 /// Runs the requested scenarios.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
-    options.begin(&args.scenarios)?;
+    options.results.begin()?;
     let found = options.results.or_refused(COMMAND, &args.scenarios, select::select(&args.scenarios, &args.filter))?;
     if let [only] = found.as_slice() {
         return alone(only, options, &args.beside, &args.serve);
@@ -219,21 +219,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
         return Err(Error::refused("`--serve-groot` is for a single run", "name one scenario"));
     }
     options.refuse_for_several(found.len(), "scenarios")?;
-    let mut complaints = Complaints::default();
-    let jobs: Vec<Job> = found.iter().filter_map(|found| complaints.take(Job::load(found, options, true))).collect();
+    let loaded = found.iter().map(|found| (found.argument.clone(), Job::load(found, options, true)));
+    let Some(jobs) = options.results.all_or_refused(COMMAND, loaded)? else { return Ok(ExitCode::from(2)) };
     let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
-    options.results.or_refused(COMMAND, &arguments, complaints.check())?;
     let folders = jobs.iter().map(|job| (job.scenario.origin.argument.as_str(), job.folder.clone()));
     options.results.or_refused(COMMAND, &arguments, select::check_folders(folders))?;
     several(&jobs, options)
 }
 
 impl RunOptions {
-    /// Makes room for results, before these scenarios are run.
-    fn begin(&self, scenarios: &[String]) -> Result<(), Error> {
-        self.results.begin(scenarios.iter().map(Path::new).chain(self.record.as_deref()).chain(self.gif.as_deref()))
-    }
-
     /// Refuses options that are only for a single run.
     fn refuse_for_several(&self, count: usize, runs: &str) -> Result<(), Error> {
         let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];
@@ -253,10 +247,16 @@ impl RunOptions {
 }
 
 impl Job {
+    /// Its scenario's name, and how the command line names it.
+    fn names(&self) -> [&str; 2] {
+        [&self.scenario.name, &self.scenario.origin.argument]
+    }
+
     /// Loads a scenario, alone or one of `several`.
     fn load(found: &Found, options: &RunOptions, several: bool) -> Result<Self, scenarios::Error> {
         let scenario = Arc::new(Scenario::load(found, &options.set)?);
         scenario.model_concerns().iter().chain(&scenario.place_concerns()).for_each(|concern| warn(concern));
+        note_elsewhere(&scenario);
         let seed = options.seed.unwrap_or(scenario.file.seed);
         let name = options.seed.map_or(scenario.name.clone(), |seed| format!("{}-seed-{seed}", scenario.name));
         let parts = name.split('/').map(file_name);
@@ -290,7 +290,7 @@ impl Job {
         let outputs = Outputs {
             folder: Some(self.folder.clone()),
             snapshots: !options.no_snapshots,
-            gif: options.gif.clone(),
+            gif: options.gif.as_deref().map(Path::to_owned),
             ..Outputs::default()
         };
         let run = Run::among(Arc::clone(&self.scenario), self.seed, !options.no_monitors, others)?;
@@ -357,7 +357,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
         let job = &jobs[place as usize];
         bar.above(|| {
             warnings.iter().for_each(|warning| warn(warning));
-            table.add(&job.scenario.name, &report)
+            table.add(job.names(), &report)
         })?;
         results.push((job, report));
         bar.show(place as usize + 1, jobs.len());
@@ -400,7 +400,10 @@ fn write_results(options: &RunOptions, results: &[(&Job, Result<Report, Error>)]
                 findings: results::warnings(scenario),
                 ..Suite::of_run(&scenario.expected(), report, &job.folder, &places)
             },
-            Err(error) => Suite { file: places.file, ..results::refused(&scenario.name, error) },
+            Err(error) => {
+                let paths = results::on_disk(&[&scenario.origin.argument]);
+                Suite { file: places.file, ..results::refused(&scenario.name, error, paths) }
+            }
         };
         suite.with_paths(results::on_disk(&[&scenario.origin.argument]))
     };

@@ -56,7 +56,7 @@ const MOST_NOTES: usize = 5;
 
 /// Checks each log. Status 2 if one cannot be checked, or a property has no verdict, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
-    args.results.begin(args.logs.iter().chain(&args.properties).chain(&args.map_channels))?;
+    args.results.begin()?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
     if args.follow {
@@ -359,6 +359,7 @@ fn open(log: &Path, tree: Option<&BagTree>, follow: bool, truncated: &Truncated)
     let recording = (tree.is_some() || !is_pipe(log)).then(|| Recording::open_with(log, tree));
     match recording {
         None | Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) => {
+            diagnostics::reading(log)?;
             Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
         }
         Some(recording) => {

@@ -22,6 +22,7 @@ use serde_json::{Value, json};
 
 use crate::interrupt;
 use crate::live::BoardArgs;
+use crate::out_file::OutFile;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
 use crate::verify::announcer::{Alarm, Announcer, Reactions};
 use crate::verify::args::RobotsArgs;
@@ -62,7 +63,7 @@ pub(crate) struct WatchArgs {
     out: Option<PathBuf>,
     /// Writes the messages to FILE, an MCAP file: `steward verify` judges them again, with the same verdicts
     #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
+    record: Option<OutFile>,
     /// Starts CMD with each violation, in a shell; it reads the verdict from its standard input, as JSON
     #[arg(long, value_name = "CMD")]
     on_violation: Option<String>,
@@ -302,6 +303,7 @@ fn ends_after(seconds: Option<f64>) -> Result<impl Fn() -> bool, Error> {
 }
 
 fn record(path: &Path) -> Result<Rc<RefCell<BagWriter<BufWriter<File>>>>, Error> {
+    diagnostics::writing(path)?;
     let begun = File::create(path).and_then(|file| BagWriter::begin(BufWriter::new(file)));
     Ok(Rc::new(RefCell::new(begun.map_err(|source| unwritten(path, source))?)))
 }

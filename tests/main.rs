@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod applications;
 mod architecture;
 mod asking;
 mod bad_input;
@@ -32,6 +33,7 @@ mod monitors;
 mod navigation;
 mod notices;
 mod outputs;
+mod overwriting;
 mod piloted;
 mod programs;
 mod protocol;

@@ -25,6 +25,15 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// A file would be overwritten that the command needs.
+    #[error("{} would be overwritten: {why}", path.display())]
+    #[diagnostic(help("name another file or folder to be written"))]
+    Overwrites {
+        /// The file.
+        path: PathBuf,
+        /// What it is needed for, in words.
+        why: String,
+    },
     /// A file was read, but it has problems.
     #[error(transparent)]
     #[diagnostic(transparent)]

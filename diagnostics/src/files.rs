@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::{Error, FileProblems, Source};
+use crate::{Error, FileProblems, Source, reading};
 
 /// Reads a whole file. Loaders take such a function, so that files can come from disk, from the program or from a test.
 pub type ReadFile<'r> = &'r dyn Fn(&Path) -> io::Result<Vec<u8>>;
@@ -37,6 +37,7 @@ pub fn from_disk_up_to(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
 /// # Errors
 /// The operating system's error; [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
 pub fn from_disk_or_pipe(path: &Path) -> io::Result<Vec<u8>> {
+    reading(path)?;
     bounded(File::open(path).map_err(in_words)?, MAX_BYTES)
 }
 
@@ -71,7 +72,11 @@ fn regular(path: &Path, max_bytes: u64) -> io::Result<File> {
     if !found.is_file() && !found.is_dir() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file but a device or a pipe"));
     }
-    if found.len() > max_bytes { Err(too_large(max_bytes)) } else { File::open(path) }
+    if found.len() > max_bytes {
+        return Err(too_large(max_bytes));
+    }
+    reading(path)?;
+    File::open(path)
 }
 
 /// The most common error in plain words, and others unchanged.

@@ -19,7 +19,8 @@
 //!
 //! [`text_from_disk`] and [`read_text`] read files, always with a limit. A [`Disk`] also has the unsaved texts of an
 //! editor. [`write_whole`], [`Unfinished`] and
-//! [`Staging`] write them: a file under its final name is always complete.
+//! [`Staging`] write them: a file under its final name is always complete. After [`guard_inputs`], none of them
+//! overwrites what the process reads.
 //!
 //! [`markup`] is text as it is written in XML.
 //!
@@ -35,6 +36,7 @@ mod line_ends;
 pub mod markup;
 mod nearest;
 mod output;
+mod overwriting;
 mod problem;
 mod seconds;
 mod source;
@@ -48,7 +50,8 @@ pub use files::{
 };
 pub use line_ends::LineEnds;
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
-pub use output::{Staging, Unfinished, write_whole};
+pub use output::{Staging, Unfinished, rewrite_whole, write_whole};
+pub use overwriting::{check_unread, guard_inputs, reading, would_be_overwritten, writing};
 pub use problem::{FileProblems, Problem};
 pub use seconds::seconds;
 pub use source::{ASSIGNMENT, Source, Span, Spanned};

@@ -12,7 +12,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::Error;
+use crate::{Error, check_unread, writing};
 
 /// The beginning and the end of temporary names.
 const TEMPORARY: (&str, &str) = (".steward-", ".part");
@@ -22,10 +22,21 @@ const TEMPORARY: (&str, &str) = (".steward-", ".part");
 /// # Errors
 /// [`Error::Write`]; the previous file then stays unchanged.
 pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
-    let mut file = Unfinished::create(path)?;
-    match file.write_all(contents.as_ref()) {
+    write_all(Unfinished::create(path)?, contents.as_ref())
+}
+
+/// Writes a whole file like [`write_whole`], also one that was read: its new contents are made from the old ones.
+///
+/// # Errors
+/// As for [`write_whole`].
+pub fn rewrite_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
+    write_all(Unfinished::begin(path)?, contents.as_ref())
+}
+
+fn write_all(mut file: Unfinished, contents: &[u8]) -> Result<(), Error> {
+    match file.write_all(contents) {
         Ok(()) => file.finish(),
-        Err(source) => Err(write_error(path, source)),
+        Err(source) => Err(write_error(&file.path, source)),
     }
 }
 
@@ -61,8 +72,14 @@ impl Unfinished {
     /// Begins a file and creates missing folders.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Write`]; [`Error::Overwrites`] if the process has read it, and [guards](crate::guard_inputs) what it
+    /// reads.
     pub fn create(path: &Path) -> Result<Self, Error> {
+        writing(path)?;
+        Self::begin(path)
+    }
+
+    fn begin(path: &Path) -> Result<Self, Error> {
         let begun = match fs::metadata(path) {
             Ok(found) if !found.is_file() => device(path).map(|file| (file, None)),
             // A link remains a link: its target is replaced.
@@ -187,6 +204,12 @@ impl Staging {
         written.map_err(|source| write_error(&self.folder.join(name), source))
     }
 
+    /// The text that a file of this name in the folder had before, if it is at hand. It is no input: it will be replaced.
+    #[must_use]
+    pub fn earlier(&self, name: impl AsRef<Path>) -> Option<String> {
+        fs::read_to_string(self.folder.join(name)).ok()
+    }
+
     /// The content written to one of the files.
     ///
     /// # Errors
@@ -201,18 +224,22 @@ impl Staging {
     /// ever refers to files that do not exist.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Write`]; [`Error::Overwrites`] as for [`Unfinished::create`], before any file is touched.
     pub fn publish(self, last: &[impl AsRef<OsStr>]) -> Result<(), Error> {
+        let entries = fs::read_dir(&self.hidden)
+            .and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect::<io::Result<Vec<_>>>());
+        let mut names = entries.map_err(|source| write_error(&self.folder, source))?;
         let replaced = self.replaced.iter().map(AsRef::as_ref);
+        for name in names.iter().map(AsRef::as_ref).chain(last.iter().map(AsRef::as_ref)).chain(replaced.clone()) {
+            let name: &OsStr = name;
+            check_unread(&self.folder.join(name))?;
+        }
         for path in last.iter().map(AsRef::as_ref).chain(replaced).map(|name: &OsStr| self.folder.join(name)) {
             match fs::remove_file(&path) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(write_error(&path, source)),
                 _ => {}
             }
         }
-        let entries = fs::read_dir(&self.hidden)
-            .and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect::<io::Result<Vec<_>>>());
-        let mut names = entries.map_err(|source| write_error(&self.folder, source))?;
         names.sort_by_key(|name| last.iter().position(|last| last.as_ref() == name).map_or(0, |place| place + 1));
         for name in names {
             let path = self.folder.join(&name);

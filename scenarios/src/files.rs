@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use diagnostics::document::{Field, Table};
-use diagnostics::{Disk, Span, Spanned};
+use diagnostics::{Disk, Problem, Span, Spanned};
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
@@ -78,11 +78,14 @@ const CAMPAIGNS: &[(&str, &str)] = &[
 ];
 
 /// Where a scenario's files are looked up: first beside the file that names them, then beside the scenario if that is
-/// another file, and then among the shipped files.
+/// another file, and then among the shipped files. What an assignment names is looked up in the current folder instead,
+/// whichever scenario it changes.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     /// The folder of the scenario's file; for a shipped scenario, that of the assignments that change it.
     folder: PathBuf,
+    /// The folder of the assignments that change the scenario.
+    assigned: PathBuf,
     /// The folder that the scenario names instead, relative to its own.
     instead: PathBuf,
     /// The folders of other files from which the scenario inherits, relative to its own.
@@ -92,6 +95,17 @@ pub struct Files {
     disk: Disk,
     /// The contents of files read from disk, if they are remembered.
     memory: Option<Arc<Mutex<Memory>>>,
+    /// The files that were read, if they are listed.
+    taken: Option<Arc<Mutex<BTreeMap<PathBuf, Taken>>>>,
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Taken {
+    /// Its path on disk; none if it comes with the program.
+    pub on_disk: Option<PathBuf>,
+    /// The hash of its contents: BLAKE3, in hexadecimal.
+    pub hash: String,
 }
 
 /// The contents of files when they were first read, by the requested paths.
@@ -127,11 +141,37 @@ impl Files {
         Self { disk: disk.clone(), ..self }
     }
 
-    /// The same files, except that those that assignments name are relative to `folder` if the scenario is a shipped
-    /// one.
+    /// The same files, except that those that assignments name are relative to `folder`.
     #[must_use]
     pub fn with_assignments_in(self, folder: &Path) -> Self {
-        if self.is_shipped { Self { folder: folder.to_owned(), ..self } } else { self }
+        let own = if self.is_shipped { folder.to_owned() } else { self.folder };
+        Self { folder: own, assigned: folder.to_owned(), ..self }
+    }
+
+    /// The same files, which list what is read from now on, apart from what others have read.
+    #[must_use]
+    pub(crate) fn listing(self) -> Self {
+        Self { taken: Some(Arc::default()), ..self }
+    }
+
+    /// The files that were read since they are listed, by the requested paths, in alphabetical order.
+    #[must_use]
+    pub(crate) fn taken(&self) -> BTreeMap<PathBuf, Taken> {
+        let taken = self.taken.as_ref().map(|taken| taken.lock().unwrap_or_else(PoisonError::into_inner).clone());
+        taken.unwrap_or_default()
+    }
+
+    fn list(&self, path: &Path, on_disk: Option<PathBuf>, bytes: &[u8]) {
+        if let Some(taken) = &self.taken {
+            let hash = blake3::hash(bytes).to_hex().to_string();
+            let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
+            taken.insert(path.to_owned(), Taken { on_disk, hash });
+        }
+    }
+
+    /// Whether the scenario is a shipped one.
+    pub(crate) fn are_shipped(&self) -> bool {
+        self.is_shipped
     }
 
     /// The same files, but each is read from disk only once: later readers, including those of a clone, get the first
@@ -170,6 +210,41 @@ impl Files {
         Self { instead: folder.to_owned(), is_shipped: false, ..self.clone() }
     }
 
+    /// The same files in the folder that the scenario names here, as [`in_folder`](Self::in_folder).
+    #[must_use]
+    pub(crate) fn in_named_folder(&self, Spanned { value, span }: &Spanned<PathBuf>) -> Self {
+        if !span.is_assignment() || self.is_shipped {
+            return self.in_folder(value);
+        }
+        let here = self.assigned.join(value);
+        self.in_folder(&std::path::absolute(&here).unwrap_or(here))
+    }
+
+    /// The problem of a path that an assignment names. If there is no such file but one beside the scenario, the help
+    /// names that one.
+    pub(crate) fn hinted(&self, path: &Path, problem: Problem) -> Problem {
+        let beside = is_assigned(path).then(|| self.on_disk(unmarked(path))).flatten();
+        match beside.filter(|_| self.on_disk(path).is_none()) {
+            Some(beside) => {
+                let help = "a path of `--set` is looked up in the current folder; the one beside the scenario is";
+                problem.with_help(format!("{help} {}", beside.display()))
+            }
+            None => problem,
+        }
+    }
+
+    /// The folder in which a program runs that is named at `span`.
+    #[must_use]
+    pub(crate) fn working_folder(&self, span: &Span) -> Option<PathBuf> {
+        if span.is_assignment() { Some(self.assigned.join(HERE)) } else { self.on_disk(&named(HERE, span)) }
+    }
+
+    /// Reads a file and those that it names, which are looked up as it is itself.
+    pub(crate) fn reading<'f>(&'f self, file: &Path) -> impl Fn(&Path) -> io::Result<Vec<u8>> + use<'f> {
+        let is_assigned = is_assigned(file);
+        move |path| if is_assigned { self.read(path) } else { self.read(unmarked(path)) }
+    }
+
     /// The same files for a scenario that inherits from files in these folders, relative to its own.
     #[must_use]
     pub(crate) fn with_bases(&self, folders: &[PathBuf]) -> Self {
@@ -185,7 +260,10 @@ impl Files {
     /// The path of the file on disk, if it exists there.
     #[must_use]
     pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
-        if self.is_shipped && !path.is_absolute() && !path.starts_with(HERE) {
+        if is_assigned(path) {
+            return Some(self.assigned.join(path)).filter(|found| self.disk.exists(found));
+        }
+        if self.is_shipped && !path.is_absolute() && path != Path::new(HERE) {
             return None;
         }
         let own = self.folder.join(&self.instead);
@@ -200,16 +278,21 @@ impl Files {
     /// The operating system's error; `NotFound` if the file is neither on disk nor shipped.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
-        if let Some(known) = memory().and_then(|memory| memory.known(path).map(<[u8]>::to_vec)) {
+        if let Some((known, is_shipped)) =
+            memory().and_then(|memory| Some((memory.known(path)?.to_vec(), memory.shipped.contains_key(path))))
+        {
+            self.list(path, self.on_disk(path).filter(|_| !is_shipped), &known);
             return Ok(known);
         }
         let Some(found) = self.on_disk(path) else {
             let missing = || io::Error::new(io::ErrorKind::NotFound, "there is no such file");
             let bytes = std::iter::once(path).chain(self.as_written(path)).find_map(shipped).ok_or_else(missing)?;
             memory().map(|mut memory| memory.shipped.insert(path.to_owned(), bytes));
+            self.list(path, None, bytes);
             return Ok(bytes.to_vec());
         };
         let bytes = self.disk.read_named(&found, path)?;
+        self.list(path, Some(found), &bytes);
         // The first reader determines the contents.
         let first = memory()
             .map(|mut memory| Arc::clone(memory.on_disk.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
@@ -233,14 +316,24 @@ fn shipped(path: &Path) -> Option<&'static [u8]> {
     files.find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| bytes)
 }
 
-/// The prefix of an assignment's path.
+/// The prefix of an assignment's path. Paths in files are [without it](unmarked).
 const HERE: &str = ".";
 
+/// Whether an assignment names this path.
+pub(crate) fn is_assigned(path: &Path) -> bool {
+    path.starts_with(HERE) && path != Path::new(HERE)
+}
+
+/// A path in a file, which means the same without `./`.
+pub(crate) fn unmarked(path: &Path) -> &Path {
+    if is_assigned(path) { path.strip_prefix(HERE).unwrap_or(path) } else { path }
+}
+
 /// The path at `span`, relative to the scenario's folder. A file's paths are relative to its own folder, also those
-/// that another file inherits. The path of an assignment is relative to the place where it is given, even if the
-/// scenario that it changes is a shipped one.
+/// that another file inherits. The path of an assignment is relative to the place where it is given, whichever scenario
+/// it changes.
 pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
-    if span.is_assignment() { Path::new(HERE).join(path) } else { span.source().folder().join(path) }
+    if span.is_assignment() { Path::new(HERE).join(path) } else { span.source().folder().join(unmarked(path.as_ref())) }
 }
 
 /// The path under a key, as [`named`].
@@ -368,6 +461,31 @@ mod tests {
         assert_eq!(read("nominal.toml"), Files::shipped().read_text(Path::new("trees/recharge.xml")).unwrap());
         let shipped = named("maps/house.yaml", &at("--set"));
         assert!(files.read(&shipped).is_ok(), "an assignment may also name a shipped file");
+    }
+
+    #[test]
+    fn a_path_of_an_assignment_is_relative_to_the_current_folder_and_no_other_path_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let (task, here) = (folder.path().join("task"), folder.path().join("here"));
+        for (at, text) in [(&task, "of the task"), (&here, "own")] {
+            std::fs::create_dir(at).unwrap();
+            std::fs::write(at.join("tree.xml"), text).unwrap();
+        }
+        std::fs::write(task.join("other.xml"), "of the task").unwrap();
+        let files = Files::beside(&task).with_assignments_in(&here);
+        let at = |source: &str| diagnostics::Source::new(source, "tree.xml").span(0..8);
+        let read = |path: &str, source: &str| files.read_text(&named(path, &at(source)));
+        for path in ["tree.xml", "./tree.xml"] {
+            assert_eq!(read(path, "--set").unwrap(), "own");
+            assert_eq!(read(path, "scenario.toml").unwrap(), "of the task");
+        }
+        assert!(read("other.xml", "--set").is_err());
+        // What a file names is looked up as the file itself.
+        let beside = |of: &str, source: &str| files.reading(&named(of, &at(source)))(Path::new("./tree.xml")).unwrap();
+        assert_eq!((beside("a.yaml", "--set"), beside("a.yaml", "a.toml")), (b"own".into(), b"of the task".into()));
+        let problem = files.hinted(Path::new("./other.xml"), at("--set").problem("no file"));
+        let help = miette::Diagnostic::help(&problem).unwrap().to_string();
+        assert!(help.ends_with("task/other.xml"), "{help}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod component;
 mod component_entry;
 mod data;
 mod declaration;
+mod elsewhere;
 mod execution;
 mod expectations;
 mod faulty;
@@ -51,6 +52,7 @@ pub use component::{Component, Runs};
 pub use component_entry::{ComponentEntry, RunsEntry};
 pub use declaration::{TreeIds, misfit};
 pub use devices::{DeviceKind, DeviceSettings};
+pub use elsewhere::Elsewhere;
 pub use execution::{Execution, Order, Policy, TreeForm};
 pub use expectations::Expectations;
 pub use faulty::FaultyMachines;
@@ -107,6 +109,8 @@ pub struct Scenario {
     pub watching: BTreeMap<usize, Arc<Chart>>,
     /// The schedule that its runs follow; without one, a scheduler chooses, and drivers and physics do the rest.
     pub schedule: Option<Arc<Schedule>>,
+    /// The files that it takes from elsewhere than the folders of its own files.
+    pub elsewhere: Vec<Elsewhere>,
     /// The monitors of the properties, once requested.
     monitoring: OnceLock<Arc<Monitoring>>,
 }
@@ -164,6 +168,28 @@ impl Scenario {
         let components = self.components.values().filter_map(|component| Some(&component.machine()?.machine));
         let replaced = self.machines.values().flat_map(BTreeMap::values);
         skills.chain(components).chain(self.watching.values()).chain(replaced)
+    }
+
+    /// The files that it takes from elsewhere, in at most two sentences: those that come with the program, and those that
+    /// assignments name.
+    #[must_use]
+    pub fn elsewhere_in_words(&self) -> Vec<String> {
+        let (on_disk, shipped): (Vec<&Elsewhere>, Vec<_>) = self.elsewhere.iter().partition(|it| it.on_disk.is_some());
+        let names = |some: &[&Elsewhere]| {
+            let names: Vec<String> = some.iter().map(|it| it.path.display().to_string()).collect();
+            names.join(", ")
+        };
+        let sentence = |some: &[&Elsewhere], end: &str| (!some.is_empty()).then(|| format!("{} {end}", names(some)));
+        let of_shipped = if shipped.len() == 1 { "comes" } else { "come" };
+        let of_shipped =
+            sentence(&shipped, &format!("{of_shipped} with steward: there is no such file beside the scenario"));
+        let of_disk = if on_disk.len() == 1 { "is taken from" } else { "are taken from" };
+        of_shipped.into_iter().chain(sentence(&on_disk, &format!("{of_disk} the current folder"))).collect()
+    }
+
+    /// The machines of its skills, components and monitors, as they are written.
+    pub fn written_charts(&self) -> impl Iterator<Item = &Arc<Chart>> {
+        self.machine_processes().map(|(_, skill)| &skill.machine).chain(self.watching.values())
     }
 
     /// The programs that a run starts, each with its component.

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::out_file::OutFile;
+
 /// A program that runs a tree, and what is done with what it tells.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct GrootArgs {
@@ -15,7 +17,7 @@ pub(crate) struct GrootArgs {
     pub(crate) properties: Vec<PathBuf>,
     /// Writes what the program tells to FILE, a recording; after each change of the tree to another, with a number
     #[arg(long, value_name = "FILE", conflicts_with = "runs")]
-    pub(crate) record: Option<PathBuf>,
+    pub(crate) record: Option<OutFile>,
     /// Only asks for the statuses of the nodes, a hundred times a second, and leaves transitions to others, such as
     /// Groot2: what changes in between is not seen
     #[arg(long, conflicts_with = "runs")]

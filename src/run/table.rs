@@ -35,8 +35,8 @@ impl RunsTable {
         Self { quiet, began, passed, failed, interrupted, errors, error_status: None, simulated_s: 0.0 }
     }
 
-    /// Shows the next run.
-    pub(super) fn add(&mut self, name: &str, run: &Result<Report, Error>) -> Result<(), Error> {
+    /// Shows the next run, of the scenario with this name and with this argument on the command line.
+    pub(super) fn add(&mut self, [name, argument]: [&str; 2], run: &Result<Report, Error>) -> Result<(), Error> {
         let (count, style, word) = match run.as_ref().map(|report| report.outcome) {
             Ok(OutcomeReport::AsExpected) => (&mut self.passed, GOOD, "PASS"),
             Ok(OutcomeReport::NotAsExpected) => (&mut self.failed, BAD, "FAIL"),
@@ -47,6 +47,8 @@ impl RunsTable {
         self.simulated_s += run.as_ref().map_or(0.0, |report| report.sim_time_s);
         if let Err(error) = run {
             self.error_status.get_or_insert(error.exit_status());
+            // Files of several scenarios may have the same names.
+            complain_of(format!("{argument}:\n"));
             complain(error);
         }
         let line = line(style, word, name, run);

@@ -41,7 +41,10 @@ impl Growing {
     pub(super) fn open(log: &Path) -> io::Result<Self> {
         let input = match log {
             log if log == Path::new("-") => Input::Pipe(blocks(|| Ok(io::stdin()))),
-            log if std::fs::metadata(log)?.is_file() => Input::File(File::open(log)?),
+            log if std::fs::metadata(log)?.is_file() => {
+                diagnostics::reading(log)?;
+                Input::File(File::open(log)?)
+            }
             log => {
                 let log = log.to_owned();
                 Input::Pipe(blocks(move || File::open(log)))

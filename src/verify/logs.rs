@@ -75,7 +75,7 @@ impl Line {
         verified: Result<&Verified, &Error>,
     ) -> Self {
         let refusal = |error: &Error| {
-            let suite = refused(&log.display().to_string(), error).with_paths(args.on_disk());
+            let suite = refused(&log.display().to_string(), error, args.on_disk());
             Refusal { reason: error.reasons(), suite }
         };
         let result = verified.map(|verified| Checked::of(verified, written(args, verified))).map_err(refusal);

@@ -179,6 +179,7 @@ fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Re
     let violations: Vec<(&str, Violation)> = violations.collect();
     let path = folder.join(VIOLATIONS);
     let unwritten = |source| Error::from(diagnostics::Error::Write { path: path.clone(), source });
+    diagnostics::check_unread(&path)?;
     if violations.is_empty() {
         // One of an earlier call would speak of other verdicts.
         return match std::fs::remove_file(&path) {

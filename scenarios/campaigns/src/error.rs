@@ -44,6 +44,7 @@ impl Error {
                 all.iter().map(|diagnostic| -> &dyn Diagnostic { &**diagnostic }).collect()
             }
             Self::Report(error @ reports::Error::Recording(_)) => vec![error],
+            Self::Report(reports::Error::File(error @ diagnostics::Error::Overwrites { .. })) => vec![error],
             _ => Vec::new(),
         }
     }
@@ -63,6 +64,7 @@ impl Error {
         match self {
             Self::Scenario(scenarios::Error::Write(_)) => 3,
             Self::Scenario(_) | Self::Report(reports::Error::Recording(_)) => 2,
+            Self::Report(reports::Error::File(diagnostics::Error::Overwrites { .. })) => 2,
             Self::Report(_) => 3,
         }
     }

@@ -233,6 +233,7 @@ impl Journal {
         };
         std::fs::create_dir_all(folder).map_err(failed(folder))?;
         let open = |path: &Path| {
+            diagnostics::writing(path)?;
             let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
             file.map_err(failed(path))
         };
@@ -297,8 +298,9 @@ pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error
         let message = format!("{} is not the journal of a campaign", path.display());
         return Err(Error::refused(message, "only files that a campaign wrote are removed: use another folder"));
     }
-    for name in made_of_it.iter().chain([&TIMING]) {
-        let path = folder.join(name);
+    let paths: Vec<PathBuf> = made_of_it.iter().chain([&TIMING]).map(|name| folder.join(name)).collect();
+    paths.iter().try_for_each(|path| diagnostics::check_unread(path))?;
+    for path in paths {
         match std::fs::remove_file(&path) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(Error::unwritten(path, source)),
             _ => {}

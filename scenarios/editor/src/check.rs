@@ -37,6 +37,8 @@ pub struct Checked {
     pub concerns: Vec<Box<dyn Diagnostic + Send + Sync>>,
     /// The programs that a run of it starts, each in a sentence.
     pub programs: Vec<String>,
+    /// The files that it takes from elsewhere, in sentences.
+    pub elsewhere: Vec<String>,
     /// The scenario, if it is one or needs one.
     pub scenario: Option<Arc<Scenario>>,
 }
@@ -44,7 +46,7 @@ pub struct Checked {
 impl Checked {
     /// A file without programs.
     fn of(summary: String, concerns: Vec<Box<dyn Diagnostic + Send + Sync>>) -> Self {
-        Self { summary, concerns, programs: Vec::new(), scenario: None }
+        Self { summary, concerns, programs: Vec::new(), elsewhere: Vec::new(), scenario: None }
     }
 
     /// The summary, and whether anything looks wrong.
@@ -258,8 +260,8 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
     // A model has already reported its own warnings.
     let own = scenario.model().is_none().then_some(());
-    let machines: BTreeMap<&Path, &Arc<Chart>> =
-        own.iter().flat_map(|_| scenario.skills.values()).map(|skill| (&*skill.path, &skill.machine)).collect();
+    let machines: BTreeMap<&str, &Arc<Chart>> =
+        own.iter().flat_map(|_| scenario.written_charts()).map(|chart| (chart.file().name(), chart)).collect();
     concerns.extend(machines.values().filter_map(|chart| chart.concerns()).map(|concerns| Box::new(concerns) as _));
     concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
     concerns.extend(run.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
@@ -274,7 +276,8 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     parts.push(counted(run.properties().count(), "property"));
     parts.push(counted(scenario.file.faults.len(), "fault"));
     let programs = programs(scenario).map(|program| format!("a run starts {program}")).collect();
-    Ok(Checked { summary: parts.join(", "), concerns, programs, scenario: Some(Arc::clone(scenario)) })
+    let (summary, elsewhere) = (parts.join(", "), scenario.elsewhere_in_words());
+    Ok(Checked { summary, concerns, programs, elsewhere, scenario: Some(Arc::clone(scenario)) })
 }
 
 /// The programs that a run of this scenario starts, in words.

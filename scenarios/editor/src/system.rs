@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bags::Described;
 use channels::Topology;
-use diagnostics::Disk;
+use diagnostics::{Disk, Source};
 use monitors::PropertyFile;
 use runs::{topology, topology_for_properties};
 use scenarios::Error;
@@ -80,13 +80,19 @@ impl System {
         Ok(Self { topology: topology(&scenario)?, tick: scenario.file.execution.tick, disk: disk.clone() })
     }
 
-    /// Reads a property file.
+    /// Reads a property file, which has at least one property.
     ///
     /// # Errors
     /// Everything that is wrong with it.
     pub fn load(&self, path: &Path) -> Result<PropertyFile, Error> {
         let (path, text) = named_files::read(&self.disk, Kind::Properties, path)?;
-        self.read(&path.display().to_string(), &text)
+        let file = self.read(&path.display().to_string(), &text)?;
+        if file.properties.is_empty() {
+            let span = Source::new(&path.display().to_string(), text).span(0..0);
+            let problem = span.problem("there is no property in this file").with_label("nothing to check");
+            return Err(Error::bad_input(problem.with_help("write `property NAME := …`")));
+        }
+        Ok(file)
     }
 
     /// Reads the text of a property file with this name.

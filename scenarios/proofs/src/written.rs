@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use channels::ChannelSystem;
 use diagnostics::Staging;
+use diagnostics::document::Document;
 use explorer::{Path as Run, PathStep};
 use monitors::Outcome;
 use runs::Switched;
@@ -135,12 +136,14 @@ impl Proof {
         };
         let from = here(in_folder);
         let written = |path: &Path| relative(&from, path).display().to_string();
+        let in_tables = |path: &Path| relative(folder.as_deref().unwrap_or(&from), path).display().to_string();
         let base = on_disk.as_deref().map_or(origin.argument.clone(), written);
         let mut text = format!("about = {}\nbase = {}\n", quoted(about), quoted(&base));
-        if let Some(folder) = folder {
-            text += &format!("folder = {}\n", quoted(&written(&folder)));
+        if let Some(folder) = &folder {
+            text += &format!("folder = {}\n", quoted(&written(folder)));
         }
-        text += &overridden(&origin.overrides, more);
+        let given: Vec<String> = origin.overrides.iter().map(|assignment| anchored(assignment, &in_tables)).collect();
+        text += &overridden(&given, more);
         if self.scenario.premises.is_some() {
             text += "expect.reached = []\nexpect.not_reached = []\nexpect.min_battery_pct = 0\n";
         }
@@ -165,6 +168,28 @@ fn relative(from: &Path, to: &Path) -> PathBuf {
     if way.as_os_str().is_empty() { PathBuf::from(".") } else { way }
 }
 
+/// An assignment whose paths are `written` as in the file, if these files exist: they were relative to the current
+/// folder, and in a file they are relative to the one that it names, or its own.
+fn anchored(assignment: &str, written: &dyn Fn(&Path) -> String) -> String {
+    /// The keys whose values are paths, and the last parts of such keys in tables.
+    const PATHS: [&str; 8] = ["map", "places", "tree", "skills", "model", "properties", "machine", "interface"];
+    let Some((key, value)) = assignment.split_once('=') else { return assignment.to_owned() };
+    if !PATHS.contains(&key.trim().rsplit('.').next().unwrap_or_default()) || key.trim() == "execution.tree" {
+        return assignment.to_owned();
+    }
+    let found = |path: &str| Some(here(Path::new(path))).filter(|path| path.exists());
+    let place = |path: &str| found(path).map_or_else(|| path.to_owned(), |path| written(&path));
+    let value = value.trim();
+    let parsed = Document::parse_toml("", &format!("value = {value}")).ok();
+    let Some(parsed) = parsed.and_then(|document| document.value("value")) else {
+        return format!("{key}={}", quoted(&place(value)));
+    };
+    let items = parsed.as_array().map(|items| items.iter().filter_map(|item| Some(quoted(&place(item.as_str()?)))));
+    let items = items.map(|items| format!("[{}]", items.collect::<Vec<_>>().join(", ")));
+    let value = items.or_else(|| Some(quoted(&place(parsed.as_str()?)))).unwrap_or_else(|| value.to_owned());
+    format!("{key}={value}")
+}
+
 /// The assignments of the command line as lines of a file, followed by `more`. Each key occurs once, and assignments to
 /// keys that the file sets itself are left out.
 fn overridden(overrides: &[String], more: &[String]) -> String {
@@ -177,7 +202,7 @@ fn overridden(overrides: &[String], more: &[String]) -> String {
             continue;
         }
         lines.retain(|(other, _)| *other != key);
-        let is_toml = diagnostics::document::Document::parse_toml("", &format!("value = {value}")).is_ok();
+        let is_toml = Document::parse_toml("", &format!("value = {value}")).is_ok();
         let value = if is_toml { value.to_owned() } else { quoted(value) };
         let is_item = key.split('.').any(|part| part.parse::<usize>().is_ok());
         let mark = if is_item { "# not here: " } else { "" };

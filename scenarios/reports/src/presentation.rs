@@ -62,6 +62,9 @@ impl Presentation {
     pub fn begin(view: &RunView, outputs: &Outputs) -> Result<Self, Error> {
         #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of the run")]
         let began = Instant::now();
+        for name in outputs.folder.iter().flat_map(|folder| [REPORT, html::FILE].map(|name| folder.join(name))) {
+            diagnostics::check_unread(&name)?;
+        }
         let staging = outputs.folder.as_deref().map(Staging::begin).transpose()?;
         let snapshots = outputs.snapshots && staging.is_some();
         let pictures = RunPictures::begin(view, snapshots, outputs.gif.as_deref())?;
@@ -109,7 +112,7 @@ impl Follower for Presentation {
 
 /// The pictures that the present report in a folder names: those of an earlier run.
 fn stale_pictures(staging: &Staging) -> Vec<String> {
-    let text = diagnostics::text_from_disk(&staging.folder().join(REPORT)).unwrap_or_default();
+    let text = staging.earlier(REPORT).unwrap_or_default();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let files = report["snapshots"].as_array().into_iter().flatten().filter_map(|picture| picture["file"].as_str());
     files.filter(|file| file.ends_with(".png") && !file.contains(['/', '\\'])).map(str::to_owned).collect()

@@ -322,6 +322,15 @@ impl Suite {
 }
 
 impl FileFinding {
+    /// The same with the path of its file, as in [`Suite::with_paths`].
+    #[must_use]
+    pub fn with_path(mut self, path: impl Fn(&str) -> Option<String>) -> Self {
+        if let Some(place) = &mut self.place {
+            place.find(path);
+        }
+        self
+    }
+
     /// It on one line: `a.toml:2:1: message (help)`.
     #[must_use]
     pub fn one_line(&self) -> String {

@@ -61,14 +61,6 @@ impl ResultsFile {
         self.path.is_dir() || there_is.is_some_and(|folder| !folder.is_dir())
     }
 
-    /// Whether it is this file, which may not exist yet. Devices and pipes have room for everything.
-    #[must_use]
-    pub fn is(&self, other: &Path) -> bool {
-        let whole = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
-        let is_special = self.path.metadata().is_ok_and(|about| !about.is_file());
-        !is_special && whole(&self.path).is_some_and(|path| Some(path) == whole(other))
-    }
-
     /// Whether nothing is lost if it is written: there is no such file yet, or it is empty, or its beginning shows that
     /// it contains earlier results in this format. A device or a pipe is not read.
     #[must_use]
@@ -98,8 +90,12 @@ impl ResultsFile {
     /// [`Error::File`] if that is not possible.
     pub fn remove(&self) -> Result<(), Error> {
         match self.path.canonicalize() {
-            Ok(path) if path.is_file() => std::fs::remove_file(&path)
-                .map_err(|source| diagnostics::Error::Write { path: self.path.clone(), source }.into()),
+            // One that is empty contains no results, and may be something else.
+            Ok(path) if path.metadata().is_ok_and(|about| about.is_file() && about.len() > 0) => {
+                diagnostics::check_unread(&path)?;
+                let removed = std::fs::remove_file(&path);
+                removed.map_err(|source| diagnostics::Error::Write { path: self.path.clone(), source }.into())
+            }
             _ => Ok(()),
         }
     }

@@ -6,7 +6,7 @@ use diagnostics::document::Document;
 use diagnostics::{FileProblems, Source, Spanned};
 
 use super::find;
-use crate::files::{Files, named, scenario_names};
+use crate::files::{Files, named, scenario_names, unmarked};
 
 /// A file from which a scenario inherits.
 pub(super) struct Base {
@@ -27,7 +27,7 @@ impl Base {
     /// The base of a document whose file is in the folder `beside`, after these bases.
     fn of(document: &Document, beside: &Path, before: &[Self], files: &Files) -> Result<Option<Self>, FileProblems> {
         let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(None) };
-        let on_disk = if span.is_assignment() { named(value, &span) } else { beside.join(value) };
+        let on_disk = if span.is_assignment() { named(value, &span) } else { beside.join(unmarked(Path::new(value))) };
         let file = files.on_disk(&on_disk).filter(|found| !found.is_dir());
         let shipped = if file.is_none() { find::shipped(find::name_of(value).unwrap_or(value)) } else { None };
         let path = shipped.map_or(on_disk, PathBuf::from);
@@ -185,7 +185,10 @@ at_s = 0
         fs::create_dir(&elsewhere).unwrap();
         fs::rename(folder.path().join("wards/north/own.scope"), elsewhere.join("own.scope")).unwrap();
         assert!(load(&folder, &[]).is_err());
-        let scenario = load(&folder, &["folder=../../elsewhere"]).unwrap();
+        // On the command line, it is relative to the current folder.
+        assert!(load(&folder, &["folder=../../elsewhere"]).is_err());
+        let set = format!("folder={:?}", elsewhere.display().to_string());
+        let scenario = load(&folder, &[&set]).unwrap();
         assert_eq!(scenario.properties[0].0, "own.scope");
 
         let hospital = folder.path().join("hospital");
@@ -193,9 +196,9 @@ at_s = 0
         for moved in ["tree.xml", "skills", "parts", "watch.scxml", "maps", "clerk.sh"] {
             fs::rename(hospital.join(moved), hospital.join("files").join(moved)).unwrap();
         }
-        assert!(load(&folder, &["folder=../../elsewhere"]).is_err());
+        assert!(load(&folder, &[&set]).is_err());
         fs::write(hospital.join("hospital.toml"), format!("folder = \"files\"\n{HOSPITAL}")).unwrap();
-        load(&folder, &["folder=../../elsewhere"]).unwrap();
+        load(&folder, &[&set]).unwrap();
     }
 
     #[test]

@@ -18,7 +18,7 @@ use skills::{Chart, Datum};
 
 use super::component_entry::{ComponentEntry, RunsEntry};
 use super::data::Data;
-use super::file_reader::FileReader;
+use super::file_reader::{FileReader, unreadable};
 use super::stand_in::{Listeners, Samples, StandIns};
 use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
@@ -172,8 +172,7 @@ impl FileReader<'_> {
             (_, RunsEntry::Device { settings, .. }) => Some(settings.value.kind().interface()),
             (None, _) => Some(entry.stands_for.map_or_else(Interface::default, DeviceKind::interface)),
             (Some(file), _) => {
-                let read = |path: &Path| self.files.read(path);
-                let interface = Interface::load(&file.value, places, &read);
+                let interface = Interface::load(&file.value, places, &self.files.reading(&file.value));
                 self.loaded(file, "interface", interface)
             }
         }
@@ -191,13 +190,17 @@ impl FileReader<'_> {
             let path = named(text, &command.span);
             // Reading a file makes it one of the scenario's files, so that it counts in their fingerprint.
             match self.files.read(&path) {
+                Err(error) if diagnostics::would_be_overwritten(&error) => {
+                    self.complaints.push(unreadable(&command.span, "program", &path, &error));
+                    Word::Text(text.clone())
+                }
                 Ok(contents) if !path.is_absolute() && self.files.on_disk(&path).is_none() => {
                     Word::File { name: text.clone(), contents: contents.into() }
                 }
                 _ => Word::Text(text.clone()),
             }
         };
-        let folder = self.files.on_disk(&named(".", &command.span));
+        let folder = self.files.working_folder(&command.span);
         let program = Program::new(command.value.iter().map(word).collect(), folder.as_deref(), limits);
         let placed =
             program.map_err(|problem| problem.of(command.span.source()).at(command.span.range(), "this command"));

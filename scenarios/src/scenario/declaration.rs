@@ -7,12 +7,12 @@ use std::sync::Arc;
 use bt::Tree;
 use channels::{Capacity, Domain, Process, ProcessId, Shape, Topology, Use, Value, WiringError};
 use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Processes, operations};
-use diagnostics::Problem;
+use diagnostics::{Problem, nearest_or_all};
 use interfaces::Interface;
 use maps::Places;
 use recording::TREE;
 use remote::Offered;
-use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
+use skills::{Chart, Datum, LeafOfSystem, SkillError, SkillOfSystem, SkillProcess, check_system};
 
 use super::leaves::entry_of;
 use super::offer::Offer;
@@ -188,10 +188,60 @@ pub(crate) fn check_machines(
         machines.iter().map(|(_, skill)| skill.data_of(&skill.machine).collect()).collect();
     let machines: Vec<SkillOfSystem<'_>> =
         machines.iter().zip(&data).map(|((name, skill), data)| (name.as_str(), &skill.machine, &data[..])).collect();
+    let mut misspelled = Vec::new();
     for error in check_system(&leaves, &machines, &topology) {
-        complaints.push(error);
+        match places.and_then(|places| misspelled_place(parts, places, &machines, &topology, &error)) {
+            Some(MisspelledPlace { problem, is_in_tree: true }) => misspelled.push(problem),
+            Some(MisspelledPlace { problem, is_in_tree: false }) => complaints.push(problem),
+            None => complaints.push(error),
+        }
+    }
+    if !misspelled.is_empty() {
+        complaints.push(parts.tree.error(&misspelled));
     }
     driven_to(&machines, &topology)
+}
+
+/// A place that the tree or the scenario gives to a machine, and that does not exist.
+struct MisspelledPlace {
+    problem: Problem,
+    is_in_tree: bool,
+}
+
+/// The reason why a machine does not fit, if that is only a value that its leaf gives it: with the name of a place
+/// instead, it fits. The value is wrong and not the machine, which may be somebody else's.
+fn misspelled_place(
+    parts: &Parts<'_>,
+    places: &Places,
+    machines: &[SkillOfSystem<'_>],
+    topology: &Topology,
+    error: &SkillError,
+) -> Option<MisspelledPlace> {
+    let SkillError::Wiring { process, .. } = error else { return None };
+    let (name, machine, data) = *machines.iter().find(|(name, ..)| name == process)?;
+    let leaf = parts.tree.leaves().find(|leaf| leaf.process() == process.as_str())?;
+    let known = || places.iter().map(|(name, _)| name);
+    data.iter().find_map(|(id, datum)| {
+        let Datum::Text(written) = datum else { return None };
+        let with = |place: &str| {
+            data.iter()
+                .map(|(other, datum)| (*other, if other == id { Datum::text(place) } else { datum.clone() }))
+                .collect::<Vec<_>>()
+        };
+        let fits = |place: &str| SkillProcess::new(name, machine, topology, with(place)).is_ok();
+        if known().any(|place| place == &**written) || !known().any(fits) {
+            return None;
+        }
+        let message = format!("there is no place `{written}`, to which the machine of `{process}` drives");
+        let help = nearest_or_all(written, "places", &known().collect::<Vec<_>>());
+        let entry = entry_of(parts.leaves, leaf).and_then(|entry| entry.data.iter().find(|(set, _)| set.value == *id));
+        let is_in_tree = entry.is_none();
+        let problem = match entry {
+            Some((set, _)) => set.span.problem(message).with_label("this place").with_help(help),
+            None => parts.tree.problem_at(leaf.id(), message, format!("its `{id}`"), help),
+        };
+        Some(MisspelledPlace { problem, is_in_tree })
+    })
 }
 
 /// Reports entries of the table `leaves` that ask what nobody offers. Returns the processes of their leaves, whose

@@ -1,7 +1,6 @@
 //! The files that faults require: other machines, or another map.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -204,8 +203,7 @@ impl FileReader<'_> {
                 self.complaints.push(problem.with_label("this fault").with_help(help));
                 continue;
             }
-            let read = |path: &Path| self.files.read(path);
-            let map = maps::load_map(&path.value, &read);
+            let map = maps::load_map(&path.value, &self.files.reading(&path.value));
             loaded = self.loaded(&path, "map", map);
         }
         loaded

@@ -139,6 +139,15 @@ impl ScenarioFile {
         let (document, bases) = document(name, text, files, overrides)?;
         let mut file = document.read(read_file)?;
         file.settings = settings::in_effect(&document);
+        // An assignment is no file beside which there are skills: those of the scenario stay.
+        if let BehaviorEntry::Files(BehaviorFiles { tree, skills }) = &mut file.behavior
+            && tree.span.is_assignment()
+            && skills.span.is_assignment()
+            && skills.span.source().text() == tree.span.source().text()
+            && !files.are_shipped()
+        {
+            skills.value = PathBuf::from("skills");
+        }
         let of_bases = bases.iter().map(|base| base.name().to_owned());
         file.sources = std::iter::once(name.to_owned()).chain(of_bases).collect();
         file.base_folders = bases.iter().map(|base| base.folder().to_owned()).collect();

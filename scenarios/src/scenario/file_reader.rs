@@ -25,7 +25,7 @@ impl FileReader<'_> {
     ) -> Option<T> {
         match result {
             Err(diagnostics::Error::Read { path: file, source }) => {
-                self.complaints.push(unreadable(&path.span, what, &file, &source));
+                self.complaints.push(self.files.hinted(&path.value, unreadable(&path.span, what, &file, &source)));
                 None
             }
             result => self.complaints.note(result),
@@ -41,15 +41,18 @@ impl FileReader<'_> {
     /// The text of the file named at `span`.
     pub(super) fn text(&mut self, span: &Span, what: &str, path: &Path) -> Option<String> {
         let text = self.files.read_text(path);
-        text.map_err(|error| self.complaints.push(unreadable(span, what, path, &error))).ok()
+        text.map_err(|error| self.complaints.push(self.files.hinted(path, unreadable(span, what, path, &error)))).ok()
     }
 }
 
 /// The problem of an unreadable file, at the location of its name.
 pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
     let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
-    let help = "a path is looked up beside the file that names it (with `--set` on a shipped scenario, in the current folder), \
-                and then among the shipped files";
+    if diagnostics::would_be_overwritten(error) {
+        return problem.with_label("named here");
+    }
+    let help = "a path is looked up beside the file that names it, or that of a `--set` in the current folder; and then among \
+                the shipped files";
     let shipped = shipped_as(what, span.text());
     let help = shipped.map_or_else(|| help.to_owned(), |shipped| format!("the shipped {what} is `{shipped}`"));
     problem.with_label("named here").with_help(help)

@@ -1,7 +1,7 @@
 //! Loads a scenario: its file, everything that the file names, and checks that it all fits together.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
@@ -18,8 +18,9 @@ use super::file_reader::FileReader;
 use super::stand_in::{Listeners, Samples};
 use super::stop::SomeProperties;
 use super::{
-    Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMade, ReadyMadeKind, Scenario,
-    ScenarioFile, Skill, WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
+    Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMade,
+    ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, component_entry, declaration, elsewhere, leaves,
+    model, places, robot, world,
 };
 use crate::error::{Complaints, Error, Recorded};
 use crate::faults::Effect;
@@ -85,6 +86,7 @@ impl Scenario {
         like: Option<Like<'_>>,
         change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
     ) -> Result<(Option<Self>, Complaints), Error> {
+        let found = &Found { files: found.files.clone().listing(), ..found.clone() };
         let assignments = overrides.iter().map(String::as_str);
         let mut file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
@@ -98,7 +100,7 @@ impl Scenario {
         });
         complaints.check()?;
         if let Some(folder) = &file.folder {
-            found.files = found.files.in_folder(&folder.value);
+            found.files = found.files.in_named_folder(folder);
             let main = &file.behavior.main_file().value;
             if found.files.read(main).is_err() {
                 let problem = folder.span.problem(format!("there is no {} in this folder", main.display()));
@@ -284,6 +286,7 @@ impl<'a> Loader<'a> {
         }
         let watching = self.watching(&file);
         let monitoring = self.shared_monitoring(&file, &properties);
+        let elsewhere = skills.as_ref().map(|skills| elsewhere::of(&file, skills, self.reader.files));
         Some(Scenario {
             name: self.found.name.clone(),
             premises: premises.transpose().ok()?,
@@ -295,6 +298,7 @@ impl<'a> Loader<'a> {
             properties,
             watching,
             schedule: None,
+            elsewhere: elsewhere.unwrap_or_default(),
             monitoring: monitoring.unwrap_or_default(),
             origin: self.origin(),
             file,
@@ -441,7 +445,7 @@ impl<'a> Loader<'a> {
         if let Some(like) = self.shared_map(file) {
             return Some(Arc::clone(&like.map));
         }
-        let map = maps::load_map(&entry.map.value, &|path: &Path| self.reader.files.read(path));
+        let map = maps::load_map(&entry.map.value, &self.reader.files.reading(&entry.map.value));
         self.reader.loaded(&entry.map, "map", map).map(Arc::new)
     }
 
@@ -450,7 +454,7 @@ impl<'a> Loader<'a> {
             return Some(Arc::clone(&like.written));
         }
         let Some(path) = &entry.places else { return Some(Arc::default()) };
-        let places = PlacesFile::load(&path.value, &|path: &Path| self.reader.files.read(path));
+        let places = PlacesFile::load(&path.value, &self.reader.files.reading(&path.value));
         self.reader.loaded(path, "places", places).map(Arc::new)
     }
 
@@ -566,6 +570,15 @@ impl<'a> Loader<'a> {
             None => {
                 let read = |path: &Spanned<PathBuf>| {
                     let text = self.reader.text(&path.span, "property file", &path.value)?;
+                    // One with mistakes is reported when its properties are loaded.
+                    let parsed = syntax::parse_file(&text);
+                    let is_property = |item: &syntax::Item| matches!(item, syntax::Item::Property(_));
+                    if parsed.problems.is_empty() && !parsed.file.items.iter().any(is_property) {
+                        let message = format!("there is no property in {}", path.value.display());
+                        let help = "write `property NAME := …`, or leave the file out";
+                        let problem = path.span.problem(message).with_label("nothing is monitored");
+                        self.reader.complaints.push(problem.with_help(help));
+                    }
                     Some((path.value.display().to_string(), text))
                 };
                 file.properties.iter().filter_map(read).collect()

@@ -36,7 +36,8 @@ impl FileReader<'_> {
         known: Option<&Arc<Model>>,
         execution: &mut Execution,
     ) -> Option<Arc<Model>> {
-        let read = |path: &Path| self.files.read_text(path);
+        let bytes = self.files.reading(&entry.path.value);
+        let read = |path: &Path| diagnostics::text(bytes(path)?);
         let model = match known {
             Some(known) => Arc::clone(known),
             None => Arc::new(self.complaints.note(Model::load(&entry.path.value, &read))?),

@@ -68,6 +68,7 @@ pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Files, Error> {
         return Ok(Files { found: vec![(path.to_owned(), format)], are_listed: true });
     }
     let mut names = names(path)?;
+    diagnostics::reading(&path.join(METADATA)).map_err(unreadable)?;
     let metadata = fs::read_to_string(path.join(METADATA)).unwrap_or_default();
     survey.distributions.extend(distribution(&metadata));
     let listed = listed(&metadata);
