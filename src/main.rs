@@ -59,6 +59,9 @@ use crate::names::ScenarioName;
 use crate::output::{complain, print};
 use crate::run::RunOptions;
 
+/// The version with the commit from which the program was built.
+const VERSION: &str = env!("STEWARD_VERSION");
+
 /// The notices that the licenses of the program's parts require.
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
@@ -79,7 +82,7 @@ Exit status:
 /// A simulated service robot whose behavior tree runs under formal monitors.
 #[derive(Debug, Parser)]
 #[command(
-    version,
+    version = VERSION,
     args_conflicts_with_subcommands = true,
     arg_required_else_help = true,
     disable_help_subcommand = true,
@@ -176,6 +179,7 @@ fn main() -> ExitCode {
     // would silently end the program. Any handler prevents that.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+    option_env!("STEWARD_COMMIT").into_iter().for_each(recording::set_commit);
     let mut command = command();
     let matches = command.try_get_matches_from_mut(std::env::args_os());
     let matches = matches.unwrap_or_else(|error| hints::with_hints(error).exit());

@@ -405,7 +405,8 @@ fn write_results(options: &RunOptions, results: &[(&Job, Result<Report, Error>)]
                 Suite { file: places.file, ..results::refused(&scenario.name, error, paths) }
             }
         };
-        suite.with_paths(results::on_disk(&[&scenario.origin.argument]))
+        let notes = suite.notes.iter().cloned().chain(scenario.elsewhere_in_words()).collect();
+        Suite { notes, ..suite }.with_paths(results::on_disk(&[&scenario.origin.argument]))
     };
     options.results.write(COMMAND, || results.iter().map(suite).collect())
 }

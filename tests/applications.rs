@@ -125,7 +125,7 @@ fn a_path_on_the_command_line_is_relative_to_the_current_folder() {
     replace(&at("b/tree.xml"), "<Gret", "<Greet");
     let right = judge("b", "tree=tree.xml");
     assert!(right.status.success(), "{}", stderr(&right));
-    assert!(stderr(&right).contains("tree.xml is taken from the current folder"), "{}", stderr(&right));
+    assert!(stderr(&right).contains("tree.xml is ./tree.xml, not beside the scenario"), "{}", stderr(&right));
     // Where there is none, that of the scenario does not take its place.
     fs::remove_file(at("b/tree.xml")).expect("it is there");
     let missing = judge("b", "tree=tree.xml");
@@ -133,7 +133,7 @@ fn a_path_on_the_command_line_is_relative_to_the_current_folder() {
     assert!(stderr(&missing).replace(' ', "").contains("../a/tree.xml"), "{}", stderr(&missing));
     // Beside the scenario, nothing is to be said.
     let beside = call(&at("a"), &["run", "scenario.toml", "--no-snapshots", "--quiet", "--set", "tree=tree.xml"]);
-    assert!(beside.status.success() && !stderr(&beside).contains("taken from"), "{}", stderr(&beside));
+    assert!(beside.status.success() && !stderr(&beside).contains("not beside"), "{}", stderr(&beside));
 }
 
 #[test]
@@ -201,4 +201,62 @@ fn a_scenario_shows_the_warnings_of_its_components_machines() {
     let checked = call(path, &["check", "scenario.toml"]);
     assert!(stderr(&alone).contains("Speaker.scxml:"), "{}", stderr(&alone));
     assert!(stderr(&checked).contains("Speaker.scxml:"), "{} {}", stderr(&alone), stderr(&checked));
+}
+
+#[test]
+fn results_say_what_they_were_made_from() {
+    let folder = two(|_| {});
+    let path = folder.path();
+    let run = |record: &str| {
+        let set = ["--set", "execution.max_time_s=9", "--set", "tree=a/tree.xml", "--record", record];
+        let done = call(path, &[&["run", "a/scenario.toml", "--no-snapshots", "--json"][..], &set].concat());
+        assert!(done.status.success(), "{}", stderr(&done));
+        let mut report: Value = serde_json::from_slice(&done.stdout).expect("JSON");
+        report.as_object_mut().expect("an object").remove("timing");
+        report
+    };
+    let (first, again) = (run("log.jsonl"), run("run.rec"));
+    assert_eq!(first, again, "nothing but the timing differs");
+    let made = &first["provenance"];
+    assert_eq!(made["scenario"], "a/scenario.toml");
+    assert_eq!(made["set"], serde_json::json!(["execution.max_time_s=9", "tree=a/tree.xml"]));
+    let inputs = |made: &Value| {
+        let inputs = made["inputs"].as_array().expect("inputs").clone();
+        inputs
+            .iter()
+            .map(|it| (it["path"].as_str().expect("a path").to_owned(), it["blake3"].clone()))
+            .collect::<Vec<_>>()
+    };
+    let names: Vec<String> = inputs(made).into_iter().map(|(path, _)| path).collect();
+    assert_eq!(names, ["./a/tree.xml", "a/scenario.toml", "properties.scope", "skills/Greet.scxml"]);
+    // The event log and the recording have the same.
+    let log = fs::read_to_string(path.join("log.jsonl")).expect("it was written");
+    let line: Value = serde_json::from_str(log.lines().next().expect("a line")).expect("JSON");
+    assert_eq!(&line["provenance"], made);
+    assert!(call(path, &["report", "run.rec", "--no-snapshots", "--quiet", "--out", "again"]).status.success());
+    let report = fs::read_to_string(path.join("again/report.json")).expect("it was written");
+    let report: Value = serde_json::from_str(&report).expect("JSON");
+    assert_eq!(&report["provenance"], made);
+    // A file that has changed has another hash, and only that one.
+    replace(&path.join("a/properties.scope"), "property", "// Later.\nproperty");
+    let changed = run("log.jsonl");
+    let differ: Vec<_> =
+        inputs(made).into_iter().zip(inputs(&changed["provenance"])).filter(|(one, other)| one != other).collect();
+    assert_eq!(differ.len(), 1, "{differ:?}");
+    assert_eq!(differ[0].0.0, "properties.scope");
+    // A campaign's results.
+    fs::write(path.join("c.toml"), "scenario = \"a/scenario.toml\"\nruns = 1\nset = [\"execution.max_time_s=8\"]\n")
+        .expect("room");
+    assert!(call(path, &["campaign", "c.toml", "--quiet"]).status.success());
+    let summary = fs::read_to_string(path.join("out/c/summary.json")).expect("it was written");
+    let summary: Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["provenance"]["set"], serde_json::json!(["execution.max_time_s=8"]));
+    assert_eq!(inputs(&summary["provenance"]).len(), 4);
+    let dataset = fs::read(path.join("out/c/dataset.parquet")).expect("it was written");
+    assert!(String::from_utf8_lossy(&dataset).contains("steward.provenance"));
+    // The version names the commit, as results do.
+    let version = String::from_utf8_lossy(&call(path, &["--version"]).stdout).into_owned();
+    let commit =
+        made["commit"].as_str().map_or_else(|| "commit unknown".to_owned(), |commit| format!("commit {commit}"));
+    assert!(version.contains(&commit), "{version}");
 }

@@ -408,7 +408,8 @@ fn check_fields(json: &Value, path: &str, fields: &BTreeMap<String, BTreeSet<Str
 #[test]
 fn report_fields() {
     let mut fields = BTreeMap::new();
-    let text = Written::of(&["scenarios/reports/src/report.rs"]).sections("Report", &mut fields);
+    let text = Written::of(&["scenarios/reports/src/report.rs", "scenarios/recording/src/provenance.rs"])
+        .sections("Report", &mut fields);
     compare_part("report", "fields", &text);
     let folder = tempdir().unwrap();
     let short = ["--set", "execution.max_time_s=22", "--set", "snapshots.at=[\"start\"]"];
@@ -422,8 +423,12 @@ fn campaign_results() {
     let columns: String = columns.iter().map(|line| format!("| {line}\n")).collect();
     compare_part("dataset", "columns", &columns);
     let statistics = "scenarios/campaigns/src/statistics";
-    let files =
-        ["scenarios/campaigns/src/summary.rs", &format!("{statistics}/count.rs"), &format!("{statistics}/sprt.rs")];
+    let files = [
+        "scenarios/campaigns/src/summary.rs",
+        "scenarios/recording/src/provenance.rs",
+        &format!("{statistics}/count.rs"),
+        &format!("{statistics}/sprt.rs"),
+    ];
     let mut fields = BTreeMap::new();
     let text = Written::of(&files).sections("Summary", &mut fields);
     compare_part("dataset", "summary", &text);

@@ -122,6 +122,11 @@ impl Memory {
     }
 }
 
+/// The hash of a file with these contents, as in [`Taken::hash`].
+pub(crate) fn hash_of(contents: &[u8]) -> String {
+    blake3::hash(contents).to_hex().to_string()
+}
+
 impl Files {
     /// The shipped files, and those that assignments name, relative to the current folder.
     #[must_use]
@@ -163,7 +168,7 @@ impl Files {
 
     fn list(&self, path: &Path, on_disk: Option<PathBuf>, bytes: &[u8]) {
         if let Some(taken) = &self.taken {
-            let hash = blake3::hash(bytes).to_hex().to_string();
+            let hash = hash_of(bytes);
             let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
             taken.insert(path.to_owned(), Taken { on_disk, hash });
         }

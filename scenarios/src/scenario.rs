@@ -170,21 +170,18 @@ impl Scenario {
         skills.chain(components).chain(self.watching.values()).chain(replaced)
     }
 
-    /// The files that it takes from elsewhere, in at most two sentences: those that come with the program, and those that
-    /// assignments name.
+    /// The files that it takes from elsewhere, in sentences: those that come with the program together, and each that an
+    /// assignment names.
     #[must_use]
     pub fn elsewhere_in_words(&self) -> Vec<String> {
         let (on_disk, shipped): (Vec<&Elsewhere>, Vec<_>) = self.elsewhere.iter().partition(|it| it.on_disk.is_some());
-        let names = |some: &[&Elsewhere]| {
-            let names: Vec<String> = some.iter().map(|it| it.path.display().to_string()).collect();
-            names.join(", ")
-        };
-        let sentence = |some: &[&Elsewhere], end: &str| (!some.is_empty()).then(|| format!("{} {end}", names(some)));
-        let of_shipped = if shipped.len() == 1 { "comes" } else { "come" };
-        let of_shipped =
-            sentence(&shipped, &format!("{of_shipped} with steward: there is no such file beside the scenario"));
-        let of_disk = if on_disk.len() == 1 { "is taken from" } else { "are taken from" };
-        of_shipped.into_iter().chain(sentence(&on_disk, &format!("{of_disk} the current folder"))).collect()
+        let names: Vec<String> = shipped.iter().map(|it| it.path.display().to_string()).collect();
+        let come = if names.len() == 1 { "comes" } else { "come" };
+        let of_shipped = format!("{} {come} with steward: there is no such file beside the scenario", names.join(", "));
+        let of_disk = on_disk.into_iter().filter_map(|Elsewhere { path, on_disk }| {
+            Some(format!("{} is {}, not beside the scenario", path.display(), on_disk.as_ref()?.display()))
+        });
+        Some(of_shipped).filter(|_| !names.is_empty()).into_iter().chain(of_disk).collect()
     }
 
     /// The machines of its skills, components and monitors, as they are written.

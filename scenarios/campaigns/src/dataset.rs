@@ -35,6 +35,7 @@ use diagnostics::Unfinished;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
@@ -62,7 +63,10 @@ impl DatasetWriter {
         let schema = fields.and_then(|fields| Type::group_type_builder("campaign").with_fields(fields).build());
         let schema = schema.map_err(|error| failed(io_error(error)))?;
         let creator = format!("steward {}", env!("CARGO_PKG_VERSION"));
-        let properties = WriterProperties::builder().set_created_by(creator).build();
+        let provenance = serde_json::to_string(&layout.provenance).expect("it is always JSON");
+        let about = vec![KeyValue::new("steward.provenance".to_owned(), provenance)];
+        let properties =
+            WriterProperties::builder().set_created_by(creator).set_key_value_metadata(Some(about)).build();
         let file = Unfinished::create(path)?;
         let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties));
         let writer = writer.map_err(|error| failed(io_error(error)))?;

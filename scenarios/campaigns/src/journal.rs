@@ -9,6 +9,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use recording::Provenance;
 use reports::REPORT;
 use serde::{Deserialize, Serialize};
 
@@ -68,6 +69,9 @@ pub(super) struct Layout {
     pub(super) model: Option<ModelLayout>,
     /// Whether its runs are those of a RoAML model.
     pub(super) of_roaml: bool,
+    /// What its runs are made from, apart from their parameters.
+    #[serde(default)]
+    pub(super) provenance: Provenance,
 }
 
 /// A campaign's model, as in [`Model`].
@@ -172,6 +176,7 @@ impl Header {
             measures: plan.file().measures.iter().map(|measure| measure.value).collect(),
             model: plan.file().model.as_ref().map(ModelLayout::from),
             of_roaml: plan.base().model().is_some(),
+            provenance: plan.base().origin.provenance(recording::commit()),
         };
         Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }
     }

@@ -278,6 +278,7 @@ impl Tally {
             again: layout.again(),
             scenario: layout.scenario.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            provenance: layout.provenance.clone(),
             runs: self.expectation.runs(),
             outcomes: self.outcomes,
             expects: layout.expects || self.outcomes.not_as_expected > 0,

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt;
 
+use recording::Provenance;
 use serde::Serialize;
 
 use super::statistics::{Count, Interval, SprtDecision};
@@ -18,6 +19,8 @@ pub struct Summary {
     pub scenario: String,
     /// The program's version.
     pub version: String,
+    /// What the runs were made from, apart from their parameters.
+    pub provenance: Provenance,
     /// The number of runs.
     pub runs: u64,
     /// How many runs were as the scenario expects, how many were not, and how many failed.

@@ -91,6 +91,7 @@ impl<W: Write> EventLogWriter<W> {
             "scenario": header.scenario,
             "seed": header.seed,
             "version": header.version,
+            "provenance": header.provenance(),
             "tick_s": seconds(header.tick),
         });
         writeln!(log.output, "{description}")?;

@@ -10,7 +10,7 @@ use monitors::{Formula, Outcome, Property, ScopeMonitor};
 use robot::LaserSpec;
 use serde::{Deserialize, Serialize};
 
-use crate::{Graph, plain};
+use crate::{Graph, InputFile, Provenance, plain};
 
 /// The name of the process that represents a run's tree: leaves send their messages to it.
 pub const TREE: &str = "BT";
@@ -20,6 +20,8 @@ pub const TREE: &str = "BT";
 pub struct Header {
     /// The version of the program that ran it.
     pub version: String,
+    /// The commit from which that program was built, if it is known.
+    pub commit: Option<String>,
     /// The scenario's name.
     pub scenario: String,
     /// What the scenario shows, on one line.
@@ -126,6 +128,23 @@ pub struct RobotBody {
     pub lasers: Vec<LaserSpec>,
 }
 
+impl Header {
+    /// What the run was made from.
+    #[must_use]
+    pub fn provenance(&self) -> Provenance {
+        self.origin.provenance(self.commit.clone())
+    }
+}
+
+impl Origin {
+    /// The same for a result of a program built from this commit.
+    #[must_use]
+    pub fn provenance(&self, commit: Option<String>) -> Provenance {
+        let Self { argument, overrides, inputs, .. } = self.clone();
+        Provenance { commit, scenario: argument, set: overrides, inputs }
+    }
+}
+
 /// Where a scenario comes from, so that it can be run again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -135,6 +154,8 @@ pub struct Origin {
     pub text: String,
     /// What the command line changed, in the syntax of `--set`.
     pub overrides: Vec<String>,
+    /// The files that it consists of, its own included.
+    pub inputs: Vec<InputFile>,
     /// If it is not a scenario but a recording of something else: the command line that judges it again. `text` is then
     /// the mapping of its messages, if it has one.
     pub recorded: Option<String>,

@@ -61,6 +61,7 @@ impl Judge {
         let start = Details { monitors: states, ..Details::default() };
         let header = Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: crate::commit(),
             scenario: name,
             about,
             origin,

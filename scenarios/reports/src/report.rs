@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use diagnostics::seconds;
 use monitors::{Outcome, Violation, Violations};
+use recording::Provenance;
 use serde::Serialize;
 
 use crate::WitnessReport;
@@ -18,6 +19,8 @@ pub struct Report {
     pub seed: u64,
     /// The program's version.
     pub version: String,
+    /// What the run was made from.
+    pub provenance: Provenance,
     /// Whether the run met the scenario's `[expect]`.
     pub outcome: OutcomeReport,
     /// Differences from `[expect]`, in words; empty when there are none.

@@ -287,6 +287,8 @@ impl Suite {
             facts: vec![
                 ("seed", report.seed.to_string()),
                 ("version", report.version.clone()),
+                ("commit", report.provenance.commit.clone().unwrap_or_else(|| "unknown".to_owned())),
+                ("set", report.provenance.set.join(" ")),
                 ("sim_time_s", report.sim_time_s.to_string()),
                 ("ticks", report.ticks.to_string()),
                 ("trace_hash", report.trace_hash.clone()),

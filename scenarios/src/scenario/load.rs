@@ -10,7 +10,7 @@ use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile, Zone};
 use monitors::{WORLD, syntax};
 use nav::Reach;
-use recording::Origin;
+use recording::{InputFile, Origin};
 use roaml::Model;
 use skills::Chart;
 
@@ -18,12 +18,13 @@ use super::file_reader::FileReader;
 use super::stand_in::{Listeners, Samples};
 use super::stop::SomeProperties;
 use super::{
-    Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMade,
+    Behavior, BehaviorFiles, Component, Found, FoundKind, Monitoring, Premises, PremisesEntry, ReadyMade,
     ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, component_entry, declaration, elsewhere, leaves,
     model, places, robot, world,
 };
 use crate::error::{Complaints, Error, Recorded};
 use crate::faults::Effect;
+use crate::files::hash_of;
 use crate::names::unknown;
 use crate::processes::BUILTIN;
 
@@ -306,8 +307,19 @@ impl<'a> Loader<'a> {
     }
 
     fn origin(&self) -> Origin {
-        let Found { argument, text, .. } = self.found.clone();
-        Origin { argument, text, overrides: self.overrides.to_vec(), ..Origin::default() }
+        let Found { argument, text, path, .. } = self.found.clone();
+        let shipped = self.found.kind == FoundKind::Shipped;
+        let own = InputFile { path: path.clone(), blake3: hash_of(text.as_bytes()), shipped };
+        let taken = self.reader.files.taken().into_iter().map(|(path, taken)| {
+            let path = path.display().to_string();
+            (path.clone(), InputFile { path, shipped: taken.on_disk.is_none(), blake3: taken.hash })
+        });
+        // What it shares with another one was read for that one.
+        let shared = self.like.into_iter().flat_map(|like| &like.origin.inputs);
+        let shared = shared.map(|input| (input.path.clone(), input.clone()));
+        let inputs: BTreeMap<String, InputFile> = shared.chain(taken).chain([(path, own)]).collect();
+        let inputs = inputs.into_values().collect();
+        Origin { argument, text, overrides: self.overrides.to_vec(), inputs, ..Origin::default() }
     }
 
     fn model(&mut self, file: &mut ScenarioFile) -> Result<Option<Arc<Model>>, Recorded> {

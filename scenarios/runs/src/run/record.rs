@@ -30,6 +30,7 @@ impl Run {
         let is_model = matches!(self.scenario.behavior, Behavior::Model(_));
         Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: recording::commit(),
             scenario: name.clone(),
             about: file.about.clone(),
             origin: origin.clone(),
