@@ -25,6 +25,8 @@ pub(crate) struct Entry {
     /// Whether SetBlackboard, or the port of a node that watches it, has given it the type `BT::Any`, as which no
     /// string can be parsed.
     is_any: bool,
+    /// Whether a port of an unknown type has named it first: then it takes whatever it gets.
+    is_unknown: bool,
     /// Whether a port declares it or it has been written. A script may not assign to an entry that does not exist.
     exists: bool,
     writes: u64,
@@ -35,11 +37,24 @@ impl Entry {
     pub(crate) fn initial(&self) -> (&Type, Option<&Value>) {
         (&self.of, self.value.as_ref())
     }
+
+    /// Whether it has a value.
+    pub(crate) fn has_value(&self) -> bool {
+        self.value.is_some()
+    }
 }
 
 impl Default for Entry {
     fn default() -> Self {
-        Self { value: None, of: Type::Any, holds: Type::Any, is_any: false, exists: false, writes: 0 }
+        Self {
+            value: None,
+            of: Type::Any,
+            holds: Type::Any,
+            is_any: false,
+            is_unknown: false,
+            exists: false,
+            writes: 0,
+        }
     }
 }
 
@@ -225,7 +240,8 @@ impl Blackboard {
         if entry.of.is_strong() && entry.of != of {
             return Err(ValueError::of_type(self.name(slot), &entry.of, &of));
         }
-        self.entries[slot.0 as usize].is_any |= own && !self.entry(slot).of.is_strong();
+        let is_open = !self.entry(slot).of.is_strong() && !self.entry(slot).is_unknown;
+        self.entries[slot.0 as usize].is_any |= own && is_open;
         self.put(slot, value, Some(of));
         Ok(())
     }
@@ -249,14 +265,20 @@ impl Blackboard {
     /// Creates an entry with a permanent type.
     pub(crate) fn declare(&mut self, slot: Slot, of: Type) {
         let entry = &mut self.entries[slot.0 as usize];
-        (entry.exists, entry.of, entry.is_any) = (true, of, false);
+        (entry.exists, entry.of, entry.is_any, entry.is_unknown) = (true, of, false, false);
     }
 
     /// Creates an entry with the type of another one.
     pub(crate) fn declare_like(&mut self, slot: Slot, other: Slot) {
-        let Entry { of, is_any, .. } = self.entry(other).clone();
+        let Entry { of, is_any, is_unknown, .. } = self.entry(other).clone();
         self.declare(slot, of);
-        self.entries[slot.0 as usize].is_any = is_any;
+        let entry = &mut self.entries[slot.0 as usize];
+        (entry.is_any, entry.is_unknown) = (is_any, is_unknown);
+    }
+
+    /// Whether the type of an entry is unknown: the robot's program knows it, and the file does not.
+    pub(crate) fn is_unknown(&self, slot: Slot) -> bool {
+        self.entry(slot).is_unknown
     }
 
     /// Whether an entry has the type `BT::Any`: then no string can be parsed as its type.
@@ -325,6 +347,19 @@ impl Declared {
         }
     }
 
+    /// Registers a port of an unknown type for the entry.
+    pub(crate) fn unknown_port(&mut self, slot: Slot) {
+        let entry = self.entry(slot);
+        if !entry.exists {
+            (entry.exists, entry.is_unknown) = (true, true);
+        }
+    }
+
+    /// Whether the type of the entry is unknown.
+    pub(crate) fn is_unknown(&self, slot: Slot) -> bool {
+        self.entries.get(slot.0 as usize).is_some_and(|entry| entry.is_unknown)
+    }
+
     /// Whether the entry has the type `BT::Any`.
     pub(crate) fn is_any(&self, slot: Slot) -> bool {
         self.entries.get(slot.0 as usize).is_some_and(|entry| entry.is_any)
@@ -348,7 +383,7 @@ impl Declared {
     pub(crate) fn constant(&mut self, slot: Slot, text: &str) {
         let (value, of) = typed(text);
         let holds = if of == Type::Any { Type::Text } else { of.clone() };
-        *self.entry(slot) = Entry { value: Some(value), of, holds, is_any: false, exists: true, writes: 1 };
+        *self.entry(slot) = Entry { value: Some(value), of, holds, exists: true, writes: 1, ..Entry::default() };
     }
 }
 

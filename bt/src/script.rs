@@ -1,6 +1,6 @@
 //! BehaviorTree.CPP's scripting language.
 //!
-//! A script is a list of expressions separated by semicolons; its value is that of the last one. Expressions consist of
+//! A script is a list of expressions, separated by semicolons, which may be left out; its value is that of the last one. Expressions consist of
 //! numbers, strings in single quotes, `true` and `false`, names of blackboard entries and of constants, and these
 //! operators, from the lowest to the highest precedence:
 //!
@@ -24,14 +24,21 @@ mod parse;
 mod reading;
 mod token;
 
+use std::ops::Range;
+
 pub(crate) use evaluate::ScriptError;
 pub(crate) use expression::{Assignment, Binary, Comparison, Expression, Script};
 pub(crate) use reading::{Names, SyntaxError};
 
 impl Script {
-    /// Reads a script.
-    pub(crate) fn parse(text: &str, names: &mut dyn Names) -> Result<Self, SyntaxError> {
-        parse::parse(text, names).map(|statements| Self { statements })
+    /// Reads a script. Also gives the place of the first statement that no semicolon separates from the one before it.
+    pub(crate) fn parse(text: &str, names: &mut dyn Names) -> Result<(Self, Option<Range<usize>>), SyntaxError> {
+        parse::parse(text, names).map(|(statements, unseparated)| (Self { statements }, unseparated))
+    }
+
+    /// The script that does nothing.
+    pub(crate) fn empty() -> Self {
+        Self { statements: Vec::new() }
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(crate) use input::{Input, ReadError};
 pub(crate) use nav2::{DetourGuard, DistanceLimit, Goals, Index, Nav2, SpeedLimit, Update, period};
 
-use crate::blackboard::{Blackboard, ScopeId, Slot, Type, Value, ValueError};
+use crate::blackboard::{Blackboard, ScopeId, Scopes, Slot, Type, Value, ValueError};
 use crate::script::Script;
 use crate::semantics::PortReading;
 use crate::{Item, Kind, Status};
@@ -73,6 +73,45 @@ impl Setting {
     pub(crate) fn script(&self) -> Option<&Script> {
         match self {
             Self::Script(script) | Self::Condition(script) | Self::Precondition { script, .. } => Some(script),
+            _ => None,
+        }
+    }
+
+    /// The inputs that the file gives to one of BehaviorTree.CPP's nodes. Those of Nav2's nodes come from outside.
+    pub(crate) fn inputs(&self) -> Vec<&Input> {
+        match self {
+            Self::Numbers(inputs) => inputs.iter().flatten().map(|(input, _)| input).collect(),
+            Self::Switch { variable, cases, .. } => variable.iter().chain(cases.iter().flatten()).collect(),
+            Self::Precondition { otherwise, .. } => vec![otherwise],
+            Self::Loop(one) => vec![&one.queue, &one.if_empty],
+            Self::SetBlackboard { key, value, .. } => vec![key, value],
+            Self::UnsetBlackboard { key, .. } => vec![key],
+            Self::Nothing | Self::Constant(_) | Self::Script(_) | Self::Condition(_) => Vec::new(),
+            Self::Watched(_) | Self::Nav2(_) => Vec::new(),
+        }
+    }
+
+    /// The entries that the node writes, apart from its scripts.
+    pub(crate) fn written(&self, scopes: &Scopes) -> Vec<Slot> {
+        match self {
+            Self::Loop(one) => one.value.into_iter().collect(),
+            Self::SetBlackboard { key: Input::Constant(key), scope, .. } => {
+                scopes.find(*scope, &key.to_text()).into_iter().collect()
+            }
+            Self::Nav2(nav2) => match &**nav2 {
+                Nav2::Index(index) => vec![index.slot],
+                Nav2::Updates(updates) => updates.iter().filter_map(|update| update.output).collect(),
+                _ => Vec::new(),
+            },
+            _ => Vec::new(),
+        }
+    }
+
+    /// The key that it names without a port: what it sets or unsets.
+    pub(crate) fn named_key(&self) -> Option<Arc<str>> {
+        match self {
+            Self::SetBlackboard { key: Input::Constant(key), .. }
+            | Self::UnsetBlackboard { key: Input::Constant(key), .. } => Some(key.to_text()),
             _ => None,
         }
     }
@@ -201,8 +240,11 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
             )
             .into());
         }
-        read = read.filter(|_| of.is_strong()).map(|text| of.convert(&text)).transpose()?;
-        holds = of;
+        // One whose type only the robot's program knows is taken to be able to.
+        if !board.is_unknown(slot) {
+            read = read.filter(|_| of.is_strong()).map(|text| of.convert(&text)).transpose()?;
+            holds = of;
+        }
     }
     let own = key.starts_with('@') || board.is_own(scope, &key);
     board.copy(slot, read, holds, own)?;

@@ -8,6 +8,7 @@ mod assemble;
 mod compile;
 mod document;
 mod elements;
+mod entries;
 mod instances;
 mod kept;
 mod layout;

@@ -6,6 +6,8 @@ mod answers;
 mod broken;
 #[path = "../../diagnostics/tests/xml/disturbed.rs"]
 mod disturbed;
+mod doubtful;
+mod entries;
 mod forest;
 mod kinds;
 mod layout;

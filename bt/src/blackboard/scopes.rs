@@ -1,6 +1,6 @@
 //! Scopes of the blackboard: which entry a key refers to in which tree.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A tree or subtree, which has its own names.
@@ -32,6 +32,8 @@ pub(crate) struct Scopes {
     scopes: Vec<Scope>,
     names: Vec<(ScopeId, Arc<str>)>,
     slots: BTreeMap<(ScopeId, Arc<str>), Slot>,
+    /// The keys that a subtree gets from outside and that its nodes name, with its scope.
+    used: BTreeSet<(ScopeId, String)>,
 }
 
 impl Scopes {
@@ -67,6 +69,39 @@ impl Scopes {
         self.slots.get(&(scope, Arc::from(key))).copied()
     }
 
+    /// Notes that a node of this scope names a key: the subtrees around it use what they get under that name.
+    pub(crate) fn mention(&mut self, mut scope: ScopeId, key: &str) {
+        let mut key = key.to_owned();
+        while !key.starts_with('@') {
+            let Scope { parent, remapped, constants, autoremap } = &self.scopes[scope.0 as usize];
+            let Some(parent) = *parent else { return };
+            let above = match remapped.get(&key) {
+                Some(above) => above.clone(),
+                None if constants.contains_key(&key) || !autoremap || key.starts_with('_') => key.clone(),
+                None => {
+                    scope = parent;
+                    continue;
+                }
+            };
+            let is_shared = remapped.contains_key(&key);
+            if !self.used.insert((scope, key)) || !is_shared {
+                return;
+            }
+            (scope, key) = (parent, above);
+        }
+    }
+
+    /// Whether a node of this scope names a key that the scope gets from outside.
+    pub(crate) fn is_mentioned(&self, scope: ScopeId, key: &str) -> bool {
+        self.used.contains(&(scope, key.to_owned()))
+    }
+
+    /// The entry of a key that a node names, created if necessary.
+    pub(crate) fn named_slot(&mut self, scope: ScopeId, key: &str) -> Slot {
+        self.mention(scope, key);
+        self.slot(scope, key)
+    }
+
     /// The entry of a key, created if necessary.
     pub(crate) fn slot(&mut self, scope: ScopeId, key: &str) -> Slot {
         let (scope, key) = self.resolve(scope, key);
@@ -81,6 +116,11 @@ impl Scopes {
     /// The key of an entry in its own scope.
     pub(crate) fn name(&self, slot: Slot) -> &str {
         &self.names[slot.0 as usize].1
+    }
+
+    /// The keys of the entries that belong to this scope.
+    pub(crate) fn own_keys(&self, scope: ScopeId) -> impl Iterator<Item = &str> {
+        self.names.iter().filter(move |(of, _)| *of == scope).map(|(_, key)| &**key)
     }
 
     /// The names of all entries, by their numbers.

@@ -130,6 +130,24 @@ impl Type {
         }
     }
 
+    /// A number in a text of this type that is not a number as a whole, and the number that is read.
+    pub(crate) fn reads_only_part(&self, text: &str) -> Option<(String, String)> {
+        let whole = |read: &Value| match read {
+            Value::Int(number) => text.trim().parse() == Ok(*number),
+            Value::Real(_) => text.trim().parse::<f64>().is_ok(),
+            Value::Text(_) | Value::List(_) => true,
+        };
+        match self {
+            Self::Int { .. } | Self::Real | Self::Float => {
+                let read = self.parse(text).ok().filter(|read| !whole(read))?;
+                let number = if let Value::Real(number) = read { number.to_string() } else { read.to_string() };
+                Some((text.to_owned(), number))
+            }
+            Self::List(item) => text.split(';').find_map(|part| item.reads_only_part(part)),
+            _ => None,
+        }
+    }
+
     /// The type of a value that a program gives without a type: that of a literal of its kind in C++.
     pub(crate) fn of_value(value: &Value) -> Self {
         match value {

@@ -39,7 +39,8 @@ type Evaluated = Result<Value, ScriptError>;
 impl Script {
     /// Runs the script: its value is that of its last expression.
     pub(crate) fn run(&self, board: &mut Blackboard) -> Evaluated {
-        let (last, others) = self.statements.split_last().expect("a script has a statement");
+        // A <Script> may be empty; nothing reads its value.
+        let Some((last, others)) = self.statements.split_last() else { return Ok(Value::from(true)) };
         for statement in others {
             statement.evaluate(board)?;
         }

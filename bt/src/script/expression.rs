@@ -28,6 +28,13 @@ impl Script {
 }
 
 impl Script {
+    /// Adds the entries whose values the script reads, with their names.
+    pub(crate) fn read(&self, names: &mut BTreeMap<Slot, Arc<str>>) {
+        for statement in &self.statements {
+            statement.read(names);
+        }
+    }
+
     /// Whether the script calculates with an integer that is too large for it: one in its text, or the value of one of
     /// these entries. Those to which it assigns such an integer are added.
     pub(crate) fn calculates_with_large(&self, large: &mut BTreeSet<Slot>) -> bool {
@@ -40,6 +47,23 @@ impl Script {
 }
 
 impl Expression {
+    /// Adds the entries whose values it reads, as [`Script::read`] does.
+    fn read(&self, names: &mut BTreeMap<Slot, Arc<str>>) {
+        match self {
+            Self::Literal(_) => {}
+            Self::Name(slot, name) => {
+                names.entry(*slot).or_insert_with(|| Arc::clone(name));
+            }
+            Self::Unary(_, operand) | Self::Assignment(_, _, _, operand) => operand.read(names),
+            Self::Binary(_, left, right) => [left, right].into_iter().for_each(|side| side.read(names)),
+            Self::Comparison(first, others) => {
+                first.read(names);
+                others.iter().for_each(|(_, other)| other.read(names));
+            }
+            Self::Choice(parts) => parts.iter().for_each(|part| part.read(names)),
+        }
+    }
+
     /// Whether the value can be an integer that is too large to calculate with, as far as the file shows.
     fn find_large(&self, large: &mut BTreeSet<Slot>, calculates: &mut bool) -> bool {
         match self {

@@ -17,20 +17,21 @@ const CHOICE: u8 = 2;
 const COMPARISON: u8 = 5;
 const PREFIX: u8 = 10;
 
-pub(super) fn parse(text: &str, names: &mut dyn Names) -> Result<Vec<Expression>, SyntaxError> {
+/// The statements, and where the first of them begins that no semicolon separates from the one before.
+pub(super) fn parse(text: &str, names: &mut dyn Names) -> Result<(Vec<Expression>, Option<Range<usize>>), SyntaxError> {
     let mut parser = Parser { tokens: tokens(text)?, next: 0, depth: 0, operators: 0, names };
-    let mut statements = Vec::new();
+    let (mut statements, mut unseparated) = (Vec::new(), None);
     while parser.peek() != TokenKind::End {
         statements.push(parser.expression(0)?);
         if !parser.accept(";") && parser.peek() != TokenKind::End {
-            return Err(parser.unexpected("an operator, or `;` before the next expression"));
+            unseparated = unseparated.or_else(|| Some(parser.range()));
         }
         while parser.accept(";") {}
     }
     if statements.is_empty() {
         return Err(SyntaxError { message: "the script is empty".to_owned(), range: 0..text.len() });
     }
-    Ok(statements)
+    Ok((statements, unseparated))
 }
 
 struct Parser<'a, 'n> {

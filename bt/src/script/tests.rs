@@ -22,7 +22,7 @@ impl Names for Namespace {
 fn value(script: &str) -> String {
     let mut table = Namespace(Scopes::default());
     table.0.push(Scope::default());
-    let script = match Script::parse(script, &mut table) {
+    let script = match Script::parse(script, &mut table).map(|(script, _)| script) {
         Ok(script) => script,
         Err(error) => return format!("{:?}: {}", error.range, error.message),
     };
@@ -73,7 +73,7 @@ amounts_to! {
     an_entry_that_does_not_exist_is_not_assigned_to: ["x = 1" => "the blackboard has no entry `x`; use `:=` to create one"];
     an_entry_that_does_not_exist_is_not_read: ["x" => "the blackboard has no entry `x`"];
     an_entry_without_a_value_is_not_read: ["x := x + 1" => "the entry `x` has no value yet"];
-    statements_are_separated_by_semicolons: ["1; 2;; 3;" => "3", "1 2" => "2..3: expected an operator, or `;` before the next expression"];
+    statements_are_separated_by_semicolons: ["1; 2;; 3;" => "3", "1 2" => "2"];
     names_may_have_an_at_sign: ["@x := 4; x" => "4"];
     mistakes_are_found_at_their_places: [
         "" => "0..0: the script is empty",

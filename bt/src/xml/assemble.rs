@@ -178,7 +178,12 @@ pub(super) fn assemble(
     program.watched = names.watched;
     let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
-    Some(Tree { name, nodes, program, sources: sources.to_vec(), library: Arc::clone(library), main, concerns: None })
+    let sources = sources.to_vec();
+    let tree = Tree { name, nodes, program, sources, library: Arc::clone(library), main, concerns: None };
+    for (file, problem) in tree.entry_concerns() {
+        files[file].problems.push(problem);
+    }
+    Some(tree)
 }
 
 /// Sets where each node's subtree ends: where that of its last child does.
@@ -298,6 +303,9 @@ impl Assembly<'_> {
         } else {
             let setting = compiler.setting();
             flags.add(Flags::READS, !setting.is_constant());
+            if let Some(key) = setting.named_key() {
+                self.names.scopes.mention(self.names.scope, &key);
+            }
             self.program.settings.push(setting);
             self.program.settings.len()
         };
@@ -325,6 +333,7 @@ impl Assembly<'_> {
         for (name, value, key) in given.chain(defaults) {
             match key {
                 Some(key) => {
+                    self.names.scopes.mention(parent, key);
                     scope.remapped.insert(name.to_owned(), key.to_owned());
                 }
                 None => {
@@ -359,7 +368,7 @@ impl Names for Directory {
     }
 
     fn slot(&mut self, name: &str) -> Slot {
-        self.scopes.slot(self.scope, name)
+        self.scopes.named_slot(self.scope, name)
     }
 }
 
@@ -369,12 +378,12 @@ impl Surroundings for Directory {
     }
 
     fn port(&mut self, key: &str, of: &Type) -> (Slot, Option<Clash>) {
-        let slot = self.scopes.slot(self.scope, key);
+        let slot = self.scopes.named_slot(self.scope, key);
         (slot, self.declared.port(slot, of))
     }
 
     fn any_port(&mut self, key: &str) -> Slot {
-        let slot = self.scopes.slot(self.scope, key);
+        let slot = self.scopes.named_slot(self.scope, key);
         self.declared.any_port(slot);
         slot
     }
@@ -391,6 +400,12 @@ impl Surroundings for Directory {
     fn watch(&mut self, slot: Slot) -> usize {
         self.watched.push(slot);
         self.watched.len() - 1
+    }
+
+    fn unknown_port(&mut self, key: &str) -> Slot {
+        let slot = self.scopes.named_slot(self.scope, key);
+        self.declared.unknown_port(slot);
+        slot
     }
 
     fn constants(&self) -> Arc<Constants> {

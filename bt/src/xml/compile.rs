@@ -1,6 +1,7 @@
 //! Compiles a node's attributes into its settings.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::Problem;
@@ -8,7 +9,10 @@ use miette::SourceSpan;
 
 use super::elements::span;
 use super::ports::{Port, is_port_name, ports};
-use super::problems::{Problems, missing_port, not_supported, port_value, types_differ};
+use super::problems::{
+    Problems, missing_port, not_supported, partly_read, port_value, types_differ, unbraced_output,
+    unseparated_statement,
+};
 use crate::blackboard::{Clash, ScopeId, Slot, Type, braced_key, pointed_key};
 use crate::hooks::Hooks;
 use crate::library::{Attribute, Model};
@@ -39,8 +43,16 @@ pub(super) trait Surroundings: Names {
     /// The number of an entry that a node watches.
     fn watch(&mut self, slot: Slot) -> usize;
 
+    /// The entry of a key to which a port of an unknown type refers.
+    fn unknown_port(&mut self, key: &str) -> Slot;
+
     /// All constants.
     fn constants(&self) -> Arc<Constants>;
+
+    /// Whether attributes are only checked: each once, wherever the node is used.
+    fn only_checks(&self) -> bool {
+        false
+    }
 }
 
 /// Surroundings in which all names refer to the same entry, for checking attributes.
@@ -81,8 +93,16 @@ impl Surroundings for Nowhere {
         0
     }
 
+    fn unknown_port(&mut self, _: &str) -> Slot {
+        Slot(0)
+    }
+
     fn constants(&self) -> Arc<Constants> {
         self.0.clone()
+    }
+
+    fn only_checks(&self) -> bool {
+        true
     }
 }
 
@@ -111,6 +131,10 @@ impl Compiler<'_> {
                 let variable = self.input(first?);
                 let cases = ports(self.kind)[1..].iter().map(|port| self.input(port)).collect();
                 Setting::Switch { variable, cases, constants: self.names.constants() }
+            }
+            // BehaviorTree.CPP compares a script with its last one before it reads it, which is none.
+            Kind::Script if self.attribute("code").is_some_and(|code| code.value.is_empty()) => {
+                Setting::Script(Script::empty())
             }
             Kind::Script => Setting::Script(self.code(first?)?),
             Kind::ScriptCondition => Setting::Condition(self.code(first?)?),
@@ -348,19 +372,21 @@ impl Compiler<'_> {
     }
 
     fn script(&mut self, attribute: &Attribute) -> Option<Script> {
+        let whole = attribute.value_span;
+        let place = |range: Range<usize>| {
+            // At the end of the file there is nothing to mark except the text before it.
+            if attribute.is_plain { span(whole.offset() + range.start..whole.offset() + range.end) } else { whole }
+        };
         match Script::parse(&attribute.value, self.names) {
-            Ok(script) => Some(script),
+            Ok((script, unseparated)) => {
+                if let Some(range) = unseparated.filter(|_| self.names.only_checks()) {
+                    self.problems.push(unseparated_statement(place(range)));
+                }
+                Some(script)
+            }
             Err(error) => {
-                let whole = attribute.value_span;
-                let span = if attribute.is_plain {
-                    let start = whole.offset() + error.range.start;
-                    // At the end of the file there is nothing to mark except the text before it.
-                    span(start..whole.offset() + error.range.end)
-                } else {
-                    whole
-                };
                 let problem = Problem::new(format!("cannot parse this script: {}", error.message));
-                self.problems.push(problem.at(span, "here"));
+                self.problems.push(problem.at(place(error.range), "here"));
                 None
             }
         }
@@ -377,6 +403,24 @@ impl Compiler<'_> {
             }
         }
         has_any.then_some(hooks)
+    }
+
+    /// Warns of numbers that are read only up to where they stop being numbers, and of output ports that name no entry.
+    pub(super) fn check_values(&mut self, model: Option<&Model>) {
+        let builtin = |name: &str| ports(self.kind).iter().find(|port| port.name == name).map(|port| port.of.type_of());
+        for Attribute { name, written, value, value_span, .. } in self.attributes {
+            let port = model.and_then(|model| model.port(name));
+            let of = builtin(name).or_else(|| port.map(|port| port.of.clone()));
+            if pointed_key(name, value).is_some() || !is_port_name(name) {
+                continue;
+            }
+            if let Some((text, read)) = of.and_then(|of| of.reads_only_part(value)) {
+                self.problems.push(partly_read(written, &text, &read, *value_span));
+            }
+            if port.is_some_and(|port| port.direction == Direction::Output) && !value.is_empty() {
+                self.problems.push(unbraced_output(written, value, *value_span));
+            }
+        }
     }
 
     /// Warns of a key that BehaviorTree.CPP does not see as one while it loads the tree, because of what is around it.
@@ -428,7 +472,12 @@ impl Compiler<'_> {
         for attribute in self.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {
             let port = model.and_then(|model| model.port(&attribute.name));
             let (direction, of) = port.map_or((Direction::InOut, Type::Any), |port| (port.direction, port.of.clone()));
-            let (input, is_declared) = (self.value(attribute, &of, direction), port.is_some());
+            let is_typed = port.is_some_and(|port| port.type_name.is_some());
+            let input = match pointed_key(&attribute.name, &attribute.value).filter(|_| !is_typed) {
+                Some(key) => Some(Input::Entry(self.names.unknown_port(key), key.into())),
+                None => self.value(attribute, &of, direction),
+            };
+            let is_declared = port.is_some();
             let is_own = self.is_own(input.as_ref());
             given.insert(attribute.name.clone(), LeafPort { direction, of, input, is_declared, is_own });
         }

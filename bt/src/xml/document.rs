@@ -213,7 +213,7 @@ fn definitions(
         let format = check_format(document.root_element(), problems);
         let mut scan = Scan { loader, format, file: *file, problems, models, trees, unknown: BTreeMap::new() };
         let own = scan.read_root(document.root_element());
-        check_ids(&own, problems);
+        check_ids(&own, document.root_element(), format, problems);
         let ids: BTreeSet<&str> = own.iter().filter_map(|tree| tree.id.as_deref()).collect();
         definitions.retain(|earlier| earlier.id.as_deref().is_none_or(|id| !ids.contains(id)));
         definitions.extend(own);
@@ -268,10 +268,17 @@ fn check_categories(loader: &Loader, definitions: &[Definition], models: &Models
 }
 
 /// Checks that several trees of a file have different IDs.
-fn check_ids(definitions: &[Definition], problems: &mut Problems) {
+fn check_ids(definitions: &[Definition], root: Node<'_, '_>, format: u8, problems: &mut Problems) {
     let mut seen = BTreeMap::new();
+    let has_others = root.children().filter(Node::is_element).count() > 1;
     for Definition { id, span, .. } in definitions {
         let Some(id) = id else {
+            if definitions.len() <= 1 && has_others && format == 4 {
+                let message = "a tree needs an ID if there is anything else in <root>, such as <TreeNodesModel>";
+                let help = "write <BehaviorTree ID=\"…\">; BehaviorTree.CPP refuses to load this tree: \"The tag \
+                            <BehaviorTree> must have the attribute [ID]\"";
+                problems.push(Problem::new(message).at(*span, "this tree has no ID").with_help(help));
+            }
             if definitions.len() > 1 {
                 let problem = Problem::new("a tree needs an ID if there are others");
                 problems.push(problem.at(*span, "this tree has no ID").with_help("write <BehaviorTree ID=\"…\">"));

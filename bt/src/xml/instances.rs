@@ -53,7 +53,7 @@ impl Tree {
     }
 
     /// The index of the subtree in which a node is; none in the main tree.
-    fn around(&self, node: &Node) -> Option<usize> {
+    pub(super) fn around(&self, node: &Node) -> Option<usize> {
         let above = std::iter::successors(node.parent, |parent| self.node(*parent).parent);
         above.map(crate::NodeId::index).find(|place| self.nodes[*place].kind == Kind::SubTree)
     }

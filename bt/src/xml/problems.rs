@@ -178,6 +178,33 @@ pub(super) fn port_value(port: &str, message: &str, span: SourceSpan, help: Opti
     Problem::new(format!("the port `{port}`: {message}")).at(span, "not accepted here").with_help_if(help)
 }
 
+/// A statement of a script is not separated from the one before it.
+pub(super) fn unseparated_statement(span: SourceSpan) -> Problem {
+    let problem = Problem::new("there is no `;` before this statement").as_warning().at(span, "a new statement");
+    problem.with_help(
+        "BehaviorTree.CPP reads this from 4.9.0 on; earlier releases refuse to load the tree, and a line break does not \
+         end a statement",
+    )
+}
+
+/// Only the beginning of a port's value is a number.
+pub(super) fn partly_read(port: &str, text: &str, read: &str, span: SourceSpan) -> Problem {
+    let problem = Problem::new(format!("the port `{port}`: `{text}` is read as {read}")).as_warning();
+    let help = if text.contains(',') { "write a point, not a comma" } else { "write nothing after the number" };
+    problem.at(span, "not a number as a whole").with_help(format!(
+        "{help}: like BehaviorTree.CPP, this reads the number at the beginning and ignores the rest"
+    ))
+}
+
+/// An output port whose value is no entry.
+pub(super) fn unbraced_output(port: &str, value: &str, span: SourceSpan) -> Problem {
+    let problem = Problem::new(format!("the output port `{port}` names no entry")).as_warning();
+    problem.at(span, format!("write {{{value}}}")).with_help(format!(
+        "BehaviorTree.CPP 4 refuses to write to it: \"setOutput requires a blackboard pointer\"; version 3 wrote to the \
+         entry `{value}`"
+    ))
+}
+
 /// The name that was probably meant, or else all known names, as help. `None` after very many problems, so that a
 /// malicious file does not cause endless searching.
 pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str> + Clone, problems: usize) -> Option<String> {

@@ -16,13 +16,13 @@ use super::model::misplaced;
 use super::nav2::nav2_models;
 use super::ports::is_port_name;
 use super::problems::{
-    MAX_PROBLEMS, Problems, child_count, missing_port, near, not_supported, port_value, too_deep, unknown_node,
-    wrong_category,
+    MAX_PROBLEMS, Problems, child_count, missing_port, near, not_supported, port_value, too_deep, unbraced_output,
+    unknown_node, wrong_category,
 };
 use super::vocabulary::{self, Builtin};
 use crate::blackboard::pointed_key;
 use crate::library::{Attribute, Definition, Model, Models, Scanned};
-use crate::{Category, Kind};
+use crate::{Category, Direction, Kind};
 
 /// The port of a RoundRobin.
 const WRAP_AROUND: &str = "wrap_around";
@@ -148,7 +148,8 @@ impl Scan<'_> {
             if parent.is_some_and(|parent| nodes[parent].kind == Kind::ReactiveSequence) {
                 self.check_explicit_child(element, kind, &type_id);
             }
-            let attributes = self.read_attributes(element, kind);
+            let mut attributes = self.read_attributes(element, kind);
+            self.name_outputs(&type_id, &mut attributes);
             let scanned = Scanned { kind, type_id, attributes, span: tag_span(element), parent };
             self.check_ports(element, &scanned);
             place = Some(nodes.len());
@@ -169,7 +170,9 @@ impl Scan<'_> {
                 // In version 3 these were names of entries, not values.
                 value = format!("{{{value}}}");
             }
-            let is_plain = text.get(attribute.range_value()) == Some(&value);
+            // XML reads a line break or a tab in an attribute as a space.
+            let raw = text.get(attribute.range_value()).map(|raw| raw.replace(['\t', '\n', '\r'], " "));
+            let is_plain = raw.as_ref() == Some(&value);
             Attribute {
                 name: vocabulary::current_port_name(kind, written).to_owned(),
                 written: written.to_owned(),
@@ -186,6 +189,19 @@ impl Scan<'_> {
             attributes.push(Attribute { written: name.clone(), name, value, span, value_span: span, is_plain: false });
         }
         attributes
+    }
+
+    /// In version 3, an output port without braces names an entry, too.
+    fn name_outputs(&mut self, type_id: &str, attributes: &mut [Attribute]) {
+        let Some(model) = self.models.get(type_id).filter(|_| self.format == 3) else { return };
+        for attribute in attributes {
+            let Attribute { name, written, value, value_span, is_plain, .. } = attribute;
+            let is_output = model.port(name).is_some_and(|port| port.direction == Direction::Output);
+            if is_output && !value.is_empty() && pointed_key(name, value).is_none() {
+                self.problems.push(unbraced_output(written, value, *value_span));
+                (*value, *is_plain) = (format!("{{{value}}}"), false);
+            }
+        }
     }
 
     /// The kind and ID of an element.
@@ -330,6 +346,7 @@ impl Scan<'_> {
         compiler.hooks();
         compiler.check_scripts();
         compiler.check_braces(model);
+        compiler.check_values(model);
         match kind {
             Kind::SubTree => self.check_subtree_ports(scanned),
             Kind::Action | Kind::Condition => {

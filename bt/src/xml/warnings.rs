@@ -76,6 +76,9 @@ impl Assembled<'_> {
             let is_made = is_declared || by_script.is_some_and(|by| !self.comes_first(node.number.0, *by));
             let of = slot.map_or(Type::Any, |slot| self.declared.type_of(slot));
             let is_any = slot.is_some_and(|slot| self.declared.is_any(slot));
+            if slot.is_some_and(|slot| self.declared.is_unknown(slot)) {
+                continue;
+            }
             if let Some(problem) = copy_refused(&key, of, (is_any, is_made), &source) {
                 report(node, problem);
             }
