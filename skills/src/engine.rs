@@ -5,8 +5,8 @@
 //! (all of them, if there are functions among them); afterwards they are taken back. So a machine remains a value, and
 //! two machines share nothing. Only what data can hold is kept between evaluations: plain values, arrays, plain
 //! objects, and functions as their source. A function therefore sees data and other functions, but no variables of an
-//! enclosing function. An object loses its class, and a class is known only in its own script. A value with a `toJSON`
-//! (such as a `Date`) is kept as its result. A `Map`, a `RegExp` and the like cannot be kept.
+//! enclosing function. An object loses its class, and a class is known only in its own script. A `Date`, a `Map`, a
+//! `RegExp` and the like cannot be kept.
 //!
 //! Every evaluation has its own engine: changes to the engine's objects are gone afterwards, and so are thrown errors.
 //! Promises are settled before the program ends.

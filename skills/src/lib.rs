@@ -115,6 +115,7 @@
 //! machines fit their channels when a scenario is loaded. `mutation` introduces a mistake into a machine's text without
 //! moving any line.
 
+mod answers;
 mod bit_set;
 mod chart;
 mod datum;

@@ -19,7 +19,7 @@ mod value;
 mod xml;
 
 pub use layout::layout;
-pub(crate) use reach::can_be_done;
+pub(crate) use reach::{can_be_done, constant};
 pub use rules::{attributes_of, elements_in};
 pub(crate) use send::INTERNAL_TARGET;
 pub(crate) use xml::{Written, name_span, own_elements};

@@ -78,9 +78,12 @@ fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
         return;
     }
     if !is_scxml(&node) {
-        // It has a purpose elsewhere (SCXML 4.10).
-        let problem = Problem::new(format!("<{name}> is not an SCXML element and is ignored")).as_warning();
-        problems.push(problem.at(name_span(node), "of another namespace"));
+        // It has a purpose elsewhere (SCXML 4.10), as the layout that editors save with a machine, unless it is called
+        // like one of SCXML.
+        if Rule::of(name).is_some() {
+            let problem = Problem::new(format!("<{name}> is not an SCXML element and is ignored")).as_warning();
+            problems.push(problem.at(name_span(node), "of another namespace"));
+        }
         return;
     }
     let Some(rule) = Rule::of(name) else {

@@ -14,6 +14,7 @@ use crate::ids::{StateId, TransitionId};
 /// and never handles, as far as the file alone shows.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     problems.extend(unheard(chart));
+    problems.extend(nested_parallels(chart));
     let ends = Ends::of(chart);
     let mut never: Vec<Option<Problem>> = Vec::new();
     never.resize_with(chart.transitions.len(), || None);
@@ -44,6 +45,22 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     problems.extend(
         sources.zip(never).filter_map(|(source, problem)| problem.filter(|_| reached.contains(source.index()))),
     );
+}
+
+/// Parallel states right inside others whose end a transition waits for: SCXML notices the end of the outer one only when
+/// a child that is not parallel ends last (Appendix D, enterStates).
+fn nested_parallels(chart: &Chart) -> Vec<Problem> {
+    let is_parallel = |id: &StateId| chart.state(*id).kind == StateKind::Parallel;
+    let inner = chart.states().filter(is_parallel).filter_map(|id| {
+        let (state, outer) = (chart.state(id), chart.state(id).parent.filter(is_parallel)?);
+        let done = &chart.state(outer).done_event.0;
+        let problem = Problem::new(format!("`{done}` does not occur if `{}` is done last", state.id())).as_warning();
+        let problem = problem
+            .at(state.span, "a parallel state in a parallel state")
+            .with_help(format!("put it into a <state> that has a <final>, to which `done.state.{}` leads", state.id()));
+        chart.names(done).then_some(problem)
+    });
+    inner.collect()
 }
 
 /// Events that the machine sends to itself and that no transition handles, each once.
@@ -126,7 +143,7 @@ fn never_taken(
 }
 
 /// The value of a condition that never changes; true if there is no condition.
-fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
+pub(crate) fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     let Some(condition) = &transition.condition else {
         return Some(true);
     };

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed, and says where")]
 
+mod answers;
 mod appendix_d;
 mod between_machines;
 mod bombs;

@@ -414,7 +414,6 @@
       return begins('built_in(') || begins('function built_in(') || code === root.Date || code === root.RegExp || code === refuse ? '' : source;
     },
     text: (value) => text(value),
-    json: (value) => value.toJSON(),
     wellFormed: (value) => apply(toWellFormed, value, []),
   };
 })

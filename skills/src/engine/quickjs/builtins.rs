@@ -25,7 +25,6 @@ pub(super) struct Tools<'js> {
     pub(super) kind: Function<'js>,
     pub(super) source: Function<'js>,
     pub(super) text: Function<'js>,
-    pub(super) json: Function<'js>,
     pub(super) well_formed: Function<'js>,
 }
 
@@ -88,7 +87,6 @@ pub(super) fn install<'js>(ctx: &Ctx<'js>, world: &World<'_>, random: &Rc<Cell<u
         kind: tools.get("kind")?,
         source: tools.get("source")?,
         text: tools.get("text")?,
-        json: tools.get("json")?,
         well_formed: tools.get("wellFormed")?,
     })
 }

@@ -195,10 +195,7 @@ impl<'e, 'js> Extractor<'e, 'js> {
                 let text: Value<'js> = self.tools.text.call((object.clone(),))?;
                 self.read(&text)
             }
-            5 => {
-                let value: Value<'js> = self.tools.json.call((object.clone(),))?;
-                self.read(&value)
-            }
+            5 => Err(unkept("a Date, only its number `getTime()` or its text `toISOString()`,").into()),
             _ => Err(unkept("an object of this class").into()),
         }
     }
