@@ -1,6 +1,6 @@
 //! The channel of an event.
 
-use channels::{ChannelId, ProcessId};
+use channels::{ChannelId, ProcessId, Shape, Symbol};
 use diagnostics::{Problem, nearest_or_all};
 
 use super::Resolver;
@@ -48,10 +48,21 @@ impl Resolver<'_> {
             return Some(events);
         }
         // The condition fits no channel: it is told what is wrong with it where it fits best.
-        self.problems.extend(reasons.unwrap_or_else(|| {
+        let mut reasons = reasons.unwrap_or_else(|| {
             let problem = Problem::new(format!("no channel is from {} to {}", event.source, event.target));
             vec![problem.at(event.span, "no such channel")]
-        }));
+        });
+        let unread = ends[0].flatten().map(|source| self.unread_topics(source)).unwrap_or_default();
+        if let (Some(last), false) = (reasons.pop(), unread.is_empty()) {
+            let source = &event.source;
+            let help = format!(
+                "nothing reads {} of {source}, so no message of it arrives anywhere; a property sees what arrives: {}",
+                topics_in_words(&unread),
+                "let a leaf, a component or a machine among the monitors read it"
+            );
+            reasons.push(last.with_help(help));
+        }
+        self.problems.extend(reasons);
         None
     }
 
@@ -111,8 +122,22 @@ impl Resolver<'_> {
         paths.join(", ") + &others
     }
 
+    /// The topics that a process publishes and that no channel carries.
+    fn unread_topics(&self, process: ProcessId) -> Vec<&str> {
+        let topology = self.topology;
+        let of_process = topology.channels().map(|channel| topology.get(channel)).filter(|one| one.source == process);
+        let carried: Vec<&Shape> = of_process.flat_map(|channel| channel.domain.shapes()).collect();
+        let unread = topology.topics(process).filter(|topic| !carried.contains(topic));
+        unread.flat_map(Shape::heads).map(Symbol::name).collect()
+    }
+
     /// The channels that may have been meant: the opposite direction, or those of the sender.
     fn other_channels(&self, source: &str, target: &str) -> String {
+        let topics = self.topology.find_process(source).map(|source| self.topology.topics(source));
+        let topics: Vec<&str> = topics.into_iter().flatten().flat_map(Shape::heads).map(Symbol::name).collect();
+        if !topics.is_empty() {
+            return format!("{target} does not read {} of {source}", topics_in_words(&topics));
+        }
         if self.topology.find_channel(target, source).is_some() {
             return format!("did you mean `({target}, {source}, …)`? The sender comes first");
         }
@@ -124,5 +149,14 @@ impl Resolver<'_> {
         } else {
             format!("{source} sends to {}", receivers.join(", "))
         }
+    }
+}
+
+/// Topics by their names: "the topic `level`".
+fn topics_in_words(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.as_slice() {
+        [one] => format!("the topic {one}"),
+        more => format!("the topics {}", more.join(", ")),
     }
 }

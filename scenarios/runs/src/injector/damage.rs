@@ -142,6 +142,16 @@ fn concern(
     Some(Arc::new(move |message| events.iter().any(|event| event.condition.holds(message))))
 }
 
+/// The answer to a message of this channel that begins with this symbol and carries no values.
+fn bare(answer: &str, channel: ChannelId, topology: &Topology) -> Message {
+    let (source, target) = topology.ends(channel);
+    let back = topology.find_channel(target, source);
+    let shapes = back.into_iter().flat_map(|back| topology.get(back).domain.shapes());
+    let shape = shapes.into_iter().find(|shape| shape.heads().iter().any(|head| head.name() == answer));
+    let fields = shape.map_or(&[][..], |shape| shape.fields().get(1..).unwrap_or_default());
+    Message::new(std::iter::once(answer).chain(fields.iter().map(|_| FieldKind::NONE)).map(Value::symbol))
+}
+
 fn channel_effect(
     damage: &Damage,
     channel: ChannelId,
@@ -152,7 +162,7 @@ fn channel_effect(
         Damage::Loss => ChannelEffect::Lose,
         Damage::Delay(by) => ChannelEffect::Hold(*by),
         Damage::Duplicate => ChannelEffect::Repeat,
-        Damage::Pretence(answer) => ChannelEffect::Answer(Message::symbols([*answer])),
+        Damage::Pretence(answer) => ChannelEffect::Answer(bare(answer, channel, topology)),
         Damage::Opposite => ChannelEffect::Replace(opposite(topology, channel)),
         Damage::Corruption(text, field) => {
             ChannelEffect::Replace(corruption(text, *field, channel, topology, complaints)?)
