@@ -52,18 +52,22 @@ pub struct OccupancyGrid {
 
 impl OccupancyGrid {
     /// A grid of `width` × `height` unknown cells of side `resolution_m`.
+    ///
+    /// # Panics
+    /// If the resolution is not a positive number.
     #[must_use]
     pub fn new(width: usize, height: usize, resolution_m: f64, origin: Pose) -> Self {
-        Self { width, height, resolution_m, origin, cells: vec![Cell::Unknown; width * height] }
+        Self::from_cells(width, height, resolution_m, origin, vec![Cell::Unknown; width * height])
     }
 
     /// A grid of `width` columns with the given cells, row by row from row 0.
     ///
     /// # Panics
-    /// If there are not `width` × `height` cells.
+    /// If there are not `width` × `height` cells, or the resolution is not a positive number.
     #[must_use]
     pub fn from_cells(width: usize, height: usize, resolution_m: f64, origin: Pose, cells: Vec<Cell>) -> Self {
         assert_eq!(cells.len(), width * height, "a grid must have one cell per column and row");
+        assert!(resolution_m.is_finite() && resolution_m > 0.0, "a cell must have a size, not {resolution_m} m");
         Self { width, height, resolution_m, origin, cells }
     }
 
@@ -167,6 +171,14 @@ impl OccupancyGrid {
 mod tests {
     use super::*;
     use crate::pose;
+
+    #[test]
+    fn a_cell_has_a_size() {
+        for wrong in [0.0, -0.05, f64::NAN, f64::INFINITY] {
+            let made = std::panic::catch_unwind(|| OccupancyGrid::new(2, 2, wrong, pose(0.0, 0.0, 0.0)));
+            assert!(made.is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn there_is_room_up_to_the_wall_and_no_further() {

@@ -5,7 +5,7 @@ mod save;
 
 use std::path::Path;
 
-use diagnostics::document::{Document, Item, Table};
+use diagnostics::document::{Document, Field, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, read_text};
 use meaning::{Meaning, Mode};
 use rasters::{Raster, RasterError};
@@ -79,7 +79,7 @@ pub fn load_map(path: &Path, read: ReadFile<'_>) -> Result<OccupancyGrid, diagno
 fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<OccupancyGrid> {
     root.allow_other_keys();
     let raster = root.text("image").try_map(|name, span| load_raster(&folder.join(&name), span, read)).required();
-    let resolution_m = root.number("resolution").above(0.0).within(1e-4..=100.0).required();
+    let resolution_m = number(root, "resolution").above(0.0).within(1e-4..=100.0).required();
     let origin = read_origin(root);
     let meaning = read_meaning(root);
     let (raster, meaning) = (raster?, meaning?);
@@ -104,7 +104,11 @@ fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, P
 }
 
 fn read_origin(root: Table<'_>) -> Option<Pose> {
-    let origin = root.get::<[f64; 3]>("origin").check(
+    let origin = match root.get::<Item<'_>>("origin").optional().and_then(|item| quoted_numbers(&item)) {
+        Some(read) => root.get::<Item<'_>>("origin").map(|_| read),
+        None => root.get::<[f64; 3]>("origin"),
+    };
+    let origin = origin.check(
         |[x_m, y_m, _]| x_m.abs() <= MAX_COORDINATE_M && y_m.abs() <= MAX_COORDINATE_M,
         format!("lie within {} km of the frame's origin", MAX_COORDINATE_M / 1e3),
     );
@@ -112,12 +116,15 @@ fn read_origin(root: Table<'_>) -> Option<Pose> {
 }
 
 fn read_meaning(root: Table<'_>) -> Option<Meaning> {
-    let mode = [("trinary", Mode::Trinary), ("scale", Mode::Scale), ("raw", Mode::Raw)];
-    let mode = root.one_of("mode", &mode).or(Mode::Trinary);
+    let modes = [("trinary", Mode::Trinary), ("scale", Mode::Scale), ("raw", Mode::Raw)];
+    // Nav2 reads these words in any case.
+    let written = root.get::<Item<'_>>("mode").optional().and_then(|item| item.as_text());
+    let known = written.and_then(|text| modes.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(text)));
+    let mode = known.map_or_else(|| root.one_of("mode", &modes).or(Mode::Trinary), |(_, mode)| mode);
     let negate = root.get::<Item<'_>>("negate").try_map(|item, _| yes_or_no(&item));
     let negate = negate.required_or("add `negate: 0`, or `negate: 1` if black is free");
-    let occupied = root.number("occupied_thresh").within(0.0..=1.0).required();
-    let free = root.number("free_thresh").within(0.0..=1.0);
+    let occupied = number(root, "occupied_thresh").within(0.0..=1.0).required();
+    let free = number(root, "free_thresh").within(0.0..=1.0);
     let free = match occupied {
         Some(occupied) => free.check(|free| *free < occupied, format!("be less than `occupied_thresh`, {occupied}")),
         None => free,
@@ -126,11 +133,29 @@ fn read_meaning(root: Table<'_>) -> Option<Meaning> {
     Some(Meaning { mode, negate: negate?, occupied_threshold: occupied?, free_threshold: free? })
 }
 
+/// A number, which may be in quotes: ROS's YAML reader does not tell the difference.
+fn number<'d>(root: Table<'d>, key: &'d str) -> Field<'d, f64> {
+    let quoted = |item: Item<'_>| item.as_text().and_then(|text| text.trim().parse::<f64>().ok());
+    match root.get::<Item<'_>>(key).optional().and_then(quoted) {
+        Some(read) => root.get::<Item<'_>>(key).map(|_| read),
+        None => root.number(key),
+    }
+}
+
+/// Three numbers of which one is in quotes.
+fn quoted_numbers(item: &Item<'_>) -> Option<[f64; 3]> {
+    let items = item.as_array()?;
+    let is_quoted = items.iter().any(|item| item.as_text().is_some());
+    let read = |item: &Item<'_>| item.as_number().or_else(|| item.as_text()?.trim().parse().ok());
+    let numbers: Vec<f64> = items.iter().map(read).collect::<Option<_>>()?;
+    numbers.try_into().ok().filter(|numbers: &[f64; 3]| is_quoted && numbers.iter().all(|number| number.is_finite()))
+}
+
 /// A boolean as ROS's YAML reader accepts it, including 0, 1 and the words of YAML 1.1.
 fn yes_or_no(item: &Item<'_>) -> Result<bool, Problem> {
     let word = match item.as_text() {
-        Some("yes" | "on") => Some(true),
-        Some("no" | "off") => Some(false),
+        Some("yes" | "on" | "true" | "1") => Some(true),
+        Some("no" | "off" | "false" | "0") => Some(false),
         _ => None,
     };
     let number = item.as_integer().and_then(|number| [false, true].get(usize::try_from(number).ok()?).copied());

@@ -244,3 +244,22 @@ proptest! {
         let _ = load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", &magic)]);
     }
 }
+
+#[test]
+fn numbers_in_quotes_and_modes_in_capitals_are_read_as_nav2_reads_them() {
+    let plain = load_yaml(YAML).unwrap();
+    let quoted = YAML
+        .replace("0.05", "\"0.05\"")
+        .replace("[-1.5, 2.0, 0.0]", "['-1.5', 2.0, '0.0']")
+        .replace("negate: 0", "negate: '0'")
+        .replace("0.65", "'0.65'")
+        .replace("0.196", "\"0.196\"");
+    assert_eq!(load_yaml(&quoted).unwrap(), plain);
+    for mode in ["Trinary", "TRINARY", "trinary"] {
+        assert_eq!(load_yaml(&format!("{YAML}mode: {mode}\n")).unwrap(), plain);
+    }
+    for wrong in ["resolution: 'five'", "resolution: '0,05'", "resolution: '-1'", "resolution: 'NaN'"] {
+        assert!(load_yaml(&YAML.replace("resolution: 0.05", wrong)).is_err(), "{wrong}");
+    }
+    assert!(load_yaml(&format!("{YAML}mode: trinity\n")).is_err());
+}
