@@ -92,8 +92,10 @@ fn nodes(tree: &Tree) -> Vec<recording::Node> {
 
 /// Exit status 1 if there was an error in a node: a script that could not be evaluated, or a port without a value.
 fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<ExitCode, Error> {
-    let tree = Arc::new(named_files::tree_with(&Disk::default(), file, TreeScript::leaves(leaves))?);
-    let script = TreeScript::open(leaves, &tree)?;
+    let written = TreeScript::open(leaves)?;
+    let (named, constants) = (TreeScript::leaves(leaves), written.constants()?);
+    let tree = Arc::new(named_files::tree_with(&Disk::default(), file, named, constants)?);
+    let script = written.read(&tree)?;
     let (mut moments, mut boards) = (Vec::new(), Vec::new());
     rehearse(&tree, &script, ticks, |rehearsal, moment| {
         if as_json {

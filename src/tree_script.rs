@@ -13,6 +13,9 @@
 //! Look = { answers = ["success", "failure"], repeat = true }
 //! Find = [{ answer = "success", outputs = { pose = "1;2;0" } }]
 //!
+//! [constants]                   # names for numbers in scripts, like enumerators that a program registers
+//! RED = 1
+//!
 //! [blackboard]                  # the entries before the first tick
 //! goal = "home"
 //!
@@ -46,6 +49,26 @@ pub(crate) struct TreeScript {
     pub(crate) writes: Vec<(u64, Vec<(String, Value)>)>,
 }
 
+/// The file of a rehearsal, as it is written.
+#[derive(Debug)]
+pub(crate) struct WrittenScript(Document);
+
+impl WrittenScript {
+    /// The names for numbers in scripts, with which the tree is to be loaded.
+    pub(crate) fn constants(&self) -> Result<Vec<(String, i64)>, Error> {
+        let read = |table: Table<'_>| {
+            table.allow_other_keys();
+            constants(&table)
+        };
+        self.0.read(read).map_err(Error::bad_input)
+    }
+
+    /// The rehearsal of this tree: the file must have a behavior for every leaf.
+    pub(crate) fn read(&self, tree: &Tree) -> Result<TreeScript, Error> {
+        self.0.read(|table| TreeScript::read(&table, tree)).map_err(Error::bad_input)
+    }
+}
+
 impl TreeScript {
     /// The names of the leaves in the file, as far as it can be read. They need not be declared in the tree's file.
     pub(crate) fn leaves(file: &Path) -> Vec<String> {
@@ -54,20 +77,20 @@ impl TreeScript {
         leaves.into_iter().flatten().map(|(name, _)| name.clone()).collect()
     }
 
-    /// Reads the file, which must have a behavior for every leaf.
-    pub(crate) fn open(file: &Path, tree: &Tree) -> Result<Self, Error> {
+    /// Reads the file.
+    pub(crate) fn open(file: &Path) -> Result<WrittenScript, Error> {
         let name = file.display().to_string();
         let text = diagnostics::text_from_disk(file).map_err(|error| {
             Error::refused(format!("cannot read {name}: {error}"), "a TOML file with a table `leaves`")
         })?;
-        let document = Document::parse_toml(&name, &text).map_err(Error::bad_input)?;
-        document.read(|table| Self::read(&table, tree)).map_err(Error::bad_input)
+        Document::parse_toml(&name, &text).map(WrittenScript).map_err(Error::bad_input)
     }
 
     fn read(table: &Table<'_>, tree: &Tree) -> Option<Self> {
         let ticks = table.get::<u64>("ticks").within(0..=MOST_TICKS).optional();
         let period = table.seconds("period_s").or(Duration::from_secs(1));
         let halts = table.get::<Vec<u64>>("halt_after").or(Vec::new()).into_iter().collect();
+        constants(table);
         let blackboard = table.table("blackboard").optional().map_or(Some(Vec::new()), |entries| values(&entries));
         let mut writes = Vec::new();
         for write in table.tables("writes").optional().unwrap_or_default() {
@@ -83,6 +106,15 @@ impl TreeScript {
         let ticks = ticks.unwrap_or(u64::try_from(longest).unwrap_or(u64::MAX));
         Some(Self { behaviors, ticks, period, halts, writes })
     }
+}
+
+/// The names for numbers.
+fn constants(table: &Table<'_>) -> Option<Vec<(String, i64)>> {
+    let Some(constants) = table.table("constants").optional() else { return Some(Vec::new()) };
+    let names: Vec<&str> = constants.keys().map(|(name, _)| name).collect();
+    let numbers: Vec<_> =
+        names.into_iter().map(|name| Some((name.to_owned(), constants.get::<i64>(name).optional()?))).collect();
+    numbers.into_iter().collect()
 }
 
 /// The behaviors of all leaves: by their names, or otherwise by their IDs, or otherwise the one for all others.

@@ -26,6 +26,7 @@ mod following;
 mod groot;
 mod guide;
 mod leaves;
+mod likely_mistakes;
 mod live;
 mod localize_command;
 mod lsp;

@@ -6,6 +6,7 @@ mod component;
 mod component_entry;
 mod data;
 mod declaration;
+mod doubts;
 mod elsewhere;
 mod execution;
 mod expectations;
@@ -39,13 +40,13 @@ mod world;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use bt::Tree;
+use bt::{Kind, Tree};
 use channels::Topology;
 use diagnostics::{Problem, Spanned};
 use programs::Program;
 use recording::{Expected, Origin};
 use roaml::Model;
-use skills::Chart;
+use skills::{Chart, Concerns};
 
 pub use asking::Asking;
 pub use component::{Component, Runs};
@@ -189,6 +190,26 @@ impl Scenario {
         self.machine_processes().map(|(_, skill)| &skill.machine).chain(self.watching.values())
     }
 
+    /// The warnings about its machines, to be rendered: those of each file once, and whether it can be halted only if a
+    /// leaf that uses it can. A model has already reported its own.
+    #[must_use]
+    pub fn machine_concerns(&self) -> Vec<Concerns> {
+        let Behavior::Tree(tree) = &self.behavior else { return Vec::new() };
+        let written = self.written_charts().map(|chart| (chart.file().name(), (chart, None)));
+        let mut machines: BTreeMap<&str, (&Arc<Chart>, Option<bool>)> = written.collect();
+        for leaf in tree.leaves() {
+            if let Some((_, can_halt)) =
+                self.skills.get(leaf.process()).and_then(|skill| machines.get_mut(skill.machine.file().name()))
+            {
+                *can_halt = Some(can_halt.unwrap_or(false) || leaf.kind() == Kind::Action);
+            }
+        }
+        let of = |(chart, can_halt): (&Arc<Chart>, Option<bool>)| {
+            [chart.concerns(), can_halt.and_then(|can_halt| chart.answer_concerns(can_halt))]
+        };
+        machines.into_values().flat_map(of).flatten().collect()
+    }
+
     /// The programs that a run starts, each with its component.
     pub fn programs(&self) -> impl Iterator<Item = (&str, &Program)> {
         self.components.iter().filter_map(|(name, component)| match &component.runs {
@@ -253,7 +274,13 @@ impl Scenario {
     #[must_use]
     pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
         let Behavior::Tree(tree) = &self.behavior else { return None };
-        let concerns = skill::concerns(tree, &self.skills);
+        let mut concerns = skill::concerns(tree, &self.skills);
+        // Only the tree writes to its blackboard, and a fault may replace the machine of a leaf.
+        concerns.extend(tree.unwritten_entries(&|leaf, port| {
+            let skill = self.skills.get(leaf.process());
+            let mut machines = skill.into_iter().flat_map(|skill| self.machines_of(leaf.process(), skill));
+            skill.is_none() || machines.any(|machine| machine.answers_with(port))
+        }));
         (!concerns.is_empty()).then(|| tree.error(&concerns))
     }
 }

@@ -1,6 +1,6 @@
 //! What is wrong with a file, and everything else short of a run.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -156,7 +156,8 @@ pub fn machine(disk: &Disk, file: &Path, scenario: Option<&str>) -> Result<(Arc<
             chart.sends_elsewhere(&HEARERS, ELSEWHERE)
         }
     };
-    let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
+    let concerns = chart.concerns().into_iter().chain(chart.answer_concerns(true)).chain(elsewhere);
+    let concerns = concerns.map(|concerns| Box::new(concerns) as _).collect();
     Ok((chart, Checked::of(summary, concerns)))
 }
 
@@ -258,11 +259,8 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     let tree = scenario.tree();
     concerns.extend(tree.and_then(|tree| tree.concerns()).map(|concerns| Box::new(concerns.clone()) as _));
     concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
-    // A model has already reported its own warnings.
-    let own = scenario.model().is_none().then_some(());
-    let machines: BTreeMap<&str, &Arc<Chart>> =
-        own.iter().flat_map(|_| scenario.written_charts()).map(|chart| (chart.file().name(), chart)).collect();
-    concerns.extend(machines.values().filter_map(|chart| chart.concerns()).map(|concerns| Box::new(concerns) as _));
+    concerns.extend(scenario.machine_concerns().into_iter().map(|concerns| Box::new(concerns) as _));
+    concerns.extend(scenario.doubts().into_iter().map(|doubt| Box::new(doubt) as _));
     concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
     concerns.extend(run.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
     let mut parts = match scenario.model() {

@@ -57,16 +57,19 @@ pub fn tree(disk: &Disk, argument: &Path) -> Result<Tree, Error> {
     tree_with(disk, argument, [])
 }
 
-/// The same; leaves with these IDs need not be declared in it.
+/// The same; leaves with these IDs need not be declared in it, and its scripts know these names for numbers.
 ///
 /// # Errors
 /// The same.
-pub fn tree_with(disk: &Disk, argument: &Path, leaves: impl IntoIterator<Item = String>) -> Result<Tree, Error> {
+pub fn tree_with(
+    disk: &Disk,
+    argument: &Path,
+    leaves: impl IntoIterator<Item = String>,
+    constants: impl IntoIterator<Item = (String, i64)>,
+) -> Result<Tree, Error> {
     let (path, text) = read(disk, Kind::Tree, argument)?;
-    Loader::default()
-        .leaves(leaves)
-        .load_with(path, &text, |path| files(disk).read_text(path))
-        .map_err(Error::bad_input)
+    let loader = Loader::default().leaves(leaves).constants(constants);
+    loader.load_with(path, &text, |path| files(disk).read_text(path)).map_err(Error::bad_input)
 }
 
 /// Loads a machine.

@@ -39,6 +39,8 @@ pub struct ScenarioFile {
     pub premises: Option<PremisesEntry>,
     /// Where tree and machines come from.
     pub behavior: BehaviorEntry,
+    /// Names for numbers in scripts of the tree: the enumerators that the robot's program registers.
+    pub constants: Vec<(String, i64)>,
     /// Leaves whose machines are in other files, or start with other data.
     pub leaves: Vec<LeafEntry>,
     /// Components from files.
@@ -247,6 +249,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let (properties, said) =
         properties.spanned().optional().map_or_else(Default::default, |said| (said.value, Some(said.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
+    let constants = read_constants(root);
     let leaves = read_leaves(root);
     let sites = Sites::read(root);
     let mut sim = read_sim(root);
@@ -277,6 +280,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         folder,
         premises,
         behavior: behavior?,
+        constants,
         leaves,
         components,
         properties: properties.collect(),
@@ -292,6 +296,17 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         expect,
         prove: prove?,
     })
+}
+
+fn read_constants(root: Table<'_>) -> Vec<(String, i64)> {
+    let about = "Names for numbers in the tree's scripts and switches, like the enumerators that a robot's program registers with \
+                 BehaviorTree.CPP: `RED = 1`.";
+    let Some(table) = root.table("constants").about(about).optional() else { return Vec::new() };
+    let number = |(name, _): (&str, &Span)| {
+        let number = table.get::<i64>(name).about("The number that the name stands for.").optional()?;
+        Some((name.to_owned(), number))
+    };
+    table.names("NAME").filter_map(number).collect()
 }
 
 fn read_behavior(root: Table<'_>) -> Option<BehaviorEntry> {

@@ -491,11 +491,13 @@ impl<'a> Loader<'a> {
     }
 
     fn tree(&mut self, file: &ScenarioFile, files: &BehaviorFiles) -> Option<Arc<Tree>> {
-        if let Some(like) = self.like.filter(|_| self.shares(file, tree_of)) {
+        let is_same = |like: &&Scenario| self.shares(file, tree_of) && like.file.constants == file.constants;
+        if let Some(like) = self.like.filter(is_same) {
             return like.tree().cloned();
         }
         let text = self.reader.text(&files.tree.span, "tree", &files.tree.value)?;
-        self.reader.complaints.note(Tree::from_xml(&files.tree.value, &text)).map(Arc::new)
+        let loader = bt::Loader::default().constants(file.constants.iter().cloned());
+        self.reader.complaints.note(loader.load(&files.tree.value, &text)).map(Arc::new)
     }
 
     /// Whether the scenario to share with has the same skills.

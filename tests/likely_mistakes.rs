@@ -1,0 +1,163 @@
+//! Mistakes that are no errors: `steward check` names each in an application of its own, and nothing in the same
+//! application without it.
+
+use std::fs;
+use std::path::Path;
+
+use tempfile::tempdir;
+
+use crate::steward::{refusal, steward};
+
+const SKILL: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <datamodel><data id="text"/></datamodel>
+  <state id="idle"><transition event="BT.tick" target="idle"><send type="channel" target="BT" event="success"/></transition>
+    <transition event="BT.halt" target="idle"><send type="channel" target="BT" event="halted"/></transition></state>
+</scxml>"#;
+
+const SLOW: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <datamodel><data id="text"/></datamodel>
+  <state id="idle"><transition event="BT.tick" target="saying"><send type="channel" target="BT" event="running"/></transition>
+    <transition event="BT.halt" target="idle"><send type="channel" target="BT" event="halted"/></transition></state>
+  <state id="saying"><transition event="BT.tick" target="idle"><send type="channel" target="BT" event="success"/></transition>
+  </state>
+</scxml>"#;
+
+/// The findings of `check` on an application with this tree and these lines of its scenario, each as its message.
+fn findings(tree: &str, lines: &str, skill: &str) -> Vec<String> {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("tree.xml", &format!("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">{tree}</root>"));
+    fs::create_dir(folder.path().join("skills")).unwrap();
+    write("skills/Say.scxml", skill);
+    write("own.toml", &format!("tree = \"tree.xml\"\nskills = \"skills\"\nexecution.max_time_s = 600\n{lines}\n"));
+    checked(&folder.path().join("own.toml"))
+}
+
+fn checked(file: &Path) -> Vec<String> {
+    let output = steward(&["check", "--json", file.to_str().unwrap()]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report[0]["problems"], serde_json::json!([]), "{report}");
+    let warnings = report[0]["warnings"].as_array().unwrap();
+    warnings.iter().map(|warning| warning["message"].as_str().unwrap().to_owned()).collect()
+}
+
+const MAIN: &str = "<BehaviorTree ID=\"Main\"><Sequence><Action ID=\"Say\" text=\"hello\"/></Sequence></BehaviorTree>";
+
+#[test]
+fn an_application_without_mistakes_has_no_findings() {
+    assert_eq!(findings(MAIN, "", SKILL), [""; 0]);
+}
+
+#[test]
+fn a_misspelled_argument_and_an_entry_that_nothing_writes_are_named() {
+    let tree = |argument: &str, entry: &str| {
+        format!(
+            "<BehaviorTree ID=\"Main\"><Sequence><SubTree ID=\"Greet\" {argument}=\"hello\"/>\
+             <Action ID=\"Say\" text=\"{entry}\"/></Sequence></BehaviorTree>\
+             <BehaviorTree ID=\"Greet\"><Action ID=\"Say\" text=\"{{what}}\"/></BehaviorTree>"
+        )
+    };
+    assert_eq!(findings(&tree("what", "hi"), "", SKILL), [""; 0]);
+    let found = findings(&tree("wat", "{waht}"), "", SKILL);
+    assert!(found.iter().any(|one| one == "nothing in the tree `Greet` uses `wat`"), "{found:?}");
+    assert!(found.iter().any(|one| one.starts_with("nothing writes the entry `waht`")), "{found:?}");
+    assert!(found.iter().any(|one| one.starts_with("nothing writes the entry `what`")), "{found:?}");
+}
+
+#[test]
+fn a_running_state_that_cannot_be_halted_is_named() {
+    assert_eq!(findings(MAIN, "", SLOW), ["the state `saying` has no transition for `BT.halt`"]);
+    let condition = MAIN.replace("Action", "Condition");
+    assert_eq!(findings(&condition, "", SLOW), [""; 0]);
+}
+
+#[test]
+fn a_number_in_the_name_of_a_leaf_is_named_with_the_leaf() {
+    let tree = "<BehaviorTree ID=\"Main\"><Sequence>\n<Action ID=\"Say\" text=\"a\"/>\n<Action ID=\"Say\" text=\"b\"/>\n\
+                <Action ID=\"Say\" name=\"Bye\" text=\"c\"/></Sequence></BehaviorTree>";
+    let property = |leaf: &str| format!("[expect.satisfied]\nsaid = \"eventually (BT, {leaf}, true)\"");
+    for lines in [
+        property("Say_2"),
+        "[leaves.Say_2]\ndata.text = \"d\"".to_owned(),
+        "[[faults]]\nkind = \"halt_lost\"\nat_s = 1\nleaf = \"Say_2\"".to_owned(),
+    ] {
+        let found = findings(tree, &lines, SKILL);
+        assert_eq!(found.len(), 1, "{lines}: {found:?}");
+        assert!(found[0].contains("tree.xml:3, number 2 of 2 named `Say`"), "{found:?}");
+    }
+    for lines in [property("Bye"), "[leaves.Bye]\ndata.text = \"d\"".to_owned(), String::new()] {
+        assert_eq!(findings(tree, &lines, SKILL), [""; 0], "{lines}");
+    }
+}
+
+#[test]
+fn a_fault_after_the_end_of_the_run_is_named() {
+    let fault = |at: &str| format!("[[faults]]\nkind = \"halt_lost\"\n{at}\nleaf = \"Say\"");
+    for (at, is_late) in
+        [("at_s = 5000", true), ("at_s = 599", false), ("at_tick = 601", true), ("at_tick = 600", false)]
+    {
+        let found = findings(MAIN, &fault(at), SKILL);
+        assert_eq!(found.len(), usize::from(is_late), "{at}: {found:?}");
+    }
+}
+
+#[test]
+fn an_enumerator_of_a_script_can_be_declared() {
+    let tree = "<BehaviorTree ID=\"Main\"><Sequence><Script code=\"color := RED\"/><Action ID=\"Say\" text=\"a\"/></Sequence>\
+                </BehaviorTree>";
+    assert_eq!(findings(tree, "", SKILL), ["nothing writes the entry `RED`, which a script reads"]);
+    assert_eq!(findings(tree, "[constants]\nRED = 1", SKILL), [""; 0]);
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).unwrap();
+        folder.path().join(name).to_str().unwrap().to_owned()
+    };
+    let tree = write("tree.xml", &format!("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">{tree}</root>"));
+    let leaves = write("leaves.toml", "[constants]\nRED = 7\n[leaves]\nSay = \"success\"\n");
+    let output = steward(&["tree", "run", &tree, "--leaves", &leaves, "--json"]);
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(shown.contains("\"color\"") && shown.contains('7'), "{shown}");
+    let unknown = write("leaves.toml", "[leaves]\nSay = \"success\"\n");
+    assert_eq!(steward(&["tree", "run", &tree, "--leaves", &unknown]).status.code(), Some(1));
+}
+
+#[test]
+fn a_halt_is_lost_on_a_leaf_with_an_output_port() {
+    let tree = "<BehaviorTree ID=\"Main\"><Sequence><Action ID=\"Say\" text=\"hello\" heard=\"{heard}\"/></Sequence></BehaviorTree>\
+                <TreeNodesModel><Action ID=\"Say\"><input_port name=\"text\"/><output_port name=\"heard\" type=\"double\"/></Action>\
+                </TreeNodesModel>";
+    assert_eq!(findings(tree, "[[faults]]\nkind = \"halt_lost\"\nat_s = 1\nleaf = \"Say\"", SKILL), [""; 0]);
+}
+
+#[test]
+fn a_topic_that_nothing_reads_is_called_so() {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("tree.xml", &format!("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">{MAIN}</root>"));
+    fs::create_dir(folder.path().join("skills")).unwrap();
+    write("skills/Say.scxml", SKILL);
+    write("meter.toml", "[topics.charge]\nfields = { pct = \"real\" }\n[services.ask]\n");
+    write(
+        "Meter.scxml",
+        r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="on"><onentry><send event="s" delay="1s"/></onentry>
+        <transition event="s" target="on"><send type="channel" event="charge"><param name="pct" expr="50"/></send></transition></state></scxml>"#,
+    );
+    let scenario = |formula: &str| {
+        write(
+            "own.toml",
+            &format!(
+                "tree = \"tree.xml\"\nskills = \"skills\"\ncomponents.Meter.machine = \"Meter.scxml\"\n\
+                 components.Meter.interface = \"meter.toml\"\n[expect.satisfied]\nenough = \"{formula}\"\n"
+            ),
+        );
+        refusal(&["check", folder.path().join("own.toml").to_str().unwrap()])
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    let said = scenario("always (Meter, *, pct > 20)");
+    assert!(said.contains("nothing reads the topic `charge` of Meter"), "{said}");
+    let said = scenario("always (Meter, Say, pct > 20)");
+    assert!(said.contains("Say does not read the topic `charge` of Meter"), "{said}");
+}
