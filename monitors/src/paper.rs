@@ -43,7 +43,7 @@ pub struct PhiTwo {
 }
 
 impl Default for PhiTwo {
-    /// 30 % and 10 ticks, as in the paper's experiments.
+    /// 30 %, as in the paper's experiments, and 10 ticks: the paper names no θ.
     fn default() -> Self {
         Self { low_pct: 30, deadline_ticks: 10 }
     }

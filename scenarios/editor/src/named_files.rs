@@ -54,7 +54,7 @@ fn what(kind: Kind) -> &'static str {
 /// # Errors
 /// Everything that is wrong with it.
 pub fn tree(disk: &Disk, argument: &Path) -> Result<Tree, Error> {
-    tree_with(disk, argument, [])
+    tree_with(disk, argument, [], [])
 }
 
 /// The same; leaves with these IDs need not be declared in it, and its scripts know these names for numbers.
