@@ -330,6 +330,7 @@ mod tests {
             asked: None,
             scenario: "errand".into(),
             about: String::new(),
+            provenance: recording::Provenance::default(),
             expects: true,
             measures: Vec::new(),
             model: None,
