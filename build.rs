@@ -3,8 +3,6 @@
 //! Only this crate is built again after a commit, and only then: the script runs again when HEAD or its branch moves.
 //! Without git, as in an archive of the crate, the commit is unknown, unless STEWARD_COMMIT names it.
 
-#![expect(clippy::print_stdout, reason = "cargo reads it")]
-
 use std::path::Path;
 use std::process::Command;
 

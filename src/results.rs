@@ -97,8 +97,8 @@ impl ResultsArgs {
             .for_each(|file| note(&format!("{} was not written: {what} was interrupted", file.path().display())));
     }
 
-    /// What was read of each argument, if all could be: otherwise, the problems of each are reported under its name, with
-    /// places in its own files, and written.
+    /// What was read of each argument, if all could be: otherwise, the problems of each are reported under its name,
+    /// with places in its own files, and written.
     pub(crate) fn all_or_refused<T, E: Into<Error>>(
         &self,
         command: &'static str,
@@ -130,12 +130,12 @@ impl ResultsArgs {
         subjects: &[String],
         result: Result<T, E>,
     ) -> Result<T, Error> {
-        result.map_err(Into::into).or_else(|error| {
+        result.map_err(Into::into).map_err(|error: Error| {
             let suite = || refused(&subjects.join(" "), &error, on_disk(subjects));
             match self.write(command, || vec![suite()]) {
                 // The input is wrong, perhaps because it is the file for the results.
-                Err(unwritten) if unwritten.exit_status() != error.exit_status() => Err(unwritten),
-                _ => Err(error),
+                Err(unwritten) if unwritten.exit_status() != error.exit_status() => unwritten,
+                _ => error,
             }
         })
     }

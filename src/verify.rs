@@ -54,7 +54,8 @@ pub(crate) use args::VerifyArgs;
 /// No more gaps of a log than this are listed: nobody would read them.
 const MOST_NOTES: usize = 5;
 
-/// Checks each log. Status 2 if one cannot be checked, or a property has no verdict, otherwise 1 if a property is violated, or its verdict is unsure.
+/// Checks each log. Status 2 if one cannot be checked, or a property has no verdict, otherwise 1 if a property is
+/// violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     args.results.begin()?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());

@@ -34,8 +34,8 @@ use black_box::Kept;
 use presence::Presence;
 use target::{TargetArgs, refused};
 
-/// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until anything
-/// is there, and its nodes have said who they are, for which they may have to be asked again.
+/// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until
+/// anything is there, and its nodes have said who they are, for which they may have to be asked again.
 const LISTEN: Duration = Duration::from_millis(2500);
 const LONGEST_LISTEN: Duration = Duration::from_secs(6);
 
@@ -85,8 +85,8 @@ pub(crate) struct WatchArgs {
     json: bool,
 }
 
-/// Watches until Ctrl-C, or for as long as asked. Status 2 if a property has no verdict, otherwise 1 if one is violated,
-/// or its verdict is unsure.
+/// Watches until Ctrl-C, or for as long as asked. Status 2 if a property has no verdict, otherwise 1 if one is
+/// violated, or its verdict is unsure.
 ///
 /// # Errors
 /// Also if there was nothing all the time.

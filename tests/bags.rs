@@ -44,6 +44,11 @@ impl Recorded {
     }
 }
 
+/// A message without its line breaks.
+fn unwrapped(said: &str) -> String {
+    said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
+}
+
 #[test]
 fn a_recorded_robot_gets_verdicts_and_a_page() {
     let recorded = Recorded::new();
@@ -109,12 +114,12 @@ fn messages_before_the_damage_are_checked() {
     fs::write(copies.join("bag_0.mcap"), &whole).unwrap();
     fs::write(copies.join("bag_1.mcap"), &whole[..whole.len() / 2]).unwrap();
     let (_, _, said) = recorded.verify(&[copies.to_str().unwrap()], &[]);
-    assert!(said.contains("bag_0.mcap and bag_1.mcap have messages of the same time"), "{said}");
+    assert!(unwrapped(&said).contains("bag_0.mcap and bag_1.mcap have the same messages"), "{said}");
     let list = "relative_file_paths:\n- bag_0.mcap\n- bag_1.mcap\n";
     fs::write(copies.join("metadata.yaml"), list).unwrap();
     let (status, said, noted) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert_eq!(status, Some(1));
-    assert!(said.contains("slow_when_low violated"), "{said}");
+    assert!(said.contains("slow_when_low unsure"), "{said}");
     assert!(noted.contains("bag_1.mcap breaks off"), "{noted}");
     let empty = recorded.write("empty.mcap", b"");
     let (status, _, noted) = recorded.verify(&[&empty, &recorded.path("nav2.mcap")], &[]);
@@ -143,7 +148,7 @@ fn a_bag_that_cannot_be_checked_is_refused() {
         ("old.fbl", b"\x10\0\0\0", "old.fbl: it is a log of `FileLogger`"),
     ] {
         let said = refusal(&["verify", &recorded.write(name, bytes), "--property", "phi1", "--scenario", "nominal"]);
-        assert!(said.contains(why), "{said}");
+        assert!(unwrapped(&said).contains(why), "{said}");
     }
     let said = refusal(&["verify", "--list", &log]);
     assert!(said.contains("run.jsonl is not a bag"), "{said}");

@@ -1,4 +1,5 @@
-//! How a run, a log or a bag ends, and what each way makes of the verdicts: the table in docs/src/explanation/monitors.md.
+//! How a run, a log or a bag ends, and what each way makes of the verdicts: the table in
+//! docs/src/explanation/monitors.md.
 
 use std::collections::BTreeMap;
 use std::fs;

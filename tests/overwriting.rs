@@ -287,7 +287,7 @@ fn no_folder_that_is_written_overwrites_an_input() {
             &["verify", "run.jsonl", "--scenario", "scenario.toml", "--property", "o/INPUT", "--out", "o"],
             &["report.json"],
         ),
-        (&["monitor", "export", "o/INPUT", "--scenario", "scenario.toml", "--out", "o"], &["said.dot"]),
+        (&["monitor", "export", "o/INPUT", "--scenario", "scenario.toml", "--out", "o"], &["said.txt"]),
     ] {
         for name in written {
             let _ = fs::remove_dir_all(path.join("o"));

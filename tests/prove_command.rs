@@ -412,7 +412,8 @@ fn a_livelock_is_a_run_that_goes_around_in_circles() {
              </transition></state></scxml>"
         ),
     );
-    let components = "components.Echo={machine='Echo.scxml', interface='Echo.toml'}";
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let components = &format!("components.Echo={{machine='{}', interface='{}'}}", at("Echo.scxml"), at("Echo.toml"));
     let endless = proof(1, &[&scenario, "--set", components]);
     assert_eq!(results(&endless), [("progress", "livelock")], "{endless:#}");
     let run = &endless["properties"][0]["run"];

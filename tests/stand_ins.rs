@@ -69,7 +69,8 @@ fn prove(folder: &Path, arguments: &[&str]) -> Value {
 
 fn outcome(results: &Value, property: &str) -> String {
     let properties = results["properties"].as_array().expect("there are properties");
-    let found = properties.iter().find(|it| it["property"] == property).expect("it was asked");
+    let found =
+        properties.iter().find(|it| it["property"] == property).unwrap_or_else(|| panic!("{property}: {results}"));
     found["result"].as_str().unwrap_or_default().to_owned()
 }
 

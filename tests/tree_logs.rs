@@ -186,12 +186,12 @@ fn what_a_log_cannot_know_is_refused_with_the_reason() {
     let lift = "(Lift, BT, reply = <success>)";
     for (formula, reason) in [
         (format!("time_until {lift} < 3"), "counts ticks"),
-        (format!("time_until {lift} < 3 s"), "counts ticks"),
+        (format!("time_until {lift} < 3 s"), "cannot be counted in ticks"),
         (format!("always next {lift}"), "speaks of each message"),
         (format!("always (becomes {lift} implies true)"), "speaks of each message"),
-        (format!("always at most 3 {lift} in 10 s"), "speaks of each message"),
+        (format!("always at most 3 {lift} in 10 s"), "cannot be counted in ticks"),
         (format!("always (fresh {lift} implies true)"), "speaks of each message"),
-        (format!("always once[<= 10 s] {lift}"), "looks back a certain time"),
+        (format!("always once[<= 10 s] {lift}"), "cannot be counted in ticks"),
         ("eventually (BT, Lift, request = <tick>)".to_owned(), "no channel from BT to Lift"),
         ("eventually (World, Monitors, level_pct < 3)".to_owned(), "World"),
     ] {

@@ -1,8 +1,8 @@
 //! BehaviorTree.CPP's scripting language.
 //!
-//! A script is a list of expressions, separated by semicolons, which may be left out; its value is that of the last one. Expressions consist of
-//! numbers, strings in single quotes, `true` and `false`, names of blackboard entries and of constants, and these
-//! operators, from the lowest to the highest precedence:
+//! A script is a list of expressions, separated by semicolons, which may be left out; its value is that of the last
+//! one. Expressions consist of numbers, strings in single quotes, `true` and `false`, names of blackboard entries and
+//! of constants, and these operators, from the lowest to the highest precedence:
 //!
 //! | operators | meaning |
 //! |---|---|

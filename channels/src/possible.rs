@@ -1,5 +1,5 @@
-//! What a place of a system may hold in some run, as far as texts are concerned: an answer to "what can this be compared
-//! with?" that needs no run.
+//! What a place of a system may hold in some run, as far as texts are concerned: an answer to "what can this be
+//! compared with?" that needs no run.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

@@ -1,13 +1,13 @@
 //! The files on disk as an editor shows them.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 use std::{fs, io};
 
 use crate::files::{MAX_BYTES, MAX_TEXT_BYTES, too_large};
-use crate::{from_disk_up_to, text};
+use crate::{from_disk_up_to, normal, text};
 
 /// The files on disk, except that some may be open in an editor: their texts are read instead, saved or not. Cheap to
 /// clone.
@@ -56,20 +56,6 @@ impl Reads {
         let path = self.named.get(Path::new(name)).cloned().unwrap_or_else(|| normal(Path::new(name)));
         Some(path).filter(|path| self.paths.contains_key(path))
     }
-}
-
-/// A path from the root of the file system, without `.` and `..`. Links are not resolved.
-#[must_use]
-pub fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for part in std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => drop(normal.pop()),
-            part => normal.push(part),
-        }
-    }
-    normal
 }
 
 impl Disk {

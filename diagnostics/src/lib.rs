@@ -35,6 +35,7 @@ mod files;
 mod line_ends;
 pub mod markup;
 mod nearest;
+mod normal_path;
 mod output;
 mod overwriting;
 mod problem;
@@ -43,13 +44,14 @@ mod source;
 #[cfg(feature = "xml")]
 pub mod xml;
 
-pub use disk::{Disk, FileStamp, Reads, normal};
+pub use disk::{Disk, FileStamp, Reads};
 pub use error::Error;
 pub use files::{
     ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, open_regular, read_text, text, text_from_disk,
 };
 pub use line_ends::LineEnds;
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
+pub use normal_path::normal;
 pub use output::{Staging, Unfinished, rewrite_whole, write_whole};
 pub use overwriting::{check_unread, guard_inputs, reading, would_be_overwritten, writing};
 pub use problem::{FileProblems, Problem};

@@ -204,7 +204,8 @@ impl Staging {
         written.map_err(|source| write_error(&self.folder.join(name), source))
     }
 
-    /// The text that a file of this name in the folder had before, if it is at hand. It is no input: it will be replaced.
+    /// The text that a file of this name in the folder had before, if it is at hand. It is no input: it will be
+    /// replaced.
     #[must_use]
     pub fn earlier(&self, name: impl AsRef<Path>) -> Option<String> {
         fs::read_to_string(self.folder.join(name)).ok()

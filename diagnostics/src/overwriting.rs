@@ -57,6 +57,12 @@ fn identity(path: &Path) -> Option<Identity> {
     }
 }
 
+/// The identity of a file that is to be written. Its writer creates missing folders, so `new/../file` is `file`
+/// although it cannot be read under that path yet.
+fn identity_if_written(path: &Path) -> Option<Identity> {
+    identity(path).or_else(|| identity(&normal(path)))
+}
+
 fn guarded() -> MutexGuard<'static, Option<Guarded>> {
     GUARDED.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -72,7 +78,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
         let folder = path.parent().and_then(|folder| normal(folder).canonicalize().ok());
         folder.zip(path.file_name()).map_or_else(|| normal(&path), |(folder, name)| folder.join(name))
     };
-    match (identity(one), identity(other)) {
+    match (identity_if_written(one), identity_if_written(other)) {
         (Some(one), Some(other)) => one == other,
         (None, None) => whole(one) == whole(other),
         _ => false,
@@ -116,7 +122,8 @@ pub fn guard_inputs<'v>(
 pub fn reading(path: &Path) -> io::Result<()> {
     let mut guarded = guarded();
     let Some((guarded, identity)) = guarded.as_mut().zip(identity(path)) else { return Ok(()) };
-    let is_it = |output: &&mut Output| !output.is_begun && self::identity(&output.path).as_ref() == Some(&identity);
+    let is_it =
+        |output: &&mut Output| !output.is_begun && identity_if_written(&output.path).as_ref() == Some(&identity);
     if let Some(Output { option, is_needed, .. }) = guarded.outputs.iter_mut().find(is_it) {
         *is_needed = true;
         let why = format!("`{option}` would overwrite it; name another file there");
@@ -144,7 +151,7 @@ pub fn writing(path: &Path) -> Result<(), Error> {
 /// As [`writing`].
 pub fn check_unread(path: &Path) -> Result<(), Error> {
     let guarded = guarded();
-    let Some((guarded, identity)) = guarded.as_ref().zip(identity(path)) else { return Ok(()) };
+    let Some((guarded, identity)) = guarded.as_ref().zip(identity_if_written(path)) else { return Ok(()) };
     if guarded.outputs.iter().any(|output| output.is_needed && is_same(&output.path, path)) {
         return Err(Error::Overwrites { path: path.to_owned(), why: "this command needs it".to_owned() });
     }
@@ -211,9 +218,11 @@ mod tests {
         assert!(matches!(staging.publish(&["input"]), Err(Error::Overwrites { .. })));
         assert_eq!(fs::read(path("input")).unwrap(), b"a");
 
+        // What was to be read is not overwritten later either.
+        assert!(matches!(crate::write_whole(&path("old"), "lost"), Err(Error::Overwrites { .. })));
         // What the command has written itself can be read.
-        crate::write_whole(&path("old"), "own").unwrap();
-        assert_eq!(crate::from_disk(&path("old")).unwrap(), b"own");
+        crate::write_whole(&path("new"), "own").unwrap();
+        assert_eq!(crate::from_disk(&path("new")).unwrap(), b"own");
         // A file that takes the place of another in the file system is not that one.
         fs::remove_file(path("results")).unwrap();
         fs::write(path("temporary"), "b").unwrap();

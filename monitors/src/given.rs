@@ -1,5 +1,5 @@
-//! Fields that only some messages of a channel have, because others have another field at the same position: what selects
-//! these messages is given with the field, or beside the comparison.
+//! Fields that only some messages of a channel have, because others have another field at the same position: what
+//! selects these messages is given with the field, or beside the comparison.
 
 use std::sync::Arc;
 

@@ -27,9 +27,10 @@
 //! and `since`, `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be
 //! written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or the names that the channel's
 //! domain gives them, `m.level` or just `level`: such a field is missing in every message that has no field with that
-//! name, whatever else the message has at its position, and whatever it is compared with. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A
-//! parenthesis that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at
-//! the property's end, with a warning, because the paper prints φ2 this way.
+//! name, whatever else the message has at its position, and whatever it is compared with. A bound is a number of ticks
+//! or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis that opens right after `always`,
+//! `eventually`, `next` or `not` and is never closed is read as closed at the property's end, with a warning, because
+//! the paper prints φ2 this way.
 //!
 //! # The semantics
 //!

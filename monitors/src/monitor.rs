@@ -34,8 +34,8 @@ pub use witness::{EventTime, OpenObligation, Sighting, Witness};
 /// The monitor of a SCOPE property.
 ///
 /// Its verdict never changes once it is true or false. The time per event and the memory depend on the formula and its
-/// bounds, never on the length of the run. Events come in the order of their ticks and times: if time goes back, there is
-/// no verdict unless there was one, and the outcome is inconclusive.
+/// bounds, never on the length of the run. Events come in the order of their ticks and times: if time goes back, there
+/// is no verdict unless there was one, and the outcome is inconclusive.
 ///
 /// ```
 /// use std::{sync::Arc, time::Duration};

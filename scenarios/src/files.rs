@@ -338,7 +338,12 @@ pub(crate) fn unmarked(path: &Path) -> &Path {
 /// that another file inherits. The path of an assignment is relative to the place where it is given, whichever scenario
 /// it changes.
 pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
-    if span.is_assignment() { Path::new(HERE).join(path) } else { span.source().folder().join(unmarked(path.as_ref())) }
+    match path.as_ref() {
+        path if span.is_assignment() => Path::new(HERE).join(path),
+        // What is joined to it must not look like an assignment's path.
+        path if path == Path::new(HERE) => span.source().folder().to_owned(),
+        path => span.source().folder().join(unmarked(path)),
+    }
 }
 
 /// The path under a key, as [`named`].

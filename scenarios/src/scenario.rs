@@ -171,8 +171,8 @@ impl Scenario {
         skills.chain(components).chain(self.watching.values()).chain(replaced)
     }
 
-    /// The files that it takes from elsewhere, in sentences: those that come with the program together, and each that an
-    /// assignment names.
+    /// The files that it takes from elsewhere, in sentences: those that come with the program together, and each that
+    /// an assignment names.
     #[must_use]
     pub fn elsewhere_in_words(&self) -> Vec<String> {
         let (on_disk, shipped): (Vec<&Elsewhere>, Vec<_>) = self.elsewhere.iter().partition(|it| it.on_disk.is_some());

@@ -34,13 +34,13 @@ enum Owes {
 
 /// An answer to the tree.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Answer {
+enum TreeAnswer {
     Running,
     Final,
     Halted,
 }
 
-impl Answer {
+impl TreeAnswer {
     fn named(name: &str) -> Option<Self> {
         match name {
             "running" => Some(Self::Running),
@@ -336,7 +336,7 @@ impl<'c> Conversation<'c> {
 
     fn answer(&mut self, send: &'c Send, owed: &BTreeSet<Owes>) -> BTreeSet<Owes> {
         let name = send.event.as_ref().and_then(|event| event.literal());
-        let Some(answer) = name.and_then(|name| Answer::named(name)) else { return owed.clone() };
+        let Some(answer) = name.and_then(|name| TreeAnswer::named(name)) else { return owed.clone() };
         let is_owed = owed.iter().any(|owes| answer.is_owed(*owes));
         let known = self.answers.entry((send.span.offset(), self.way)).or_insert((false, send));
         known.0 |= is_owed;

@@ -74,8 +74,8 @@ pub(crate) struct SimArgs {
     /// `cmd_vel` have no effect
     #[arg(long, requires = "localize", conflicts_with = "lock_step")]
     pub(super) navigate: bool,
-    /// Does not publish the map on `map`, for who makes one from scans, such as slam_toolbox: with two publishers there,
-    /// what reads it gets now one map and now the other
+    /// Does not publish the map on `map`, for nodes that make one from scans, such as slam_toolbox: with two
+    /// publishers, subscribers would get both maps in turn
     #[arg(long)]
     pub(super) no_map: bool,
     /// Gives a frame another name, such as `odom:=r1/odom`; may be given more than once

@@ -1,6 +1,6 @@
 //! Recordings of one run, written in different ways: in any order, in one file or in several that overlap, with copies
-//! beside them. The verdicts are those of the run; where a file is missing, or where messages come too late to be put in
-//! order, each is the run's or unsure.
+//! beside them. The verdicts are those of the run; where a file is missing, or where messages come too late to be put
+//! in order, each is the run's or unsure.
 
 use std::collections::BTreeMap;
 use std::fs;

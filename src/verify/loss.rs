@@ -1,5 +1,5 @@
-//! Messages that are lost on the way, or late, planted in runs that are made up: a verdict is that of the run as it was sent, or
-//! it is unsure. What is lost is known from numbers, so most verdicts that it cannot change are sure.
+//! Messages that are lost on the way, or late, planted in runs that are made up: a verdict is that of the run as it was
+//! sent, or it is unsure. What is lost is known from numbers, so most verdicts that it cannot change are sure.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -60,8 +60,8 @@ const NUMBERS: [i32; 9] = [0, 1, 3, 5, 7, 9, 11, 13, 60];
 
 const START_NS: i64 = 1_700_000_000_000_000_000;
 
-/// A run with a loss of so many in a thousand. The first message arrives; so does the last on each topic, unless the end
-/// may be lost, too: who counts does not notice that.
+/// A run with a loss of so many in a thousand. The first message arrives; so does the last on each topic, unless the
+/// end may be lost, too: who counts does not notice that.
 fn run(random: &mut ChaCha8Rng, per_mille: u32, may_lose_end: bool) -> Vec<Sent> {
     let (mut ns, mut sent) = (START_NS, Vec::new());
     for index in 0..40 + random.next_u32() % 80 {
@@ -202,7 +202,7 @@ impl Source for Robot {
 }
 
 /// What was found of a property.
-struct Found {
+struct LossVerdict {
     name: String,
     outcome: Outcome,
     certainty: Certainty,
@@ -210,14 +210,14 @@ struct Found {
     violated: Option<Duration>,
 }
 
-impl Found {
+impl LossVerdict {
     /// The outcome if it is sure.
     fn sure(&self) -> Option<Outcome> {
         (self.certainty == Certainty::Sure).then_some(self.outcome)
     }
 }
 
-fn outcomes(sent: Vec<Sent>, mapping: &Mapping, end_ns: i64, ground: &Ground) -> Vec<Found> {
+fn outcomes(sent: Vec<Sent>, mapping: &Mapping, end_ns: i64, ground: &Ground) -> Vec<LossVerdict> {
     let robot = Robot::new(sent, end_ns, ground.clone());
     let read = &diagnostics::from_disk;
     let Ok(compiled) = mapping.compile(&robot.survey, None, read) else { panic!("it fits") };
@@ -228,7 +228,7 @@ fn outcomes(sent: Vec<Sent>, mapping: &Mapping, end_ns: i64, ground: &Ground) ->
     let Ok(judgment) = judge_in_words(found, &mut properties, doubts, &Around::default(), None) else {
         panic!("no event is an error")
     };
-    let found = |(property, evidence): (&Property, &Evidence)| Found {
+    let found = |(property, evidence): (&Property, &Evidence)| LossVerdict {
         name: property.name.clone(),
         outcome: Outcome::of(property.monitor.as_ref()),
         certainty: evidence.certainty().clone(),
@@ -294,7 +294,7 @@ fn check(messages: usize, [per_mille, late]: [u32; 2], seed: u64, others: usize,
         let runs = runs.filter(|_| others > 0).map(|other| judged(other, end, &assumed));
         let found_by_others: Vec<_> = runs.collect();
         for (index, (found_now, truth)) in received.iter().zip(&truth).enumerate() {
-            let Found { name, violated, certainty, .. } = found_now;
+            let LossVerdict { name, violated, certainty, .. } = found_now;
             let (verdict, first) = (found_now.sure(), truth.violated);
             let is_unchanged = found_by_others.iter().all(|other| other[index].sure() == truth.sure());
             let is_right = is_unchanged && verdict == truth.sure();

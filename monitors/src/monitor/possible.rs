@@ -538,8 +538,8 @@ mod tests {
         assert!(monitors.all(|monitor| PossibleStates::of(monitor).is_none()));
     }
 
-    /// All orders in which messages may have been due: each late one at its place, or at an earlier one that is allowed,
-    /// after those before it on its channel.
+    /// All orders in which messages may have been due: each late one at its place, or at an earlier one that is
+    /// allowed, after those before it on its channel.
     fn orders(arrived: &[(usize, i64, usize)]) -> Vec<Vec<(usize, usize)>> {
         let mut orders: Vec<Vec<(usize, usize)>> = vec![Vec::new()];
         for (index, (channel, _, early)) in arrived.iter().enumerate() {

@@ -84,8 +84,8 @@ impl Watch {
             Literal::Event { event, .. } => bits | 1 << event.0,
             literal => bits | synthesis.past.bit(literal).map_or(0, |(bit, _)| bit),
         });
-        // A clause that only forbids, `not a` or `not (a and b)`, is tested all the time: silence keeps it. But `a implies
-        // not b` is about what comes after an a.
+        // A clause that only forbids, `not a` or `not (a and b)`, is tested all the time: silence keeps it. But `a
+        // implies not b` is about what comes after an a.
         let is_ban = denied.count_ones() as usize == clause.len();
         let trigger = trigger(clause, words);
         let antecedent = match clause.iter().collect::<Vec<_>>()[..] {

@@ -53,7 +53,7 @@ impl Resolver<'_> {
             vec![problem.at(event.span, "no such channel")]
         });
         let unread = ends[0].flatten().map(|source| self.unread_topics(source)).unwrap_or_default();
-        if let (Some(last), false) = (reasons.pop(), unread.is_empty()) {
+        if let Some(last) = reasons.pop_if(|_| !unread.is_empty()) {
             let source = &event.source;
             let help = format!(
                 "nothing reads {} of {source}, so no message of it arrives anywhere; a property sees what arrives: {}",

@@ -459,8 +459,8 @@ impl<'a> FieldPosition<'a> {
         self.with.iter().filter_map(|shape| Some((self.number, self.kind(shape)?)))
     }
 
-    /// What distinguishes the messages with the field from others: their symbols, or else, if that is allowed, the types
-    /// of their values. `None` if neither does.
+    /// What distinguishes the messages with the field from others: their symbols, or else, if that is allowed, the
+    /// types of their values. `None` if neither does.
     fn given(&self, others: &[&Shape], by_type: bool) -> Option<MessageCondition> {
         let mut alternatives: Vec<MessageCondition> = Vec::new();
         for shape in &self.with {
@@ -484,7 +484,8 @@ impl<'a> FieldPosition<'a> {
         Some(any(alternatives))
     }
 
-    /// What the types of values, here or else anywhere, tell: that a message is of the first shape and not of the other.
+    /// What the types of values, here or else anywhere, tell: that a message is of the first shape and not of the
+    /// other.
     fn by_type(&self, shape: &Shape, other: &Shape) -> Option<MessageCondition> {
         let longest = shape.fields().len().max(other.fields().len());
         std::iter::once(self.number).chain(1..=longest).find_map(|number| {

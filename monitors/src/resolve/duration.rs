@@ -43,7 +43,7 @@ impl Resolver<'_> {
     fn round(&self, relation: Relation, nanos: u64) -> Result<u64, Problem> {
         if self.tick_period.is_zero() {
             let problem = Problem::new("a duration cannot be counted in ticks that take no time");
-            return Err(problem.with_help("give the bound as a number of ticks"));
+            return Err(problem.with_help("give the bound as a number of ticks, or measure it: `timed property`"));
         }
         let period = u64::try_from(self.tick_period.as_nanos()).unwrap_or(u64::MAX);
         match relation {

@@ -499,7 +499,8 @@ impl Run<'_> {
                 let mut at = EventTime::of(events[n]);
                 if moment < time {
                     at.time = Duration::from_nanos(moment);
-                    at.tick -= u64::from(events[n].kind == EventKind::Tick);
+                    // Before the first tick, there is none.
+                    at.tick = at.tick.saturating_sub(u64::from(events[n].kind == EventKind::Tick));
                 }
                 return Some((at, n));
             }

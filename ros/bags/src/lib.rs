@@ -13,9 +13,10 @@
 //! [`Contents`] lists what a bag contains, and proposes a mapping.
 //!
 //! # Inside
-//! `storage` reads the files, one module per format, and puts their messages in order (`merge`); `definitions` finds the definitions of types, by which
-//! `ros_messages` decodes the wanted parts of a message; `mapping` is the user's file, and `mapping/compile` what it
-//! means for a bag; `events` puts messages in order and makes the ticks. `contents` lists a bag and proposes a mapping.
+//! `storage` reads the files, one module per format, and puts their messages in order (`merge`); `definitions` finds
+//! the definitions of types, by which `ros_messages` decodes the wanted parts of a message; `mapping` is the user's
+//! file, and `mapping/compile` what it means for a bag; `events` puts messages in order and makes the ticks. `contents`
+//! lists a bag and proposes a mapping.
 
 mod contents;
 mod definitions;

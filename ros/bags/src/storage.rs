@@ -206,7 +206,10 @@ impl StorageReader {
                 sqlite::SqliteReader::open(&file.path, wanted, survey).map(|reader| Self::Sqlite(Box::new(reader)))
             }
             #[cfg(not(feature = "sqlite"))]
-            Format::Sqlite => Err(Error::NoSqlite(file.path.clone())),
+            Format::Sqlite => {
+                let _ = (wanted, survey);
+                Err(Error::NoSqlite(file.path.clone()))
+            }
         }
     }
 }

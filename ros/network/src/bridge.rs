@@ -25,8 +25,8 @@ const PING: Duration = Duration::from_millis(50);
 /// How long a server may say nothing, not even answer a ping.
 const DEAD: Duration = Duration::from_secs(5);
 
-/// How long before the end a server may last have been asked whether it has told all: what it may have told since then is
-/// missing otherwise, whether it does not answer or this process did not get to it.
+/// How long before the end a server may last have been asked whether it has told all: what it may have told since then
+/// is missing otherwise, whether it does not answer or this process did not get to it.
 const LATE: Duration = Duration::from_secs(1);
 
 /// How long a server may take to answer a connection.
@@ -66,9 +66,9 @@ const PORT: u16 = 8765;
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
 /// bridge's stamp. It is quiet only as long as the bridge answers pings. A connection that breaks, or that answers no
-/// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic has while the bridge does
-/// not offer it, until its next message: a bridge notices a new publisher only after a while, so the first messages of a
-/// topic that it offers later than the others never reach it.
+/// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic has while the bridge
+/// does not offer it, until its next message: a bridge notices a new publisher only after a while, so the first
+/// messages of a topic that it offers later than the others never reach it.
 pub struct Bridge {
     uri: Uri,
     connection: Option<Connection>,

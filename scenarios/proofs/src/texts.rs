@@ -1,6 +1,6 @@
 //! What a property does with texts that components choose.
 
-use channels::{ChannelId, FieldKind, Monitor, Relation, Topology};
+use channels::{ChannelId, FieldKind, Monitor, Relation, Topology, Value};
 use diagnostics::Problem;
 use monitors::{Formula, MessageCondition, ScopeMonitor, Term, scope_monitor};
 use scenarios::scenario::{Carrier, MachineMonitor, Scenario};
@@ -107,8 +107,11 @@ impl Texts<'_> {
                 let is_equality = matches!(relation, Relation::Equal | Relation::NotEqual);
                 is_equality && is_plain(left) && is_plain(right) || !has_text(left) && !has_text(right)
             }
-            MessageCondition::Compare { field, relation, .. } => {
-                matches!(relation, Relation::Equal | Relation::NotEqual) || !self.in_field(channel, field.number)
+            // No text is less or greater than a number: whatever it is, such a comparison is false.
+            MessageCondition::Compare { field, relation, value } => {
+                matches!(relation, Relation::Equal | Relation::NotEqual)
+                    || !matches!(value, Value::Text(_))
+                    || !self.in_field(channel, field.number)
             }
             MessageCondition::True | MessageCondition::False | MessageCondition::Is { .. } => true,
             MessageCondition::Not(part) => self.compares(part, channel, many),

@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{ChannelId, Event, Flaw, Gap, Ground, Monitor, Topology, Verdict};
 use monitors::{Formula, Outcome, PossibleStates, Property, ScopeMonitor};
 
-use crate::grounds::{Known, Watched};
+use crate::grounds::{Circumstances, Watched};
 use crate::{Certainty, Evidence, Grounds};
 
 /// How sure the verdicts of properties are, by the index of the property. What the source of the events vouches for
@@ -58,8 +58,8 @@ impl Doubts {
         }
     }
 
-    /// Likewise. What may be missing can be any message, such as one that is missing because its channel could not carry
-    /// it.
+    /// Likewise. What may be missing can be any message, such as one that is missing because its channel could not
+    /// carry it.
     ///
     /// A monitor foresees from the domains of the channels what may come, and may therefore know its verdict before any
     /// such message. So whether the verdict is settled is asked of a second monitor, which knows no domains, unless
@@ -168,7 +168,7 @@ impl Doubts {
             state.miss(gap, property);
             state.why.is_some()
         };
-        let known = Known {
+        let known = Circumstances {
             doubt: state.why.as_deref(),
             is_by_message: state.is_by_message(property),
             is_open_to: &|channel| state.is_open_to(channel, property),
@@ -184,8 +184,8 @@ impl Doubts {
             && matches!(self.evidence(index, property).certainty(), Certainty::Groundless(_))
     }
 
-    /// Which message must not have been lost, in words, so that the property is violated as often as it seems to be. That
-    /// it has not been lost shows when the next one of its channel comes.
+    /// Which message must not have been lost, in words, so that the property is violated as often as it seems to be.
+    /// That it has not been lost shows when the next one of its channel comes.
     #[must_use]
     pub fn unless(&self, index: usize, property: &Property) -> Option<String> {
         let state = &self.states[index];

@@ -117,9 +117,12 @@ impl<W: Write> Follower for EventLogWriter<W> {
                 writeln!(self.output, "{}", gap_line(gap))?;
             }
         }
-        let mut before_ticks = view.outcomes_before_ticks().iter();
+        let mut before_ticks = view.outcomes_before_ticks().iter().peekable();
         for event in view.events() {
-            if let (EventKind::Tick, Some(outcomes)) = (&event.kind, before_ticks.next()) {
+            let is_tick = event.kind == EventKind::Tick;
+            let before = before_ticks.next_if(|_| is_tick);
+            // Before the first tick, no node has a status.
+            if let Some(outcomes) = before.filter(|outcomes| outcomes.iter().any(Option::is_some)) {
                 self.write_statuses(view, outcomes, event.tick.saturating_sub(1))?;
             }
             writeln!(self.output, "{}", event_line(event, view.topology()))?;

@@ -21,7 +21,7 @@ pub struct Grounds {
 }
 
 /// What is known about a verdict besides its grounds.
-pub(crate) struct Known<'k> {
+pub(crate) struct Circumstances<'k> {
     /// Why it is unsure, if messages are missing.
     pub(crate) doubt: Option<&'k str>,
     /// Whether it is a violation by a single message, whatever else there was.
@@ -75,12 +75,12 @@ impl Grounds {
     #[must_use]
     pub fn evidence(&self, monitor: &dyn Monitor) -> Evidence {
         let (is_open_to, could_change) = (&|_| true, &|_: &Gap| true);
-        let known = Known { doubt: None, is_by_message: false, is_open_to, could_change };
+        let known = Circumstances { doubt: None, is_by_message: false, is_open_to, could_change };
         self.evidence_about(&Watched::of(monitor, &self.topology), &known)
     }
 
     /// What a verdict about the messages of these channels rests on.
-    pub(crate) fn evidence_about(&self, watched: &Watched, known: &Known<'_>) -> Evidence {
+    pub(crate) fn evidence_about(&self, watched: &Watched, known: &Circumstances<'_>) -> Evidence {
         let Watched { channels, are_named } = watched;
         let assumption = |channel: &ChannelId| match &self.of(*channel).0 {
             Ground::Assumed(what) => Some(what.clone()),
@@ -94,7 +94,7 @@ impl Grounds {
         Evidence::new(self.certainty(watched, known), assumptions, silent)
     }
 
-    fn certainty(&self, watched: &Watched, known: &Known<'_>) -> Certainty {
+    fn certainty(&self, watched: &Watched, known: &Circumstances<'_>) -> Certainty {
         if known.is_by_message {
             return Certainty::Sure;
         }
@@ -116,7 +116,7 @@ impl Grounds {
     }
 
     /// Why nothing vouches for the messages of a channel, if that is so and they could change the verdict.
-    fn without_ground(&self, channel: ChannelId, known: &Known<'_>) -> Option<String> {
+    fn without_ground(&self, channel: ChannelId, known: &Circumstances<'_>) -> Option<String> {
         let why = match self.of(channel) {
             (Ground::Missing(why), _) => why,
             (Ground::Numbered | Ground::NumberedApart, None) => "none has come, so that a loss would not be noticed",

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::{End, Header, RunView, Step};
 
 /// The version of the format. It goes up with every change of the records.
-pub const FORMAT: u32 = 24;
+pub const FORMAT: u32 = 25;
 
 /// One record of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -197,8 +197,8 @@ pub struct Decision {
 }
 
 impl Decision {
-    /// When the verdict was reached: of a missed deadline in a timed property, the deadline itself, which may lie before
-    /// the event that showed it.
+    /// When the verdict was reached: of a missed deadline in a timed property, the deadline itself, which may lie
+    /// before the event that showed it.
     #[must_use]
     pub fn at(&self) -> EventTime {
         self.witness.as_ref().map_or_else(|| EventTime::of(&self.event), |witness| witness.settled)
@@ -213,8 +213,8 @@ pub struct Details {
     /// The nodes of the tree whose last outcome has changed: their index in the [header](crate::Header::tree), and the
     /// outcome; none if what it was is no longer known.
     pub outcomes: Vec<(usize, Option<bt::Outcome>)>,
-    /// For each tick among the events, the same of the nodes whose last outcome had changed before it: a tick may end in
-    /// the step in which the next one begins. Empty if that is not known.
+    /// For each tick among the events, the same of the nodes whose last outcome had changed before it: a tick may end
+    /// in the step in which the next one begins. Empty if that is not known.
     pub before_ticks: Vec<Vec<(usize, Option<bt::Outcome>)>>,
     /// The changes of status in the tree, in order: the node's index in the [header](crate::Header::tree), and the
     /// status in BehaviorTree.CPP's sense, none if it is idle. Empty unless the header has the

@@ -42,7 +42,7 @@ pub struct Unmet {
 #[derive(Clone, Debug)]
 pub(crate) struct Failures {
     /// By the index of the channel: the leaf whose skill is at an end of it, and what the messages there are to it.
-    leaves: Vec<Option<(usize, Role)>>,
+    leaves: Vec<Option<(usize, MessageRole)>>,
     /// By the index of the node.
     attempts: Vec<Attempt>,
     latest: Option<TreeFailure>,
@@ -52,7 +52,7 @@ pub(crate) struct Failures {
 
 /// What the messages of a channel are to a leaf's skill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
+enum MessageRole {
     /// From the tree.
     Order,
     /// To the tree.
@@ -83,23 +83,25 @@ struct Attempt {
 }
 
 impl Attempt {
-    fn note(&mut self, role: Role, event: &Event, head: Option<&str>) {
+    fn note(&mut self, role: MessageRole, event: &Event, head: Option<&str>) {
         match role {
-            Role::Order if self.is_running => {}
-            Role::Order => {
+            MessageRole::Order if self.is_running => {}
+            MessageRole::Order => {
                 let Self { request, is_answered, owed, message, .. } = std::mem::take(self);
                 let owed = request.filter(|_| !is_answered).or(owed);
                 *self = Self { since: Some(event.time), owed, message, ..Self::default() };
             }
-            Role::Answer => {
+            MessageRole::Answer => {
                 self.is_running = head == Some("running");
                 self.has_run |= self.is_running;
             }
             // So are actions called off, in the names of interfaces.
-            Role::Request if head.is_some_and(|head| head.ends_with(".cancel")) => self.is_called_off = true,
-            Role::Request => (self.request, self.is_answered, self.is_called_off) = (Some(event.clone()), false, false),
-            Role::Message if self.request.is_none() && self.owed.is_some() => self.owed = None,
-            Role::Message => (self.message, self.is_new, self.is_answered) = (Some(event.clone()), true, true),
+            MessageRole::Request if head.is_some_and(|head| head.ends_with(".cancel")) => self.is_called_off = true,
+            MessageRole::Request => {
+                (self.request, self.is_answered, self.is_called_off) = (Some(event.clone()), false, false)
+            }
+            MessageRole::Message if self.request.is_none() && self.owed.is_some() => self.owed = None,
+            MessageRole::Message => (self.message, self.is_new, self.is_answered) = (Some(event.clone()), true, true),
         }
     }
 
@@ -125,8 +127,12 @@ impl Failures {
         let is_component = |name: &str| header.components.iter().any(|known| known == name);
         let ends = header.topology.channels().map(|channel| header.topology.ends(channel));
         let role = |(from, to): (&str, &str)| match (leaves.get(from), leaves.get(to)) {
-            (_, Some(leaf)) => Some((*leaf, if is_component(from) { Role::Message } else { Role::Order })),
-            (Some(leaf), None) => Some((*leaf, if is_component(to) { Role::Request } else { Role::Answer })),
+            (_, Some(leaf)) => {
+                Some((*leaf, if is_component(from) { MessageRole::Message } else { MessageRole::Order }))
+            }
+            (Some(leaf), None) => {
+                Some((*leaf, if is_component(to) { MessageRole::Request } else { MessageRole::Answer }))
+            }
             (None, None) => None,
         };
         let attempts = vec![Attempt::default(); header.tree.len()];

@@ -126,9 +126,9 @@ pub struct MonitorReport {
     pub violations: Option<ViolationsReport>,
     /// Why the property was violated: the communication that violated it, and the messages that led to it.
     pub witness: Option<WitnessReport>,
-    /// How sure the verdict is: `sure`; `unless` a message was lost that could not be noticed yet; `unsure`, as messages
-    /// are missing that could change it; or `none`, if nothing vouches that messages could have come. In the last two
-    /// cases, `verdict` is `inconclusive`.
+    /// How sure the verdict is: `sure`; `unless` a message was lost that could not be noticed yet; `unsure`, as
+    /// messages are missing that could change it; or `none`, if nothing vouches that messages could have come. In the
+    /// last two cases, `verdict` is `inconclusive`.
     pub certainty: &'static str,
     /// Why it is not sure, in words; null if it is.
     pub unsure: Option<String>,

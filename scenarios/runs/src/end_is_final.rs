@@ -12,8 +12,8 @@ pub(crate) fn is_the_end(ended: &Ended) -> bool {
     }
 }
 
-/// The violation of a property by the end of a run at this time, if something is pending that has no deadline; `formula`
-/// is the property's.
+/// The violation of a property by the end of a run at this time, if something is pending that has no deadline;
+/// `formula` is the property's.
 pub(crate) fn violation(monitor: &dyn Monitor, formula: &str, at: EventTime) -> Option<Decision> {
     if monitor.verdict_at_end() != Verdict::Inconclusive || !monitor.is_open() {
         return None;

@@ -1,5 +1,5 @@
-//! What a running tree leaves behind: its errors, such as scripts that cannot be evaluated or ports without a value, and
-//! the outcomes at the end of each tick.
+//! What a running tree leaves behind: its errors, such as scripts that cannot be evaluated or ports without a value,
+//! and the outcomes at the end of each tick.
 
 use std::sync::Arc;
 

@@ -8,15 +8,8 @@ use recording::Expected;
 use super::world::MAP;
 
 /// The keys of `[expect]` that are not the name of a property.
-pub(super) const KEYS: [&str; 7] = [
-    "failed_programs",
-    "max_collisions",
-    "max_localization_m",
-    "min_battery_pct",
-    "not_reached",
-    "reached",
-    "satisfied",
-];
+pub(super) const KEYS: [&str; 7] =
+    ["errors", "max_collisions", "max_localization_m", "min_battery_pct", "not_reached", "reached", "satisfied"];
 
 /// The expected results of a run.
 #[derive(Clone, Debug, Default)]

@@ -353,7 +353,7 @@ impl<'a> Loader<'a> {
     ) -> Parts {
         let tree = self.tree(file, files);
         let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
-        let of_map = if let PlacesOfMap::Read(places) = places { Some(&*places.places()) } else { None };
+        let of_map = if let PlacesOfMap::Read(places) = places { Some(places.places()) } else { None };
         let listeners = Listeners {
             tree: tree.as_deref(),
             skills: skills.as_ref(),

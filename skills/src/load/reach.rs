@@ -22,7 +22,7 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
         let mut earlier = Vec::new();
         for id in chart.state(state).transitions().iter().copied() {
             let value = constant(chart, chart.transition(id));
-            let taken = Taken::by(chart, id);
+            let taken = HandledEvents::by(chart, id);
             never[id.index()] = never_taken(chart, &taken, value, &earlier, &ends);
             if value == Some(true) && earlier.len() < MAX_EARLIER {
                 earlier.push(taken);
@@ -47,8 +47,8 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     );
 }
 
-/// Parallel states right inside others whose end a transition waits for: SCXML notices the end of the outer one only when
-/// a child that is not parallel ends last (Appendix D, enterStates).
+/// Parallel states right inside others whose end a transition waits for: SCXML notices the end of the outer one only
+/// when a child that is not parallel ends last (Appendix D, enterStates).
 fn nested_parallels(chart: &Chart) -> Vec<Problem> {
     let is_parallel = |id: &StateId| chart.state(*id).kind == StateKind::Parallel;
     let inner = chart.states().filter(is_parallel).filter_map(|id| {
@@ -119,9 +119,9 @@ const MAX_EARLIER: usize = 1000;
 /// changes; `earlier` are the transitions before it in its state.
 fn never_taken(
     chart: &Chart,
-    taken: &Taken,
+    taken: &HandledEvents,
     value: Option<bool>,
-    earlier: &[Taken],
+    earlier: &[HandledEvents],
     ends: &Ends<'_>,
 ) -> Option<Problem> {
     let transition = chart.transition(taken.transition);
@@ -152,13 +152,13 @@ pub(crate) fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
 }
 
 /// The events that a transition handles.
-struct Taken {
+struct HandledEvents {
     transition: TransitionId,
     /// The classes that its descriptors match, in ascending order and disjoint; empty if it handles no event.
     matches: Vec<Matches>,
 }
 
-impl Taken {
+impl HandledEvents {
     fn by(chart: &Chart, transition: TransitionId) -> Self {
         let descriptors = &chart.transition(transition).descriptors;
         let mut matches: Vec<Matches> = descriptors.iter().map(|descriptor| descriptor.matches).collect();

@@ -1,42 +1,48 @@
 //! What an expression may be, as far as texts are concerned.
 
 use channels::{Beyond, Possible};
+use diagnostics::Problem;
 use miette::SourceSpan;
 
-use super::family::Walk;
-use crate::Datum;
-use crate::chart::Descriptor;
+use super::family::Family;
+use super::trigger::Trigger;
 use crate::expression::scan::words;
 use crate::expression::{BinaryOp, Code, EventField, Expr, UnaryOp};
+use crate::ids::DataId;
+use crate::{Chart, Datum};
+
+/// How to fix a machine that does too much with a text.
+const WAY_OUT: &str = "compare it with other texts by `==` and `!=`, or test whether it is empty; a proof tells texts \
+                       apart only by that";
 
 /// The results of `typeof`.
 const TYPES: [&str; 6] = ["undefined", "object", "boolean", "number", "string", "function"];
 
-/// The events that may be `_event`.
-pub(super) struct Trigger<'c>(Option<&'c [Descriptor]>);
+/// One machine of the family, which is walked through.
+pub(super) struct MachineWalk<'w, 'a> {
+    pub(super) chart: &'a Chart,
+    /// Its number in the family.
+    pub(super) number: usize,
+    pub(super) family: &'w mut Family<'a>,
+}
 
-impl<'c> Trigger<'c> {
-    /// Any event.
-    pub(super) fn any() -> Self {
-        Self(None)
+impl<'a> MachineWalk<'_, 'a> {
+    pub(super) fn held(&self, data: DataId) -> Possible {
+        self.family.held(self.number, data)
     }
 
-    /// Those that these descriptors match. Without any, it is the last event.
-    pub(super) fn of(descriptors: &'c [Descriptor]) -> Self {
-        Self((!descriptors.is_empty()).then_some(descriptors))
+    /// Reports what the machine does with a chosen text.
+    pub(super) fn refuse(&mut self, what: &str, place: SourceSpan) {
+        let problem = Problem::new(format!("the machine {what}, which a proof cannot follow"));
+        self.family.report(problem.of(self.chart.file()).at(place, "here").with_help(WAY_OUT));
     }
 
-    pub(super) fn is_one_of(&self, names: &[String]) -> bool {
-        names.is_empty() || names.iter().any(|name| self.may_be(Some(name)))
-    }
-
-    /// Whether it may be the event with this name, if that is known.
-    pub(super) fn may_be(&self, event: Option<&str>) -> bool {
-        let (Some(descriptors), Some(event)) = (self.0, event) else { return true };
-        descriptors.iter().any(|descriptor| {
-            let prefix = descriptor.text.trim_end_matches('*').trim_end_matches('.');
-            prefix.is_empty() || event.strip_prefix(prefix).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        })
+    /// Reports if this may be a chosen text: `what` is done with its name.
+    pub(super) fn keep_out(&mut self, value: &Possible, what: impl FnOnce(&str) -> String, place: SourceSpan) {
+        if value.has_choice() {
+            let what = what(&self.family.names(value));
+            self.refuse(&what, place);
+        }
     }
 }
 
@@ -57,7 +63,7 @@ pub(super) fn of_datum(value: &Datum) -> Possible {
     }
 }
 
-impl Walk<'_, '_> {
+impl MachineWalk<'_, '_> {
     /// What the expression may be. What it does with chosen texts is noted.
     pub(super) fn value(&mut self, expr: &Expr, trigger: &Trigger<'_>, place: SourceSpan) -> Possible {
         match expr {
@@ -191,7 +197,7 @@ fn names_a_field(rest: &str) -> bool {
 
 /// The result of an operator on these.
 pub(super) fn binary(
-    walk: &mut Walk<'_, '_>,
+    walk: &mut MachineWalk<'_, '_>,
     op: BinaryOp,
     left: &Possible,
     right: &Possible,

@@ -38,7 +38,8 @@ const MOST_CELLS: usize = 60_000_000;
 /// The most messages that are taken in a step: what comes faster waits, or is lost.
 const MOST: usize = 1000;
 
-/// Who comes later is told at once where a localized robot believes that it is, as by AMCL: clients of Nav2 ask for that.
+/// Who comes later is told at once where a localized robot believes that it is, as by AMCL: clients of Nav2 ask for
+/// that.
 const POSE_IS_LATCHED: bool = true;
 
 /// The types of messages that no recording has.

@@ -1,9 +1,9 @@
 //! MCAP files.
 //!
-//! A file is read record by record, and large chunks as a stream, so memory does not depend on the size of either. Where
-//! its messages are, and when they were recorded, follows from the index of its chunks; what has none is walked through
-//! once before it is read. Chunks without wanted topics are skipped. Unwanted messages are skipped, too, where there is
-//! neither compression nor a checksum.
+//! A file is read record by record, and large chunks as a stream, so memory does not depend on the size of either.
+//! Where its messages are, and when they were recorded, follows from the index of its chunks; what has none is walked
+//! through once before it is read. Chunks without wanted topics are skipped. Unwanted messages are skipped, too, where
+//! there is neither compression nor a checksum.
 
 mod walk;
 
@@ -17,7 +17,7 @@ use super::merge::{Block, Plan, UNIT, Unit};
 use super::source::{Received, Wanted};
 use super::survey::{Head, Survey, Topic};
 use crate::Error;
-use walk::{ReadDepth, Walk, WalkStep};
+use walk::{ReadDepth, Walk, WalkStep, nanoseconds};
 
 /// What every file begins with.
 pub(super) const MAGIC: &[u8] = ::mcap::MAGIC;
@@ -102,11 +102,6 @@ fn unit(chunk: &ChunkIndex) -> Unit {
         last_ns: nanoseconds(chunk.message_end_time),
         channels: Some(chunk.message_index_offsets.keys().copied().collect()),
     }
-}
-
-/// A time of MCAP; one after the year 2262 becomes the last that there is.
-fn nanoseconds(time: u64) -> i64 {
-    i64::try_from(time).unwrap_or(i64::MAX)
 }
 
 /// The wanted messages of a file that is still being written, as they are written.

@@ -69,7 +69,7 @@ impl Plan {
 }
 
 /// Where a message comes: its time, its unit, and its number among the wanted messages of the unit.
-type Place = (i64, usize, usize);
+type MergePlace = (i64, usize, usize);
 
 /// A message of a block.
 #[derive(Clone, Copy, Debug)]
@@ -92,13 +92,13 @@ pub(super) struct Block {
     /// How many messages have been found in the unit.
     found: usize,
     /// If the unit is read again, the first message that is wanted: those before it have been returned already.
-    from: Option<Place>,
+    from: Option<MergePlace>,
     /// The first message that has been left out: it, and all after it, are to be read again.
-    rest: Option<Place>,
+    rest: Option<MergePlace>,
 }
 
 impl Block {
-    fn begin(unit: usize, from: Option<Place>, (bytes, entries): (Vec<u8>, Vec<Entry>)) -> Self {
+    fn begin(unit: usize, from: Option<MergePlace>, (bytes, entries): (Vec<u8>, Vec<Entry>)) -> Self {
         Self { unit, bytes, entries, returned: 0, found: 0, from, rest: None }
     }
 
@@ -151,12 +151,12 @@ impl Block {
         }
     }
 
-    fn place_of(&self, entry: &Entry) -> Place {
+    fn place_of(&self, entry: &Entry) -> MergePlace {
         (entry.head.log_ns, self.unit, entry.number)
     }
 
     /// Where the next message comes that is to be returned.
-    fn next(&self) -> Option<Place> {
+    fn next(&self) -> Option<MergePlace> {
         self.entries.get(self.returned).map(|entry| self.place_of(entry))
     }
 
@@ -191,7 +191,7 @@ impl Block {
 struct ByNext(Block);
 
 impl ByNext {
-    fn key(&self) -> Reverse<Option<Place>> {
+    fn key(&self) -> Reverse<Option<MergePlace>> {
         Reverse(self.0.next())
     }
 }
@@ -221,13 +221,13 @@ impl Ord for ByNext {
 pub(super) struct Merge {
     /// The units that are to be read, by where their next messages come at the earliest.
     /// Whether they have been read before.
-    due: BinaryHeap<Reverse<(Place, bool)>>,
+    due: BinaryHeap<Reverse<(MergePlace, bool)>>,
     /// What has been read of units; none is empty.
     blocks: BinaryHeap<ByNext>,
     /// How large they are.
     size: usize,
     /// The block from which messages are returned, and the place before which they may be.
-    current: Option<(Block, Option<Place>)>,
+    current: Option<(Block, Option<MergePlace>)>,
     /// Memory to reuse for the next block.
     spare: (Vec<u8>, Vec<Entry>),
 }

@@ -40,8 +40,8 @@ pub struct Survey {
     pub topics: Vec<Topic>,
     /// The number of messages on each.
     pub counts: Vec<u64>,
-    /// When the first and the last message on topics were recorded, in nanoseconds since 1970, as far as it is known, by
-    /// the indices of the topics.
+    /// When the first and the last message on topics were recorded, in nanoseconds since 1970, as far as it is known,
+    /// by the indices of the topics.
     pub spans_ns: BTreeMap<usize, (i64, i64)>,
     /// When the first and the last message were recorded, in nanoseconds since 1970, if there are any.
     pub span_ns: Option<(i64, i64)>,

@@ -14,10 +14,10 @@ const UNKNOWN: [u8; 16] = [0; 16];
 
 /// The publishers that are absent, by the indices of their topics.
 #[derive(Debug, Default)]
-pub(super) struct Absences(BTreeMap<usize, BTreeMap<[u8; 16], State>>);
+pub(super) struct Absences(BTreeMap<usize, BTreeMap<[u8; 16], AbsenceState>>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum AbsenceState {
     Missing,
     /// It is known again; but not since when, as no time has been told since.
     Found,
@@ -28,19 +28,21 @@ enum State {
 impl Absences {
     /// A publisher on a topic is not heard.
     pub(super) fn miss(&mut self, topic: usize, guid: [u8; 16]) {
-        self.0.entry(topic).or_default().insert(guid, State::Missing);
+        self.0.entry(topic).or_default().insert(guid, AbsenceState::Missing);
     }
 
     /// Nobody is heard on a topic, those among them of whom nobody knows, until another participant has come.
     pub(super) fn miss_all(&mut self, topic: usize, known: impl Iterator<Item = [u8; 16]>) {
-        let known = known.map(|guid| (guid, State::Missing));
-        self.0.entry(topic).or_default().extend(known.chain([(UNKNOWN, State::Found)]));
+        let known = known.map(|guid| (guid, AbsenceState::Missing));
+        self.0.entry(topic).or_default().extend(known.chain([(UNKNOWN, AbsenceState::Found)]));
     }
 
     /// A publisher is known again.
     pub(super) fn find(&mut self, guid: &[u8; 16]) {
-        for state in self.0.values_mut().filter_map(|of| of.get_mut(guid)).filter(|state| **state == State::Missing) {
-            *state = State::Found;
+        for state in
+            self.0.values_mut().filter_map(|of| of.get_mut(guid)).filter(|state| **state == AbsenceState::Missing)
+        {
+            *state = AbsenceState::Found;
         }
     }
 
@@ -65,11 +67,11 @@ impl Absences {
     /// The topics on which everybody is heard again, now that this time is told.
     pub(super) fn settle(&mut self, now_ns: i64) -> Vec<usize> {
         for of in self.0.values_mut() {
-            for (guid, state) in of.iter_mut().filter(|(_, state)| **state == State::Found) {
+            for (guid, state) in of.iter_mut().filter(|(_, state)| **state == AbsenceState::Found) {
                 let by_ns = if *guid == UNKNOWN { FINDING_NS } else { SETTLING_NS };
-                *state = State::SettledBy(now_ns.saturating_add(by_ns));
+                *state = AbsenceState::SettledBy(now_ns.saturating_add(by_ns));
             }
-            of.retain(|_, state| !matches!(state, State::SettledBy(by_ns) if *by_ns <= now_ns));
+            of.retain(|_, state| !matches!(state, AbsenceState::SettledBy(by_ns) if *by_ns <= now_ns));
         }
         self.end()
     }

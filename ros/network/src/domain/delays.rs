@@ -1,7 +1,7 @@
 //! When messages were due: as soon after they were sent as others of their participant come.
 //!
-//! A message is late if it had to be sent again, if it had to wait until one before it was sent again, or if the process
-//! that receives it stood still.
+//! A message is late if it had to be sent again, if it had to wait until one before it was sent again, or if the
+//! process that receives it stood still.
 
 use std::collections::BTreeMap;
 

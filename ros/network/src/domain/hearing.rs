@@ -137,7 +137,8 @@ struct Last {
 }
 
 impl Last {
-    /// Whether a sample with a smaller number is not one that comes late, or again, but of a writer that has begun anew.
+    /// Whether a sample with a smaller number is not one that comes late, or again, but of a writer that has begun
+    /// anew.
     fn precedes(&self, sample: &Sample) -> bool {
         let is_newer = sample.sent_ns.zip(self.sent_ns).is_some_and(|(sent, last)| sent > last);
         is_newer || self.next.saturating_sub(sample.number) > LATEST

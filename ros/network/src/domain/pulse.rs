@@ -18,8 +18,8 @@ use crate::clock::now;
 const PERIOD: Duration = Duration::from_millis(20);
 const PERIOD_IF_LATE: Duration = Duration::from_millis(200);
 
-/// So many in a row without an answer are proof of death. They are counted, and not the time: a machine that is too busy
-/// for rustdds is too busy to send them, and a process that was paused sends none meanwhile.
+/// So many in a row without an answer are proof of death. They are counted, and not the time: a machine that is too
+/// busy for rustdds is too busy to send them, and a process that was paused sends none meanwhile.
 const MOST_UNANSWERED: u32 = 5;
 
 /// So many strangers take turns, so that a late answer is not taken for that to a later datagram.

@@ -240,7 +240,7 @@ impl<'a> Flow<'a> {
 
     fn machine(&mut self, name: &str, skill: &Skill) {
         let reaches = |cell: &&Cell| cell.from != *name && cell.to.as_deref().is_none_or(|to| to == name);
-        let heard: Vec<HeardEvent> = self.cells.iter().filter(reaches).map(|cell| heard(cell)).collect();
+        let heard: Vec<HeardEvent> = self.cells.iter().filter(reaches).map(heard).collect();
         let mine = self.inputs.iter().filter(|((process, _), _)| process == name);
         let ports: BTreeMap<String, Possible> = mine.map(|((_, port), value)| (port.clone(), value.clone())).collect();
         let of_tree =

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use mcap::parse_record;
 use mcap::records::{ChunkIndex, MessageHeader, Record, op};
 
-use super::nanoseconds;
 use crate::Error;
 use crate::storage::survey::{Definition, Topic, hash};
 use crate::storage::zstandard::Zstandard;
@@ -24,6 +23,11 @@ const METADATA: &str = "rosbag2";
 
 /// The number of bytes in a message's record before its data.
 const MESSAGE_HEAD: u64 = 22;
+
+/// A time of MCAP; one after the year 2262 becomes the last that there is.
+pub(super) fn nanoseconds(time: u64) -> i64 {
+    i64::try_from(time).unwrap_or(i64::MAX)
+}
 
 /// How much of a message is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -461,7 +465,8 @@ impl Known {
         }
     }
 
-    /// Reads the next record of a chunk, or of the file. Returns the number of bytes after its kind and its length, too.
+    /// Reads the next record of a chunk, or of the file. Returns the number of bytes after its kind and its length,
+    /// too.
     fn step(
         &mut self,
         input: &mut (impl BufRead + Pass),
