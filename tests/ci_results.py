@@ -132,7 +132,7 @@ def commands(folder):
     assert run["results"] == [] and junit.get("failures") == "0"
     assert "Required:" in text_of(page), "an expected violation has a story, too"
 
-    low = ["--set", 'properties=["low.scope"]', "--set", "expect={}"]
+    low = ["--set", 'properties=["robot/low.scope"]', "--set", "expect={}"]
     run, junit, page = results(folder, "violated", 1, "run", scenario, "--quiet", *low)
     [violated] = [result for result in run["results"] if result["ruleId"] == "property/never_low"]
     assert violated["locations"][0]["marked"] == "never_low"
@@ -270,7 +270,7 @@ def action(folder):
         ("127.0.0.1", 0), lambda *arguments: Quiet(*arguments, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_port}/steward.tar.gz"
-    scenario, violated = "robot/battery_fault.toml", 'properties=["low.scope"]'
+    scenario, violated = "robot/battery_fault.toml", 'properties=["robot/low.scope"]'
 
     # From an address, with a check, a run that fails, and everything uploaded. Nothing in an argument is code.
     attack = "a`touch hacked`$(touch hacked)'\";touch hacked"

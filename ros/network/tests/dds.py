@@ -127,7 +127,8 @@ listed = json.loads(subprocess.run([STEWARD, "watch", "--list", "--json"], stdou
 print(f"listed in {time.monotonic() - begun:.1f} s")
 assert listed["nodes"] == ["/robot/base", "/robot/camera"], listed["nodes"]
 assert {"name": "/go", "type": "test_msgs/action/Fibonacci"} in listed["actions"], listed["actions"]
-assert {"name": "/dock", "type": "std_srvs/srv/Trigger"} in listed["services"], listed["services"]
+services = {service["name"]: service["type"] for service in listed["services"]}
+assert services.get("/dock") == "std_srvs/srv/Trigger", services
 kinds = {topic["name"]: topic["type"] for topic in listed["topics"]}
 assert kinds["/level"] == "std_msgs/msg/Int32" and kinds["/go/_action/status"] == "action_msgs/msg/GoalStatusArray", kinds
 offers = listed["publishers"]
