@@ -259,6 +259,9 @@ impl Listener {
             told.append(&mut self.writers.untold);
             self.take(&mut told);
             let is_silent = told.is_empty();
+            if told.iter().any(|heard| matches!(heard, Heard::Sample(_))) {
+                self.pulse.note_message();
+            }
             let has_new =
                 told.iter().any(|heard| matches!(heard, Heard::Sample(of) if !self.known.contains(&of.writer)));
             if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {

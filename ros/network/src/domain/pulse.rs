@@ -22,6 +22,9 @@ const PERIOD_IF_LATE: Duration = Duration::from_millis(200);
 /// busy for rustdds is too busy to send them, and a process that was paused sends none meanwhile.
 const MOST_UNANSWERED: u32 = 5;
 
+/// The same while messages come: then one of the threads lives, and a flood of them pushes out the datagrams.
+const MOST_UNANSWERED_IF_BUSY: u32 = 50;
+
 /// So many strangers take turns, so that a late answer is not taken for that to a later datagram.
 const STRANGERS: u8 = 64;
 
@@ -36,6 +39,8 @@ pub(super) struct Pulse {
     /// What the first datagram without an answer was, and when it was sent by the clock of messages.
     open: Option<(u32, i64)>,
     unanswered: u32,
+    /// When the last message came.
+    message_at: Option<Instant>,
     /// Until when both threads are known to have lived.
     lived_ns: Option<i64>,
     /// Why the last one could not be sent.
@@ -55,8 +60,8 @@ impl Pulse {
         let mut stranger: Prefix = super::heard::prefix(participant);
         // Whoever makes a GUID gives it its own vendor first.
         (stranger[0], stranger[1]) = (!stranger[0], !stranger[1]);
-        let (sent_at, open, lived_ns, unsent) = (None, None, None, None);
-        Ok(Self { socket, port, stranger, sent: 0, sent_at, open, unanswered: 0, lived_ns, unsent })
+        let (sent_at, open, message_at, lived_ns, unsent) = (None, None, None, None, None);
+        Ok(Self { socket, port, stranger, sent: 0, sent_at, open, unanswered: 0, message_at, lived_ns, unsent })
     }
 
     /// Sends a datagram if it is time. The time is that of the clock of messages.
@@ -95,6 +100,11 @@ impl Pulse {
         true
     }
 
+    /// A message has come.
+    pub(super) fn note_message(&mut self) {
+        self.message_at = Some(now());
+    }
+
     /// Until when rustdds is known to have received and discovered all that came.
     pub(super) fn lived_ns(&self) -> Option<i64> {
         self.lived_ns
@@ -103,7 +113,9 @@ impl Pulse {
     /// Why it must be replaced, if it does not live.
     pub(super) fn is_dead(&self) -> Option<String> {
         let is_overdue = self.sent_at.is_some_and(|sent| sent.elapsed() >= PERIOD_IF_LATE);
-        (self.unanswered > MOST_UNANSWERED || self.unanswered == MOST_UNANSWERED && is_overdue).then(|| {
+        let is_busy = self.message_at.is_some_and(|message| message.elapsed() < 2 * PERIOD_IF_LATE);
+        let most = if is_busy { MOST_UNANSWERED_IF_BUSY } else { MOST_UNANSWERED };
+        (self.unanswered > most || self.unanswered == most && is_overdue).then(|| {
             self.unsent.as_ref().map_or_else(
                 || "this process was paused, or is defective, and received nothing any more".to_owned(),
                 |why| format!("nothing can be sent on this machine's loopback, which must be up: {why}"),
