@@ -85,8 +85,8 @@ fn spec_4_9_content_runs_in_document_order() {
 }
 
 #[test]
-fn spec_4_10_elements_of_other_namespaces_are_ignored_with_a_note() {
+fn spec_4_10_elements_of_other_namespaces_are_ignored() {
     let stage = stage("<state id='a'><onentry><q:dance xmlns:q='urn:q' steps='3'/><log expr='1'/></onentry></state>");
     assert_eq!(stage.log(), "1");
-    assert_eq!(stage.machine.chart().warnings().len(), 1);
+    assert!(stage.machine.chart().warnings().is_empty());
 }
