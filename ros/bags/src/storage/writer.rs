@@ -22,6 +22,8 @@ pub struct BagWriter<W: Write + Seek> {
     /// The channels of topics, by their indices, and of notes, by their names.
     topics: BTreeMap<usize, u16>,
     notes: BTreeMap<&'static str, u16>,
+    /// The latest time of a record: readers of files without an index expect that none is earlier than the one before.
+    newest_ns: i64,
     /// What could not be written; after it, nothing is.
     failed: Option<io::Error>,
 }
@@ -34,7 +36,7 @@ impl<W: Write + Seek> BagWriter<W> {
     pub fn begin(output: W) -> io::Result<Self> {
         let options = WriteOptions::new().use_chunks(false).profile("ros2").library("steward");
         let writer = options.create(output).map_err(io::Error::other)?;
-        Ok(Self { writer, topics: BTreeMap::new(), notes: BTreeMap::new(), failed: None })
+        Ok(Self { writer, topics: BTreeMap::new(), notes: BTreeMap::new(), newest_ns: 0, failed: None })
     }
 
     /// Ends the file.
@@ -88,6 +90,7 @@ impl<W: Write + Seek> BagWriter<W> {
         let channel = self.notes.get(name).copied().map_or_else(|| self.topic_of_notes(name), Ok);
         let mut body = CdrWriter::reusing(Vec::new());
         body.text(text);
+        let at_ns = at_ns.max(self.newest_ns);
         self.write(channel, at_ns, at_ns, &body.bytes());
     }
 
@@ -102,6 +105,7 @@ impl<W: Write + Seek> BagWriter<W> {
         if self.failed.is_some() {
             return;
         }
+        self.newest_ns = self.newest_ns.max(log_ns);
         let time = |ns: i64| u64::try_from(ns).unwrap_or_default();
         let written = channel.and_then(|channel_id| {
             let (log_time, publish_time) = (time(log_ns), time(publish_ns));
