@@ -116,8 +116,12 @@ impl Pulse {
         let is_busy = self.message_at.is_some_and(|message| message.elapsed() < 2 * PERIOD_IF_LATE);
         let most = if is_busy { MOST_UNANSWERED_IF_BUSY } else { MOST_UNANSWERED };
         (self.unanswered > most || self.unanswered == most && is_overdue).then(|| {
+            // What is sent while the loopback is down is lost without an error.
             self.unsent.as_ref().map_or_else(
-                || "this process was paused, or is defective, and received nothing any more".to_owned(),
+                || {
+                    "nothing was received any more: this process was paused, or the loopback down, or it is defective"
+                        .to_owned()
+                },
                 |why| format!("nothing can be sent on this machine's loopback, which must be up: {why}"),
             )
         })
