@@ -552,9 +552,14 @@ impl Iterator for Events<'_> {
             }
             // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the
             // end. Ticks that are due before it come first; its time is at least that of what has been returned.
-            match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
+            // Time begins with the first message that becomes an event.
+            let front = self.waiting.front();
+            let is_message = matches!(front, Some((_, Waiting::Message(..))));
+            match front.map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
-                    self.start_ns.get_or_insert(time_ns);
+                    if is_message {
+                        self.start_ns.get_or_insert(time_ns);
+                    }
                     let begun = if self.ticks == 0 { time_ns } else { self.last_ns };
                     let now_ns = time_ns.max(begun);
                     if let Some(tick) = self.tick(now_ns) {
