@@ -24,10 +24,15 @@ impl VariableId {
         self.0
     }
 
-    /// Field `m[number]` of the message in the variable, counted from 1, as a term.
+    /// Field `m[number]` of the message in the variable, counted from 1, as a term. No graph can be built with field 0.
     #[must_use]
     pub fn field(self, number: usize) -> Term {
         Term::Field(self, number)
+    }
+
+    /// What is wrong with the variable in a graph with this many variables.
+    pub(crate) fn problem(self, variables: usize) -> Option<String> {
+        (self.0 >= variables).then(|| format!("uses variable {} of another graph: it has only {variables}", self.0))
     }
 }
 
@@ -110,6 +115,17 @@ impl Term {
     #[must_use]
     pub fn compare(self, relation: Relation, other: impl Into<Self>) -> Condition {
         Condition::Compare(self, relation, other.into())
+    }
+
+    /// What is wrong with the term in a graph with this many variables.
+    pub(crate) fn problem(&self, variables: usize) -> Option<String> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Field(_, 0) => Some("reads field 0 of a message, whose fields are counted from 1".to_owned()),
+            Self::Variable(variable) | Self::Field(variable, _) => variable.problem(variables),
+            Self::Sum(a, b) | Self::Difference(a, b) => a.problem(variables).or_else(|| b.problem(variables)),
+            Self::Tuple(terms) => terms.iter().find_map(|term| term.problem(variables)),
+        }
     }
 
     /// The term with variables written by name.
@@ -270,6 +286,18 @@ impl Condition {
     #[must_use]
     pub fn negated(self) -> Self {
         Self::Not(Box::new(self))
+    }
+
+    /// What is wrong with the condition in a graph with this many variables.
+    pub(crate) fn problem(&self, variables: usize) -> Option<String> {
+        match self {
+            Self::True => None,
+            Self::Not(condition) => condition.problem(variables),
+            Self::And(conditions) | Self::Or(conditions) => {
+                conditions.iter().find_map(|condition| condition.problem(variables))
+            }
+            Self::Compare(a, _, b) => a.problem(variables).or_else(|| b.problem(variables)),
+        }
     }
 
     /// The condition with variables written by name.

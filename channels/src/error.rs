@@ -82,7 +82,7 @@ pub enum WiringError {
         /// The channel in words.
         channel: String,
     },
-    /// A program graph's transition names a location that it does not have, or it has no initial location.
+    /// A program graph uses a location, a variable or a field that it does not have, or it cannot start.
     #[error("the program graph {graph} {problem}")]
     Graph {
         /// The graph's name.

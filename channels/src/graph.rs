@@ -20,6 +20,11 @@ impl LocationId {
     pub fn index(self) -> usize {
         self.0
     }
+
+    /// What is wrong with the location in a graph with this many locations.
+    fn problem(self, locations: usize) -> Option<String> {
+        (self.0 >= locations).then(|| format!("uses location {} of another graph: it has only {locations}", self.0))
+    }
 }
 
 /// ⊙: what a communication action sends or receives.
@@ -284,10 +289,17 @@ impl GraphBuilder {
 
     /// Builds the graph.
     ///
+    /// A location or variable of another builder is recognized by its number: one that this graph also has is taken for
+    /// the one with that number here.
+    ///
     /// # Errors
-    /// [`WiringError::Graph`] if there is no initial location, or if the variables do not satisfy g₀ at the start.
+    /// [`WiringError::Graph`] if a location or a variable was not declared here, if a term reads field 0, if there is no
+    /// initial location, or if the variables do not satisfy g₀ at the start.
     pub fn build(mut self) -> Result<ProgramGraph, WiringError> {
         let problem = |problem: &str| WiringError::Graph { graph: self.name.clone(), problem: problem.to_owned() };
+        if let Some(found) = self.problem() {
+            return Err(problem(&found));
+        }
         if self.initial.is_empty() {
             return Err(problem("has no initial location"));
         }
@@ -314,6 +326,29 @@ impl GraphBuilder {
             initial_condition: self.initial_condition,
             outgoing,
         })
+    }
+
+    /// What is wrong with the parts that the graph is made of: they would panic, or never hold, only when it runs.
+    fn problem(&self) -> Option<String> {
+        let (locations, variables) = (self.locations.len(), self.variables.len());
+        let of_slot = |slot: &Slot| match slot {
+            Slot::Variable(variable) => variable.problem(variables),
+            Slot::Given(_) => None,
+        };
+        let of_label = |label: &Label| match label {
+            Label::Internal(effect) => effect.iter().find_map(|Assignment { variable, term }| {
+                variable.problem(variables).or_else(|| term.problem(variables))
+            }),
+            Label::Send(_, slot) | Label::Receive(_, slot) => of_slot(slot),
+            Label::Tick(variable) => variable.problem(variables),
+        };
+        let of_transition = |GraphTransition { from, guard, label, to, .. }: &GraphTransition| {
+            let ends = from.problem(locations).or_else(|| to.problem(locations));
+            ends.or_else(|| guard.problem(variables)).or_else(|| of_label(label))
+        };
+        let starts = || self.initial.iter().find_map(|location| location.problem(locations));
+        let transitions = self.transitions.iter().find_map(of_transition);
+        transitions.or_else(starts).or_else(|| self.initial_condition.problem(variables))
     }
 }
 
@@ -466,5 +501,48 @@ impl Process for GraphProcess {
 
     fn location(&self) -> String {
         self.graph.locations[self.location.0].clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Relation;
+
+    /// What `build` says of a graph with two locations and one variable, to which `change` adds something.
+    fn refusal(change: impl FnOnce(&mut GraphBuilder, LocationId, VariableId)) -> Option<String> {
+        let mut graph = ProgramGraph::builder("door");
+        let [open, _shut] = ["open", "shut"].map(|name| graph.location(name));
+        let level = graph.variable("level");
+        change(&mut graph, open, level);
+        graph.initial(open).build().err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_graph_with_locations_variables_or_fields_that_it_does_not_have_is_refused() {
+        let mut other = ProgramGraph::builder("other");
+        let far = ["a", "b", "c"].map(|name| other.location(name))[2];
+        let [_, foreign] = ["x", "y"].map(|name| other.variable(name));
+        assert_eq!(refusal(|_, _, _| ()), None);
+        let location = Some("the program graph door uses location 2 of another graph: it has only 2".to_owned());
+        assert_eq!(refusal(|graph, open, _| _ = graph.internal(open, Condition::True, [], far)), location);
+        assert_eq!(refusal(|graph, open, _| _ = graph.internal(far, Condition::True, [], open)), location);
+        assert_eq!(refusal(|graph, _, _| graph.initial.push(far)), location);
+        let variable = Some("the program graph door uses variable 1 of another graph: it has only 1".to_owned());
+        let guard = |term: Term| term.compare(Relation::Less, 20).negated().and(Condition::True);
+        assert_eq!(refusal(|graph, open, _| _ = graph.internal(open, guard(foreign.field(1)), [], open)), variable);
+        assert_eq!(refusal(|graph, open, _| _ = graph.transition(open, Label::Tick(foreign), open)), variable);
+        let changes = [(true, false), (false, true)].map(|(is_changed, is_read)| {
+            refusal(|graph, open, level| {
+                let pick = |is_foreign: bool| if is_foreign { foreign } else { level };
+                let term = Term::Sum(Box::new(1.into()), Box::new(pick(is_read).term()));
+                graph.internal(open, Condition::True, [(pick(is_changed), term)], open);
+            })
+        });
+        assert_eq!(changes, [variable.clone(), variable.clone()]);
+        assert_eq!(refusal(|graph, _, _| graph.initial_condition = guard(foreign.term())), variable);
+        let field =
+            Some("the program graph door reads field 0 of a message, whose fields are counted from 1".to_owned());
+        assert_eq!(refusal(|graph, open, level| _ = graph.internal(open, guard(level.field(0)), [], open)), field);
     }
 }

@@ -111,16 +111,23 @@ const MAX_INTERNAL_MOVES: usize = 10_000;
 
 impl GraphMonitor {
     /// The monitor that runs the graph. Once a location of `failures` is reached, the property is violated for good.
+    ///
+    /// # Panics
+    /// If the graph does not have one of these locations: what can never be reached would never be violated.
     #[must_use]
     pub fn new(graph: Arc<ProgramGraph>, failures: impl IntoIterator<Item = LocationId>) -> Self {
         let visits = vec![0; graph.locations().len()];
-        Self { process: GraphProcess::new(graph), failures: failures.into_iter().collect(), open: Vec::new(), visits }
+        let failures = locations_of(&graph, failures);
+        Self { process: GraphProcess::new(graph), failures, open: Vec::new(), visits }
     }
 
     /// Sets the locations in which an obligation is pending.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
     #[must_use]
     pub fn with_open(mut self, open: impl IntoIterator<Item = LocationId>) -> Self {
-        self.open = open.into_iter().collect();
+        self.open = locations_of(self.process.graph(), open);
         self
     }
 
@@ -148,6 +155,15 @@ impl GraphMonitor {
             }
         }
     }
+}
+
+/// These locations, all of which the graph has.
+fn locations_of(graph: &ProgramGraph, locations: impl IntoIterator<Item = LocationId>) -> Vec<LocationId> {
+    let checked = locations.into_iter().inspect(|location| {
+        let is_here = location.index() < graph.locations().len();
+        assert!(is_here, "the program graph {} does not have location {}", graph.name(), location.index());
+    });
+    checked.collect()
 }
 
 impl Monitor for GraphMonitor {
@@ -213,5 +229,21 @@ impl Monitor for GraphMonitor {
 
     fn hash_state(&self, mut hasher: &mut dyn Hasher) {
         self.process.hash(&mut hasher);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "the program graph small does not have location 1")]
+    fn a_monitor_cannot_fail_in_a_location_of_another_graph() {
+        let mut other = ProgramGraph::builder("other");
+        let failure = ["a", "b"].map(|name| other.location(name))[1];
+        let mut small = ProgramGraph::builder("small");
+        let only = small.location("only");
+        let small = small.initial(only).build().expect("a sound graph");
+        let _ = GraphMonitor::new(Arc::new(small), [failure]);
     }
 }
