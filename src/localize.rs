@@ -22,7 +22,7 @@ use trials::replay::fit::Fit;
 use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
-use crate::output::{note, print_json, print_wrapped};
+use crate::output::{note, print_json, print_wrapped, warn};
 
 pub(crate) use log::{Log, TopicArgs, open_log};
 
@@ -84,7 +84,11 @@ fn share(text: &str) -> Result<f64, String> {
 fn open(args: &LocalizeArgs) -> Result<(Arc<OccupancyGrid>, Arc<Recording>), Error> {
     let Log { recording, map } = open_log(&args.log, &args.topics)?;
     let map = match (&args.map, map) {
-        (Some(path), _) => named_files::map(&Disk::default(), path)?,
+        (Some(path), _) => {
+            let (map, concerns) = named_files::map(&Disk::default(), path)?;
+            concerns.iter().for_each(|concern| warn(concern));
+            map
+        }
         (None, Some(map)) => map,
         (None, None) => {
             let message = format!("{} has no map", args.log.display());

@@ -14,7 +14,7 @@ use reports::file_name;
 use scenarios::Complaints;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
-use crate::output::{print, print_wrapped};
+use crate::output::{print, print_wrapped, warn};
 use crate::progress::CountProgress;
 
 /// The name of the results' file.
@@ -132,7 +132,9 @@ fn names(maps: &[PathBuf]) -> Vec<String> {
 }
 
 fn course(path: &Path, name: &str) -> Result<Course, scenarios::Error> {
-    Course::new(name, path, named_files::map(&Disk::default(), path)?).map_err(|error| {
+    let (map, concerns) = named_files::map(&Disk::default(), path)?;
+    concerns.iter().for_each(|concern| warn(concern));
+    Course::new(name, path, map).map_err(|error| {
         let help = "the robot is a disc of 0.3 m radius and drives on free cells";
         scenarios::Error::refused(format!("{}: {error}", path.display()), help)
     })

@@ -161,6 +161,26 @@ fn places_that_a_scenario_does_not_need_are_worth_a_warning() {
 }
 
 #[test]
+fn maps_that_releases_of_nav2_read_differently_are_worth_a_warning() {
+    let (_folder, scenario) = two_rooms(&format!("{START}{STATION}{DESTINATION}"));
+    let map = scenario.with_file_name("rooms.yaml");
+    let text = fs::read_to_string(&map).unwrap();
+    // A black pixel lies on this threshold.
+    fs::write(&map, text.replace("0.65", "1.0")).unwrap();
+    for file in [&map, &scenario] {
+        let (status, report) = checked(&[file.to_str().unwrap()]);
+        let warning = &report[0]["warnings"][0];
+        let said = warning["message"].as_str().unwrap();
+        assert_eq!(status, Some(0), "{report}");
+        assert!(
+            said.contains("unknown in ROS 1 and in Nav2 up to Jazzy 1.3.6, but occupied in later releases"),
+            "{report}"
+        );
+        assert!(warning["file"].as_str().unwrap().ends_with("rooms.yaml"), "{report}");
+    }
+}
+
+#[test]
 fn a_place_cannot_be_expected_to_be_reached_and_not_to_be() {
     let said = refusal(&["--scenario", "errand", "--set", "expect.not_reached=[\"Destination\"]"]);
     assert!(said.contains("is expected both to come to rest at `Destination` and never to be there"), "{said}");

@@ -55,7 +55,7 @@ mod shape;
 pub use error::Error;
 pub use grid::{Cell, CellIndex, MAX_CELLS, OccupancyGrid};
 #[cfg(feature = "files")]
-pub use map_file::{ImageFormat, MapFiles, load_map, map_files, save_map};
+pub use map_file::{ImageFormat, MapFiles, load_map, load_map_with_concerns, map_files, save_map};
 pub use places::{Place, Places, Zone, distance_to_area_m, is_inside};
 #[cfg(feature = "files")]
 pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};

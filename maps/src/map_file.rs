@@ -6,12 +6,12 @@ mod save;
 use std::path::Path;
 
 use diagnostics::document::{Document, Field, Item, Table};
-use diagnostics::{Problem, ReadFile, Span, read_text};
-use meaning::{Meaning, Mode};
+use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
+use meaning::{Change, Meaning, Mode};
 use rasters::{Raster, RasterError};
 pub use save::{ImageFormat, MapFiles, map_files, save_map};
 
-use crate::{MAX_CELLS, OccupancyGrid, Pose, pose};
+use crate::{Cell, MAX_CELLS, OccupancyGrid, Pose, pose};
 
 /// Coordinates beyond this, in meters, are refused as mistakes.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
@@ -33,7 +33,7 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// *occupancy* is 1 − shade, or the shade itself if `negate` is set.
 ///
 /// - **trinary**: occupied above `occupied_thresh`, free below `free_thresh`, unknown otherwise. Alpha counts as a
-///   color.
+///   color, and gray with alpha as three colors.
 /// - **scale**: unknown where the image is transparent. Elsewhere ROS publishes 100 % above `occupied_thresh`, 0 %
 ///   below `free_thresh`, and scales values between them linearly from 0 to 100 %.
 /// - **raw**: ROS publishes the shade, from 0 to 255, as a percentage if it is at most 100, otherwise as unknown.
@@ -42,6 +42,9 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// ROS passes percentages on; this project has three kinds of [`Cell`](crate::Cell). In scale and raw mode, a cell is
 /// occupied if its percentage is at least 100 × `occupied_thresh`, free if it is at most 100 × `free_thresh`, and
 /// unknown in between.
+///
+/// So do ROS 1 and Nav2 up to Iron and Jazzy 1.3.6. Later releases of Nav2 read some images differently; see
+/// [`load_map_with_concerns`].
 ///
 /// All keys but `mode` are required. Unknown keys are ignored, since other programs add their own, unless they look
 /// like a misspelling of a missing key.
@@ -70,23 +73,79 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// # Ok::<(), diagnostics::Error>(())
 /// ```
 pub fn load_map(path: &Path, read: ReadFile<'_>) -> Result<OccupancyGrid, diagnostics::Error> {
+    load_map_with_concerns(path, read).map(|(map, _)| map)
+}
+
+/// Loads a map like [`load_map`], with warnings about cells that Nav2 reads differently from Jazzy 1.3.7 and Kilted on:
+/// where the image has alpha, where a shade lies on a threshold, and where the image has colors.
+///
+/// # Errors
+/// Those of [`load_map`].
+pub fn load_map_with_concerns(
+    path: &Path,
+    read: ReadFile<'_>,
+) -> Result<(OccupancyGrid, Vec<Problem>), diagnostics::Error> {
     let text = read_text(path, read)?;
     let document = Document::parse_yaml(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     Ok(document.read(|root| read_map(root, folder, read))?)
 }
 
-fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<OccupancyGrid> {
+fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<(OccupancyGrid, Vec<Problem>)> {
     root.allow_other_keys();
-    let raster = root.text("image").try_map(|name, span| load_raster(&folder.join(&name), span, read)).required();
+    let image = root.text("image").try_map(|name, span| load_raster(&folder.join(&name), span, read));
+    let image = image.spanned().required();
     let resolution_m = number(root, "resolution").above(0.0).within(1e-4..=100.0).required();
     let origin = read_origin(root);
     let meaning = read_meaning(root);
-    let (raster, meaning) = (raster?, meaning?);
+    let (Spanned { value: raster, span }, meaning) = (image?, meaning?);
+    let concerns = changes(&raster, &meaning, &span);
     // An image begins with its top row, a grid with its bottom row.
     let mut cells: Vec<_> = raster.pixels().map(|pixel| meaning.cell(pixel, raster.white())).collect();
     flip(&mut cells, raster.width());
-    Some(OccupancyGrid::from_cells(raster.width(), raster.height(), resolution_m?, origin?, cells))
+    Some((OccupancyGrid::from_cells(raster.width(), raster.height(), resolution_m?, origin?, cells), concerns))
+}
+
+/// Warnings about cells that newer releases of Nav2 read differently, one for each reason and pair of cells.
+fn changes(raster: &Raster, meaning: &Meaning, image: &Span) -> Vec<Problem> {
+    let mut found: Vec<((Cell, Cell, Change), usize)> = Vec::new();
+    for pixel in raster.pixels() {
+        let Some((why, newer)) = meaning.change(pixel, raster.white()) else { continue };
+        let change = (meaning.cell(pixel, raster.white()), newer, why);
+        match found.iter_mut().find(|(known, _)| *known == change) {
+            Some((_, count)) => *count += 1,
+            None => found.push((change, 1)),
+        }
+    }
+    let word = |cell| match cell {
+        Cell::Free => "free",
+        Cell::Occupied => "occupied",
+        Cell::Unknown => "unknown",
+    };
+    let problem = |((older, newer, why), count)| {
+        let cells = if count == 1 { "1 cell is".to_owned() } else { format!("{count} cells are") };
+        let (older, newer) = (word(older), word(newer));
+        let message = format!("{cells} {older} in ROS 1 and in Nav2 up to Jazzy 1.3.6, but {newer} in later releases");
+        let (label, help) = match why {
+            Change::Alpha => (
+                "its alpha channel",
+                "earlier releases, and steward, count alpha as a color; Nav2 from Jazzy 1.3.7 and Kilted on takes \
+                 pixels that are transparent for unknown, and otherwise ignores alpha: save the image without alpha",
+            ),
+            Change::Threshold => (
+                "shades on a threshold",
+                "earlier releases, and steward, take a shade on `free_thresh` or `occupied_thresh` for unknown; Nav2 \
+                 from Jazzy 1.3.7 and Kilted on takes it for free or occupied: choose thresholds between the shades",
+            ),
+            Change::Weights => (
+                "its colors",
+                "earlier releases, and steward, take the mean of the colors for a shade; Nav2 from Jazzy 1.3.7 and \
+                 Kilted on weights them: save the image in shades of gray",
+            ),
+        };
+        image.problem(message).as_warning().with_label(label).with_help(help)
+    };
+    found.into_iter().map(problem).collect()
 }
 
 fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, Problem> {

@@ -2,6 +2,18 @@
 
 use crate::Cell;
 
+/// Why a pixel means another cell since Nav2's map reader was rewritten (pull request 5071, April 2025; in Jazzy from
+/// 1.3.7 on and in Kilted).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    /// Alpha was a color; now a pixel is unknown if it is transparent at all, and alpha has no effect otherwise.
+    Alpha,
+    /// A pixel on a threshold was unknown; now it counts as free or occupied.
+    Threshold,
+    /// A shade was the mean of the colors; now they are weighted.
+    Weights,
+}
+
 /// How shades are read, according to the map file's `mode`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {
@@ -25,15 +37,56 @@ impl Meaning {
     /// The kind of cell that a pixel represents. The pixel has one to four samples of at most `white`, as in a
     /// [`Raster`](crate::raster::Raster).
     pub(super) fn cell(&self, pixel: &[u16], white: u16) -> Cell {
-        let (colors, alpha) = match pixel {
-            [colors @ .., alpha] if pixel.len().is_multiple_of(2) => (colors, Some(*alpha)),
-            colors => (colors, None),
-        };
+        let (colors, alpha) = parts(pixel);
         match self.mode {
-            Mode::Trinary => self.trinary(self.occupancy(shade(pixel, white))),
+            Mode::Trinary => match (colors, alpha) {
+                // ROS makes three colors of a gray that has alpha.
+                ([gray], Some(alpha)) => self.trinary(self.occupancy(shade(&[*gray, *gray, *gray, alpha], white))),
+                _ => self.trinary(self.occupancy(shade(pixel, white))),
+            },
             Mode::Scale if alpha.is_some_and(|alpha| alpha < white) => Cell::Unknown,
             Mode::Scale => self.percents(self.scaled(self.occupancy(shade(colors, white)))),
             Mode::Raw => self.percents((shade(colors, white) * 255.0).round()),
+        }
+    }
+
+    /// What the pixel means to newer releases of Nav2, with the reason, if that is another cell.
+    pub(super) fn change(&self, pixel: &[u16], white: u16) -> Option<(Change, Cell)> {
+        let (colors, alpha) = parts(pixel);
+        let is_transparent = alpha.is_some_and(|alpha| alpha < white);
+        let weighted = match colors {
+            // As GraphicsMagick approximates ITU-R BT.601.
+            [red, green, blue] => {
+                let sum = [(306, red), (601, green), (117, blue)].map(|(weight, color)| weight * u64::from(*color));
+                sum.iter().sum::<u64>() as f64 / (1024.0 * f64::from(white))
+            }
+            gray => shade(gray, white),
+        };
+        let newer = match self.mode {
+            Mode::Trinary | Mode::Scale if is_transparent => Cell::Unknown,
+            Mode::Trinary => self.newer_trinary(weighted),
+            Mode::Scale => self.percents(self.scaled(self.occupancy(weighted))),
+            Mode::Raw => self.percents((weighted * 255.0).round()),
+        };
+        let why = if is_transparent || alpha.is_some() && self.cell(colors, white) == newer {
+            Change::Alpha
+        } else if colors.iter().all(|color| *color == colors[0]) {
+            Change::Threshold
+        } else {
+            Change::Weights
+        };
+        (newer != self.cell(pixel, white)).then_some((why, newer))
+    }
+
+    /// With numbers of Nav2's precision, which decides whether a shade lies on a threshold.
+    fn newer_trinary(&self, shade: f64) -> Cell {
+        let occupancy = if self.negate { shade as f32 } else { 1.0 - shade as f32 };
+        if occupancy <= self.free_threshold as f32 {
+            Cell::Free
+        } else if occupancy >= self.occupied_threshold as f32 {
+            Cell::Occupied
+        } else {
+            Cell::Unknown
         }
     }
 
@@ -69,6 +122,14 @@ impl Meaning {
         } else {
             Cell::Unknown
         }
+    }
+}
+
+/// The colors of a pixel, and its alpha if it has any.
+fn parts(pixel: &[u16]) -> (&[u16], Option<u16>) {
+    match pixel {
+        [colors @ .., alpha] if pixel.len().is_multiple_of(2) => (colors, Some(*alpha)),
+        colors => (colors, None),
     }
 }
 
@@ -108,6 +169,37 @@ mod tests {
         assert_eq!(meaning(Mode::Scale, false).cell(&[255, 255], 255), Free);
         assert_eq!(meaning(Mode::Trinary, false).cell(&[255, 255, 0, 255], 255), Unknown);
         assert_eq!(meaning(Mode::Raw, false).cell(&[90, 90, 90, 0], 255), Occupied);
+    }
+
+    #[test]
+    fn a_gray_with_alpha_is_as_dark_as_three_colors_with_alpha() {
+        let dark = meaning(Mode::Trinary, false);
+        for gray in 0..=255 {
+            assert_eq!(dark.cell(&[gray, 255], 255), dark.cell(&[gray, gray, gray, 255], 255), "{gray}");
+        }
+    }
+
+    #[test]
+    fn newer_releases_differ_in_alpha_thresholds_and_weights() {
+        let changed = |meaning: Meaning, pixel: &[u16]| meaning.change(pixel, 255);
+        let usual = Meaning { free_threshold: 0.196, ..meaning(Mode::Trinary, false) };
+        assert_eq!(changed(usual, &[205, 255]), Some((Change::Alpha, Unknown)));
+        assert_eq!(changed(usual, &[205, 205, 205, 255]), Some((Change::Alpha, Unknown)));
+        assert_eq!(changed(usual, &[254, 254]), Some((Change::Alpha, Unknown)));
+        assert_eq!(changed(usual, &[0, 255]), None, "occupied in both");
+        assert_eq!(changed(usual, &[0, 200, 0]), Some((Change::Weights, Unknown)));
+        for mode in [Mode::Trinary, Mode::Scale, Mode::Raw] {
+            for gray in 0..=255 {
+                assert_eq!(changed(Meaning { mode, ..usual }, &[gray]), None, "{gray}");
+                assert_eq!(changed(Meaning { mode, ..usual }, &[gray; 3]), None, "{gray}");
+            }
+        }
+        let exact = Meaning { occupied_threshold: 0.6, free_threshold: 0.2, ..meaning(Mode::Trinary, true) };
+        assert_eq!(changed(exact, &[51]), Some((Change::Threshold, Free)));
+        assert_eq!(changed(exact, &[153]), Some((Change::Threshold, Occupied)));
+        let wide = Meaning { occupied_threshold: 1.0, free_threshold: 0.0, ..meaning(Mode::Trinary, false) };
+        let changes = [0, 1, 254, 255].map(|gray| changed(wide, &[gray]));
+        assert_eq!(changes, [Some((Change::Threshold, Occupied)), None, None, Some((Change::Threshold, Free))]);
     }
 
     #[test]

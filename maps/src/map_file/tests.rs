@@ -263,3 +263,35 @@ fn numbers_in_quotes_and_modes_in_capitals_are_read_as_nav2_reads_them() {
     }
     assert!(load_yaml(&format!("{YAML}mode: trinity\n")).is_err());
 }
+
+#[test]
+fn a_map_that_newer_releases_of_nav2_read_differently_causes_a_warning() {
+    let concerns = |yaml: &str, image: &[u8]| {
+        let read = |path: &Path| match path.extension() {
+            Some(ending) if ending == "yaml" => Ok(yaml.as_bytes().to_vec()),
+            _ => Ok(image.to_vec()),
+        };
+        let (_, concerns) = load_map_with_concerns(Path::new("map.yaml"), &read).unwrap();
+        assert!(!concerns.iter().any(Problem::is_error));
+        concerns.iter().map(Problem::one_line).collect::<Vec<_>>()
+    };
+    let none: [&str; 0] = [];
+    assert_eq!(concerns(YAML, PGM), none);
+    // A BMP of 32 bits with a mask for alpha: unknown floor, opaque.
+    let bitmap = |alpha_mask: u32| {
+        let mut bmp = [b"BM".as_slice(), &154_u32.to_le_bytes(), &[0; 4], &122_u32.to_le_bytes()].concat();
+        let fields = [108, 4, 2, 32 << 16 | 1, 3, 32, 0, 0, 0, 0, 0x00ff_0000, 0xff00, 0xff, alpha_mask];
+        bmp.extend(fields.map(u32::to_le_bytes).as_flattened());
+        bmp.extend([0; 52]);
+        bmp.extend([[205, 205, 205, 255]; 8].as_flattened());
+        bmp
+    };
+    assert_eq!(concerns(YAML, &bitmap(0)), none);
+    let [warning] = &concerns(YAML, &bitmap(0xff00_0000))[..] else { panic!("one warning") };
+    let wanted = "map.yaml:1:8: 8 cells are free in ROS 1 and in Nav2 up to Jazzy 1.3.6, but unknown in later releases";
+    assert!(warning.starts_with(wanted) && warning.contains("save the image without alpha"), "{warning}");
+    let wide = YAML.replace("0.65", "1.0").replace("0.196", "0.0");
+    let [occupied] = &concerns(&wide, PGM)[..] else { panic!("one warning") };
+    assert!(occupied.contains("2 cells are unknown") && occupied.contains("choose thresholds"), "{occupied}");
+    assert_eq!(concerns(&wide.replace("1.0", "0.99"), PGM), none);
+}

@@ -168,7 +168,7 @@ fn properties(disk: &Disk, file: &Path, subject: &str) -> Result<Checked, Error>
 }
 
 fn map(disk: &Disk, file: &Path) -> Result<Checked, Error> {
-    let map = named_files::map(disk, file)?;
+    let (map, concerns) = named_files::map(disk, file)?;
     let free = map.cells().iter().filter(|cell| **cell == Cell::Free).count();
     if free == 0 {
         let message = format!("{} contains no free cell", file.display());
@@ -177,7 +177,7 @@ fn map(disk: &Disk, file: &Path) -> Result<Checked, Error> {
     let size = |cells: usize| cells as f64 * map.resolution_m();
     let share = 100.0 * free as f64 / map.cells().len() as f64;
     let summary = format!("a map of {:.1} m × {:.1} m, {share:.0} % free", size(map.width()), size(map.height()));
-    Ok(Checked::of(summary, Vec::new()))
+    Ok(Checked::of(summary, concerns.into_iter().map(|concern| Box::new(concern) as _).collect()))
 }
 
 fn places(disk: &Disk, file: &Path) -> Result<Checked, Error> {

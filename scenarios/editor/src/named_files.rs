@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bags::{Described, Mapping};
 use bt::{Loader, Tree};
 use channels::Symbol;
-use diagnostics::Disk;
+use diagnostics::{Disk, Problem};
 use interfaces::Interface;
 use maps::{OccupancyGrid, PlacesFile};
 use scenarios::Error;
@@ -86,13 +86,13 @@ pub fn machine(disk: &Disk, argument: &Path, strictness: Strictness) -> Result<A
     chart.map_err(Error::bad_input)
 }
 
-/// Loads a map.
+/// Loads a map, with the warnings about it.
 ///
 /// # Errors
 /// Everything that is wrong with it.
-pub fn map(disk: &Disk, argument: &Path) -> Result<OccupancyGrid, Error> {
+pub fn map(disk: &Disk, argument: &Path) -> Result<(OccupancyGrid, Vec<Problem>), Error> {
     let (path, _) = read(disk, Kind::Map, argument)?;
-    maps::load_map(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+    maps::load_map_with_concerns(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
 }
 
 /// Loads places.

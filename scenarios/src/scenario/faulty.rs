@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::{Span, Spanned};
+use diagnostics::{Problem, Span, Spanned};
 use maps::OccupancyGrid;
 use roaml::Model;
 use skills::{Chart, Mutation, SkillError, find_mutation, mutate_all, mutations};
@@ -188,8 +188,8 @@ fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, 
 }
 
 impl FileReader<'_> {
-    /// The map that a fault gives to the software.
-    pub(super) fn wrong_map(&mut self, file: &ScenarioFile) -> Option<OccupancyGrid> {
+    /// The map that a fault gives to the software, and the warnings about it.
+    pub(super) fn wrong_map(&mut self, file: &ScenarioFile) -> Option<(OccupancyGrid, Vec<Problem>)> {
         let maps = file.faults.iter().filter_map(|fault| match fault.effect() {
             Effect::Map(path) => Some((fault, path)),
             _ => None,
@@ -203,7 +203,7 @@ impl FileReader<'_> {
                 self.complaints.push(problem.with_label("this fault").with_help(help));
                 continue;
             }
-            let map = maps::load_map(&path.value, &self.files.reading(&path.value));
+            let map = maps::load_map_with_concerns(&path.value, &self.files.reading(&path.value));
             loaded = self.loaded(&path, "map", map);
         }
         loaded

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use components::NAVIGATION;
-use diagnostics::Spanned;
+use diagnostics::{Problem, Spanned};
 use maps::{OccupancyGrid, Places, PlacesFile, Zone};
 use monitors::{WORLD, syntax};
 use nav::Reach;
@@ -398,7 +398,7 @@ impl<'a> Loader<'a> {
     fn premises(
         &mut self,
         file: &ScenarioFile,
-        map: Option<Arc<OccupancyGrid>>,
+        map: Option<(Arc<OccupancyGrid>, Vec<Problem>)>,
         places: Option<Arc<PlacesFile>>,
         driven_to: BTreeMap<String, String>,
     ) -> Option<Premises> {
@@ -408,11 +408,11 @@ impl<'a> Loader<'a> {
             .as_ref()
             .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
         let zones = places.as_ref().map_or_else(Vec::new, |places| places.places().zones().to_vec());
-        let reach = map.as_ref().and_then(|map| self.reach(file, entry, map, &zones));
+        let reach = map.as_ref().and_then(|(map, _)| self.reach(file, entry, map, &zones));
         robot::check_lasers(&file.faults, &entry.sim.model, self.reader.complaints);
         world::check_doors(&file.faults, &entry.world, self.reader.complaints);
-        let wrong_map = self.reader.wrong_map(file);
-        if let Some(map) = &map {
+        let (wrong_map, wrong_concerns) = self.reader.wrong_map(file).unzip();
+        if let Some((map, _)) = &map {
             world::check_world(&entry.world, map, self.reader.complaints);
         }
         let like = self.shared_map(file);
@@ -420,9 +420,12 @@ impl<'a> Loader<'a> {
             |like: &&Premises| wrong_map.is_none() && like.wrong_map.is_none() && like.places.zones() == zones;
         let (start, station) = poses?;
         let places = places?;
+        let (map, mut map_concerns) = map?;
+        map_concerns.extend(wrong_concerns.into_iter().flatten());
         let premises = Premises {
             entry: entry.clone(),
-            map: map?,
+            map,
+            map_concerns,
             places: places.places().clone(),
             driven_to,
             written: places,
@@ -453,12 +456,13 @@ impl<'a> Loader<'a> {
         self.like.and_then(|like| like.premises.as_ref()).filter(|_| file.premises.is_some())
     }
 
-    fn map(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<OccupancyGrid>> {
+    /// The map, and the warnings about it.
+    fn map(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<(Arc<OccupancyGrid>, Vec<Problem>)> {
         if let Some(like) = self.shared_map(file) {
-            return Some(Arc::clone(&like.map));
+            return Some((Arc::clone(&like.map), like.map_concerns.clone()));
         }
-        let map = maps::load_map(&entry.map.value, &self.reader.files.reading(&entry.map.value));
-        self.reader.loaded(&entry.map, "map", map).map(Arc::new)
+        let map = maps::load_map_with_concerns(&entry.map.value, &self.reader.files.reading(&entry.map.value));
+        self.reader.loaded(&entry.map, "map", map).map(|(map, concerns)| (Arc::new(map), concerns))
     }
 
     fn places(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<PlacesFile>> {

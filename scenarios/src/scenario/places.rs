@@ -214,13 +214,14 @@ fn position(at: &Point) -> String {
 }
 
 impl Scenario {
-    /// Warnings about the places: unreachable ones, and a station whose tolerances are wider than those of docking.
+    /// Warnings about the map, which other programs may read differently, and about the places: unreachable ones, and a
+    /// station whose tolerances are wider than those of docking.
     #[must_use]
     pub fn place_concerns(&self) -> Vec<Problem> {
         let Some(premises) = &self.premises else { return Vec::new() };
-        let Premises { entry, map, places, written, reach, start, .. } = premises;
+        let Premises { entry, map, places, written, reach, start, map_concerns, .. } = premises;
         let start = Point::from(start.translation.vector);
-        let mut concerns = Vec::new();
+        let mut concerns = map_concerns.clone();
         for (name, place) in places.iter() {
             let Some(span) = written.span(name) else { continue };
             let goal = Goal::to(place);

@@ -151,6 +151,8 @@ pub struct Premises {
     pub(super) driven_to: BTreeMap<String, String>,
     /// The places file.
     pub(super) written: Arc<PlacesFile>,
+    /// Warnings about the map.
+    pub(super) map_concerns: Vec<Problem>,
     /// The part of the map that the robot can reach.
     pub(super) reach: Arc<Reach>,
     /// The data that localization and navigation compute from the map, once requested.
