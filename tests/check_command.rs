@@ -161,6 +161,21 @@ fn places_that_a_scenario_does_not_need_are_worth_a_warning() {
 }
 
 #[test]
+fn headings_that_look_like_radians_are_worth_a_warning() {
+    let turned = STATION.replace("heading_deg = 0", "heading_deg = 1.5708");
+    let (_folder, scenario) = two_rooms(&format!("{START}{turned}{DESTINATION}"));
+    let text = fs::read_to_string(&scenario).unwrap();
+    fs::write(&scenario, format!("{text}[sites]\nstart = [0.6, 1.0, 3.14]\n[[boxes]]\nat = [1.8, 1.6, -0.785]\n"))
+        .unwrap();
+    let (status, report) = checked(&[scenario.to_str().unwrap()]);
+    let said = report[0]["warnings"].as_array().unwrap().iter().map(|one| one["message"].as_str().unwrap());
+    let wanted = ["1.5708", "3.14", "-0.785"].map(|heading| format!("a heading of {heading}° looks like radians"));
+    assert_eq!((status, said.collect::<Vec<_>>()), (Some(0), wanted.iter().map(String::as_str).collect()));
+    let (_, report) = checked(&[scenario.with_file_name("rooms.places.toml").to_str().unwrap()]);
+    assert_eq!(report[0]["warnings"][0]["line"], 6, "{report}");
+}
+
+#[test]
 fn maps_that_releases_of_nav2_read_differently_are_worth_a_warning() {
     let (_folder, scenario) = two_rooms(&format!("{START}{STATION}{DESTINATION}"));
     let map = scenario.with_file_name("rooms.yaml");

@@ -58,6 +58,6 @@ pub use grid::{Cell, CellIndex, MAX_CELLS, OccupancyGrid};
 pub use map_file::{ImageFormat, MapFiles, load_map, load_map_with_concerns, map_files, save_map};
 pub use places::{Place, Places, Zone, distance_to_area_m, is_inside};
 #[cfg(feature = "files")]
-pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};
+pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile, heading_concern};
 pub use pose::{Point, Pose, heading, pose, seen_from_above, wrap_angle};
 pub use shape::Shape;

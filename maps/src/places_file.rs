@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::{Place, Places, Point, Zone, pose};
 use place::{area, near_enough, near_enough_text};
 
-pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
+pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, heading_concern};
 
 /// The key that makes a place an area.
 const CORNERS: &str = "corners_m";
@@ -36,6 +36,7 @@ const POINT: &str = "[x, y] in meters, in the map frame";
 pub struct PlacesFile {
     places: Places,
     spans: BTreeMap<String, Span>,
+    concerns: Vec<Problem>,
 }
 
 impl PlacesFile {
@@ -62,8 +63,7 @@ impl PlacesFile {
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
         if Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ini")) {
-            let (places, spans) = map2d::parse(name, text)?;
-            return Ok(Self { places, spans });
+            return map2d::parse(name, text);
         }
         Document::parse_toml(name, text)?.read(read_file)
     }
@@ -86,6 +86,12 @@ impl PlacesFile {
         &self.places
     }
 
+    /// Warnings about headings that look like radians.
+    #[must_use]
+    pub fn concerns(&self) -> &[Problem] {
+        &self.concerns
+    }
+
     /// Only the places.
     #[must_use]
     pub fn into_places(self) -> Places {
@@ -100,8 +106,9 @@ impl PlacesFile {
 }
 
 fn read_file(root: Table<'_>) -> Option<PlacesFile> {
-    let read: Vec<_> = root.names("NAME").map(|(name, _)| (name, read_place(root, name))).collect();
     let mut file = PlacesFile::default();
+    let concerns = &mut file.concerns;
+    let read: Vec<_> = root.names("NAME").map(|(name, _)| (name, read_place(root, name, concerns))).collect();
     for (name, place) in read {
         let (Spanned { value, span }, rules) = place?;
         if let (Place::Area { corners }, Some((keep_out, speed_mps))) = (&value, rules) {
@@ -117,7 +124,7 @@ fn read_file(root: Table<'_>) -> Option<PlacesFile> {
 type Rules = Option<(bool, Option<f64>)>;
 
 /// A place, where its position or corners are written, and its rules if it is a zone.
-fn read_place(root: Table<'_>, name: &str) -> Option<(Spanned<Place>, Rules)> {
+fn read_place(root: Table<'_>, name: &str, concerns: &mut Vec<Problem>) -> Option<(Spanned<Place>, Rules)> {
     let table = root.table(name).rules(|| {
         json!({
             "if": { "required": [CORNERS] },
@@ -129,19 +136,24 @@ fn read_place(root: Table<'_>, name: &str) -> Option<(Spanned<Place>, Rules)> {
     let table = table.about(about).optional()?;
     let is_area = table.has(CORNERS);
     // Both are read while keys are declared.
-    let point = table.form(!is_area).map(|table| read_point(table).map(|point| (point, None)));
+    let point = table.form(!is_area).map(|table| read_point(table, concerns).map(|point| (point, None)));
     let area = table.form(is_area).map(read_area);
     point.or(area)?
 }
 
-fn read_point(table: Table<'_>) -> Option<Spanned<Place>> {
+fn read_point(table: Table<'_>, concerns: &mut Vec<Problem>) -> Option<Spanned<Place>> {
     table.know(CORNERS);
     let position = table.get::<[f64; 2]>("position_m").about("Where a point is.").words(POINT);
     let position = position.check(near_enough, near_enough_text()).spanned();
     let position = position.required_or("add `position_m` and `heading_deg` for a point, or `corners_m` for an area");
     let heading = table.number("heading_deg").within(-360.0..=360.0);
     let heading = heading.about("Which way the robot faces at a point, in degrees counter-clockwise from the x axis.");
+    let heading = heading.spanned();
     let heading_deg = if table.has("position_m") { heading.required() } else { heading.optional() };
+    let heading_deg = heading_deg.map(|Spanned { value, span }| {
+        concerns.extend(heading_concern(value, &span));
+        value
+    });
     let tolerance_m = table.number("position_tolerance_m").above(0.0);
     let tolerance_m = tolerance_m.about("A robot within this distance of a point is there, in meters.");
     let tolerance_m = tolerance_m.default(DEFAULT_POSITION_TOLERANCE_M);

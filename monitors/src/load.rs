@@ -93,7 +93,7 @@ pub fn load(
 ) -> Result<PropertyFile, ScopeError> {
     let source = Source::new(name, text);
     let parsed = parse_file(text);
-    let (definitions, unresolved) = resolve(&parsed.file, topology, tick_period);
+    let (definitions, unresolved) = resolve(text, &parsed.file, topology, tick_period);
     let mut problems = parsed.problems;
     problems.extend(unresolved);
     let mut properties = Vec::new();
@@ -209,7 +209,7 @@ pub fn formulas(
 ) -> Result<Vec<(String, Formula)>, ScopeError> {
     let source = Source::new(name, text);
     let parsed = parse_file(text);
-    let (definitions, unresolved) = resolve(&parsed.file, topology, tick_period);
+    let (definitions, unresolved) = resolve(text, &parsed.file, topology, tick_period);
     let mut problems = parsed.problems;
     problems.extend(unresolved);
     if problems.iter().any(Problem::is_error) {

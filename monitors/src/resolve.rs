@@ -3,6 +3,7 @@
 mod channel;
 mod condition;
 mod duration;
+mod unit;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -12,7 +13,8 @@ use diagnostics::{Problem, nearest_or_all};
 
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition};
 use crate::syntax::{
-    ByteRange, Condition, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand, PropertyItem,
+    ByteRange, Condition, Constant, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand,
+    PropertyItem,
 };
 
 /// A property of a file with resolved names.
@@ -25,9 +27,14 @@ pub(crate) struct Definition {
     pub(crate) span: ByteRange,
 }
 
-/// The properties of a file and everything that is wrong with it.
-pub(crate) fn resolve(file: &File, topology: &Topology, tick_period: Duration) -> (Vec<Definition>, Vec<Problem>) {
-    let mut resolver = Resolver::new(topology, tick_period);
+/// The properties of a file with this text, and everything that is wrong with it.
+pub(crate) fn resolve(
+    text: &str,
+    file: &File,
+    topology: &Topology,
+    tick_period: Duration,
+) -> (Vec<Definition>, Vec<Problem>) {
+    let mut resolver = Resolver { text, ..Resolver::new(topology, tick_period) };
     resolver.declare(file);
     let properties = file.items.iter().filter_map(|item| match item {
         Item::Property(property) => Some(property),
@@ -59,11 +66,13 @@ struct Inside {
 }
 
 struct Resolver<'a> {
+    /// The text of the file, for what numbers lose: their units.
+    text: &'a str,
     topology: &'a Topology,
     tick_period: Duration,
     /// Whether the current property measures durations in time.
     is_timed: bool,
-    constants: BTreeMap<&'a str, &'a Literal>,
+    constants: BTreeMap<&'a str, &'a Constant>,
     /// The names of values that the current property remembers.
     remembered: BTreeSet<String>,
     /// Whether the current condition is about items of lists.
@@ -76,6 +85,7 @@ struct Resolver<'a> {
 impl<'a> Resolver<'a> {
     fn new(topology: &'a Topology, tick_period: Duration) -> Self {
         Self {
+            text: "",
             topology,
             tick_period,
             is_timed: false,
@@ -92,7 +102,7 @@ impl<'a> Resolver<'a> {
         self.problems.extend(defined_twice(file));
         for item in &file.items {
             if let Item::Constant(constant) = item {
-                self.constants.insert(&constant.name.text, &constant.value);
+                self.constants.insert(&constant.name.text, constant);
             }
         }
     }
@@ -289,7 +299,7 @@ impl<'a> Resolver<'a> {
 
     /// The value of a constant; `None` after reporting that it is unknown.
     fn constant(&mut self, name: &Name) -> Option<&'a Literal> {
-        let found = self.constants.get(name.text.as_str()).copied();
+        let found = self.constants.get(name.text.as_str()).map(|constant| &constant.value);
         if found.is_none() {
             let known: Vec<&str> = self.constants.keys().copied().collect();
             let problem = Problem::new(format!("unknown constant `{}`", name.text)).at(name.span, "not defined");

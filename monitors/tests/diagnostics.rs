@@ -1,7 +1,9 @@
 //! The messages about wrong files: snapshots of the rendered text.
 
+use std::sync::Arc;
 use std::time::Duration;
 
+use channels::{Capacity, Domain, FieldKind, Shape, Topology};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 use crate::robot::topology;
@@ -174,4 +176,48 @@ property large := always ((BatteryReader, BatteryLevel, m[2] < 20) implies
 property fine := always (BatteryReader, BatteryLevel, m[2] < 20)
 "#;
     insta::assert_snapshot!(problems_of(text).1);
+}
+
+#[test]
+fn a_number_in_another_unit_than_that_of_the_field_causes_a_warning() {
+    let warnings = |condition: &str| {
+        let mut topology = Topology::default();
+        let names = ["World", "BatteryReader", "Monitors"].map(|name| topology.process(name).expect("a new name"));
+        let fields = |names: &[&str]| Domain::new([Shape::new(names.iter().map(|name| (*name, FieldKind::Real)))]);
+        let of_world = fields(&["level_pct", "speed_mps", "yaw_deg", "m", "hall_slip_pct"]);
+        topology.channel(names[0], names[2], Capacity::One, of_world).expect("a new channel");
+        topology.channel(names[1], names[2], Capacity::One, fields(&["level", "depth"])).expect("a new channel");
+        let text = format!("const low := 20 m\nconst share := 0.2\nproperty p := always ({condition})");
+        let file = monitors::load("p.scope", &text, &Arc::new(topology), Duration::from_secs(1)).expect("no mistakes");
+        let related = file.warnings.related().into_iter().flatten().map(ToString::to_string);
+        related.collect::<Vec<_>>()
+    };
+    for (condition, found) in [
+        ("World, Monitors, level_pct >= 20 m", "`20 m` is compared with `level_pct`, which is in %"),
+        ("World, Monitors, m[1] >= 20 km/h", "`20 km/h` is compared with `level_pct`, which is in %"),
+        ("World, Monitors, level_pct >= low", "`20 m` is compared with `level_pct`, which is in %"),
+        ("World, Monitors, 20 m <= level_pct", "`20 m` is compared with `level_pct`, which is in %"),
+        ("World, Monitors, speed_mps <= 2 rad/s", "`2 rad/s` is compared with `speed_mps`, which is in m/s"),
+        ("World, Monitors, yaw_deg <= 90 deg", "`90 deg` is compared with `yaw_deg`, which is in deg"),
+        ("BatteryReader, Monitors, level >= 20 m", "`20 m` is compared with `level`, which is in %"),
+        ("BatteryReader, Monitors, level >= 0.2", "`level` is compared with 0.2 %, less than one percent"),
+        ("World, Monitors, level_pct >= share", "`level_pct` is compared with 0.2 %, less than one percent"),
+        ("World, Monitors, level_pct >= 0.2 %", "`level_pct` is compared with 0.2 %, less than one percent"),
+    ] {
+        assert_eq!(warnings(condition), [found], "{condition}");
+    }
+    for condition in [
+        "World, Monitors, level_pct >= 20",
+        "World, Monitors, level_pct >= 20 %",
+        "World, Monitors, level_pct > 0 and level_pct < 1",
+        "World, Monitors, hall_slip_pct < 0.5",
+        "World, Monitors, speed_mps <= 0.2",
+        "World, Monitors, speed_mps <= 3.6 km/h",
+        "World, Monitors, yaw_deg <= 90",
+        "World, Monitors, m <= 90 deg",
+        "BatteryReader, Monitors, level >= 20 %",
+        "BatteryReader, Monitors, depth >= 20 cm",
+    ] {
+        assert_eq!(warnings(condition), [""; 0], "{condition}");
+    }
 }

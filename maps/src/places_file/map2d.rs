@@ -16,7 +16,8 @@ use std::collections::BTreeMap;
 
 use diagnostics::{FileProblems, Problem, Source, Span, Spanned};
 
-use super::place::{area, near_enough, near_enough_text, point_at};
+use super::PlacesFile;
+use super::place::{area, heading_concern, near_enough, near_enough_text, point_at};
 use crate::{Place, Places, Point};
 
 /// The version of the format.
@@ -36,7 +37,7 @@ enum Section {
 ///
 /// # Errors
 /// Everything that is wrong with it.
-pub(super) fn parse(name: &str, text: &str) -> Result<(Places, BTreeMap<String, Span>), FileProblems> {
+pub(super) fn parse(name: &str, text: &str) -> Result<PlacesFile, FileProblems> {
     let source = Source::new(name, text);
     let mut reader = Map2dReader::default();
     let mut section = None;
@@ -72,7 +73,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<(Places, BTreeMap<String, 
             .into());
     }
     FileProblems::none_of(reader.problems)?;
-    Ok((reader.places, reader.spans))
+    Ok(PlacesFile { places: reader.places, spans: reader.spans, concerns: reader.concerns })
 }
 
 /// The words of each line that is not blank.
@@ -105,6 +106,7 @@ struct Map2dReader {
     /// The map that the first place belongs to.
     map: Option<String>,
     problems: Vec<Problem>,
+    concerns: Vec<Problem>,
 }
 
 impl Map2dReader {
@@ -146,8 +148,10 @@ impl Map2dReader {
             self.problems.push(problem.with_label(format!("expected three numbers, found {}", numbers.len())));
             return None;
         };
+        let heading = &heading_deg.span;
         let [x_m, y_m, heading_deg] = [x_m, y_m, heading_deg].map(|word| self.number(word));
         let position = self.position([x_m?, y_m?], span)?;
+        self.concerns.extend(heading_concern(heading_deg?, heading));
         Some(point_at(position, heading_deg?))
     }
 
@@ -203,7 +207,7 @@ mod tests {
     #[test]
     fn locations_become_points_and_areas_become_polygons() {
         for text in [HOUSE.to_owned(), HOUSE.replace('\n', "\r\n"), HOUSE.replace("Areas", "\n\nAreas")] {
-            let (places, spans) = parse("locations.ini", &text).expect(&text);
+            let PlacesFile { places, spans, .. } = parse("locations.ini", &text).expect(&text);
             let dock = places.get("dock").expect("a place");
             assert_eq!(dock.goal_position(), Point::new(-7.5, 9.0));
             let Place::Point { pose, .. } = dock else { panic!("a point") };

@@ -1,5 +1,7 @@
 //! Rules for places in either format.
 
+use std::f64::consts::{PI, TAU};
+
 use diagnostics::{Problem, Span, Spanned};
 
 use crate::map_file::MAX_COORDINATE_M;
@@ -42,4 +44,24 @@ pub(super) fn near_enough(position: &[f64; 2]) -> bool {
 
 pub(super) fn near_enough_text() -> String {
     format!("lie within {} km of the frame's origin", MAX_COORDINATE_M / 1e3)
+}
+
+/// How far a number of two or three digits may be from the angle that it stands for: 0.26 and 0.785 are 15° and 45° in
+/// radians. Chosen, not measured.
+const ROUNDED: f64 = 0.007;
+
+/// The warning about a heading in degrees that looks like radians: like a multiple of 15°, with two or more digits after
+/// the point.
+#[must_use]
+pub fn heading_concern(heading_deg: f64, span: &Span) -> Option<Problem> {
+    let steps = (heading_deg * 12.0 / PI).round();
+    let angle_rad = steps * PI / 12.0;
+    let is_near = steps != 0.0 && (heading_deg - angle_rad).abs() <= ROUNDED * angle_rad.abs();
+    let tenths = heading_deg * 10.0;
+    if !is_near || angle_rad.abs() > TAU || (tenths - tenths.round()).abs() < 1e-6 {
+        return None;
+    }
+    let problem = span.problem(format!("a heading of {heading_deg}° looks like radians")).as_warning();
+    let help = format!("headings are in degrees: {heading_deg} rad would be {}°", steps * 15.0);
+    Some(problem.with_label("in degrees").with_help(help))
 }

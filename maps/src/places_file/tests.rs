@@ -155,3 +155,25 @@ corners_m = [[5, 3], [9, 3], [9, 9], [5, 9]]
     }
     assert!(problems("[a]\nposition_m = [0, 0]\nheading_deg = 0\nkeep_out = true\n").plain().contains("keep_out"));
 }
+
+#[test]
+fn a_heading_that_looks_like_radians_causes_a_warning() {
+    let concerns = |heading: &str| {
+        let toml = format!("[a]\nposition_m = [0, 0]\nheading_deg = {heading}\n");
+        let ini = format!("Version:\n1\nLocations:\na hall 0 0 {heading}\n");
+        let [toml, ini] = [("p.toml", toml), ("p.ini", ini)].map(|(name, text)| {
+            let file = PlacesFile::parse(name, &text).unwrap();
+            file.concerns().iter().map(|concern| (concern.message().to_owned(), concern.offset())).collect::<Vec<_>>()
+        });
+        assert_eq!((toml.len(), toml.first().map(|one| &one.0)), (ini.len(), ini.first().map(|one| &one.0)));
+        assert!(toml.first().is_none_or(|(_, at)| *at == "[a]\nposition_m = [0, 0]\nheading_deg = ".len()));
+        toml.len()
+    };
+    for heading in ["1.57", "3.14", "3.1416", "0.785", "-1.5708", "0.26", "6.283185", "-2.36", "2.0944"] {
+        assert_eq!(concerns(heading), 1, "{heading}");
+    }
+    for heading in ["0", "0.0", "1", "2", "3", "90", "180", "-45", "1.5", "0.5", "3.1", "22.5", "7.85", "0.05", "1.25"]
+    {
+        assert_eq!(concerns(heading), 0, "{heading}");
+    }
+}

@@ -33,6 +33,7 @@ impl<'a> Resolver<'a> {
                 let positions = channel.and_then(|channel| self.positions(field, channel));
                 let (positions, constant) = (positions?, constant?);
                 self.check((field, &positions), condition.span, *relation, &constant, value.span());
+                self.doubt_unit(channel?, &positions, value, &constant);
                 self.comparison(field, &positions, *relation, &constant)?
             }
             ConditionKind::Compare { left, relation, right } => {
@@ -102,7 +103,27 @@ impl<'a> Resolver<'a> {
         let [left, right] = sides.map(|term| self.term(term, channel));
         let ((left, of_left), (right, of_right)) = (left?, right?);
         self.check_kinds(whole, relation, of_left, of_right);
+        // `20 m < level`: the other order is a comparison with a constant.
+        if let (Term::Operand(operand), formula::Term::Value(value)) = (sides[0], &left)
+            && let (Some(field), Some(channel)) = (self.field_of(sides[1], channel), channel)
+        {
+            let positions = self.positions(&field, channel)?;
+            self.doubt_unit(channel, &positions, operand, value);
+        }
         Some(MessageCondition::relating(left, relation, right))
+    }
+
+    /// The field that a term is.
+    fn field_of(&self, term: &Term, channel: Option<ChannelId>) -> Option<Field> {
+        match term {
+            Term::Field(field) => Some(field.clone()),
+            Term::Operand(Operand::Constant(name))
+                if !self.remembered.contains(&name.text) && self.is_field_or_remembered_name(name, channel) =>
+            {
+                Some(Field { name: FieldName::Named(name.text.clone()), span: name.span })
+            }
+            _ => None,
+        }
     }
 
     /// Whether an operand is a name, but not that of a constant.
@@ -408,11 +429,11 @@ fn never_equal(
 }
 
 /// A position of a field in messages.
-struct FieldPosition<'a> {
+pub(super) struct FieldPosition<'a> {
     /// Counted from 1.
-    number: usize,
+    pub(super) number: usize,
     /// The shapes of messages that have the field there, and the others.
-    with: Vec<&'a Shape>,
+    pub(super) with: Vec<&'a Shape>,
     without: Vec<&'a Shape>,
     /// Whether a list stands for its items.
     of_items: bool,
@@ -447,7 +468,7 @@ impl<'a> FieldPosition<'a> {
         self.with.iter().any(|shape| matches!(kind(shape, self.number), Some(FieldKind::List(_))))
     }
 
-    fn kind(&self, shape: &'a Shape) -> Option<&'a FieldKind> {
+    pub(super) fn kind(&self, shape: &'a Shape) -> Option<&'a FieldKind> {
         match kind(shape, self.number)? {
             FieldKind::List(items) if self.of_items => Some(items),
             kind => Some(kind),

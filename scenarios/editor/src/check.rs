@@ -182,7 +182,8 @@ fn map(disk: &Disk, file: &Path) -> Result<Checked, Error> {
 
 fn places(disk: &Disk, file: &Path) -> Result<Checked, Error> {
     let places = named_files::places(disk, file)?;
-    Ok(Checked::of(counted(places.places().iter().count(), "place"), Vec::new()))
+    let concerns = places.concerns().iter().map(|concern| Box::new(concern.clone()) as _);
+    Ok(Checked::of(counted(places.places().iter().count(), "place"), concerns.collect()))
 }
 
 fn mapping(disk: &Disk, file: &Path) -> Result<Checked, Error> {

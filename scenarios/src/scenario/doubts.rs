@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 
 use bt::{Node, Tree};
-use diagnostics::{Problem, Source, Spanned};
+use diagnostics::{Problem, Source, Span, Spanned};
+use maps::{Pose, heading, heading_concern};
 use monitors::syntax;
 
-use super::{Behavior, Scenario};
+use super::{Behavior, Scenario, Start};
 use crate::faults::{Effect, Trigger, Which};
 
 impl Scenario {
@@ -17,6 +18,7 @@ impl Scenario {
         let mut doubts = self.numbered_leaves();
         doubts.extend(self.late_faults());
         doubts.extend(self.fractions());
+        doubts.extend(self.headings());
         doubts.extend(self.fast_zones());
         doubts
     }
@@ -104,6 +106,24 @@ impl Scenario {
         if let Some(initial) = initial.filter(|initial| is_fraction(*initial)) {
             let problem = Problem::new(fraction("battery.initial_pct", initial)).as_warning();
             doubts.push(problem.with_help(percent(initial)));
+        }
+        doubts
+    }
+
+    /// Headings that look like radians.
+    fn headings(&self) -> Vec<Problem> {
+        let Some(premises) = &self.premises else { return Vec::new() };
+        let mut doubts = premises.written.concerns().to_vec();
+        let mut look = |at: &Pose, span: &Span| {
+            // The file has degrees with fewer digits.
+            let heading_deg = (heading(at).to_degrees() * 1e9).round() / 1e9;
+            doubts.extend(heading_concern(heading_deg, span));
+        };
+        if let Spanned { value: Start::At(pose), span } = &premises.entry.sites.start {
+            look(pose, span);
+        }
+        for body in &premises.entry.world {
+            look(&body.value.pose, &body.span);
         }
         doubts
     }
