@@ -355,3 +355,27 @@ fn what_does_not_fit_is_refused_with_its_place() {
     let said = refusal(&["run", files.1.to_str().unwrap(), "--no-snapshots"]);
     assert!(said.contains("a condition cannot begin an action"), "{said}");
 }
+
+#[test]
+fn a_mistake_in_success_when_is_shown_once_where_it_is_written() {
+    let lines = |when: &str| {
+        format!("[leaves.Do]\nrequest = \"Arm.weigh\"\narguments.what = \"{{what}}\"\nsuccess_when = \"{when}\"\n")
+    };
+    let two = "<Sequence><Do name=\"First\" what=\"x\"/><Do name=\"Second\" what=\"x\"/></Sequence>";
+    for (when, message, help) in [
+        ("repy.grams > 1", "unknown name `repy`", "did you mean `reply`?"),
+        ("grams > 1", "unknown name `grams`", "`reply` is the answer, and `{PORT}` the value of a port"),
+        ("reply.grams > (1", "`)` is missing", "to close what was opened at character 15"),
+        ("reply.grams > ", "a value is missing", ""),
+        ("reply.grams = 1", "`=` assigns; it does not compare", "use `==`"),
+    ] {
+        let (_folder, scenario) = folder(two, &lines(when));
+        let said = refusal(&["check", scenario.to_str().unwrap()]);
+        assert_eq!(said.matches(message).count(), 1, "{when}: {said}");
+        assert!(said.contains(help) && said.contains("own.toml:9:16") && !said.contains("_event"), "{when}: {said}");
+        assert!(said.contains(&format!("success_when = \"{when}\"")), "{when}: {said}");
+    }
+    let (_folder, scenario) = folder(two, &lines("reply.grams > what.length && {what} != 'reply.'"));
+    let output = steward(&["check", scenario.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}

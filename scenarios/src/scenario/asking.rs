@@ -84,7 +84,7 @@ impl Asking {
         let about = "What is asked when the tree halts the leaf: `Door.close`, a service without fields.";
         let on_halt = endpoint(entry, "on_halt", Subject::Request, about);
         let (of, endpoint) = read_subject(entry)?;
-        Some(Self {
+        let asking = Self {
             of,
             asked: split(entry, &endpoint)?,
             arguments,
@@ -93,7 +93,11 @@ impl Asking {
             feedback,
             timeout: timeout.or((of == Subject::Request).then_some(PATIENCE)),
             on_halt: on_halt.and_then(|asked| split(entry, &asked)),
-        })
+        };
+        if let Some(when) = &asking.success_when {
+            when.problems(of.answer(), asking.data(false)).into_iter().for_each(|problem| entry.report(problem));
+        }
+        Some(asking)
     }
 
     /// What cannot be done by a leaf of this kind, if it cannot.

@@ -32,7 +32,7 @@ impl Asking {
     }
 
     /// The machine's data: the ports that it reads, and the values of those that it writes.
-    fn data(&self, is_condition: bool) -> BTreeSet<String> {
+    pub(super) fn data(&self, is_condition: bool) -> BTreeSet<String> {
         let ports = self.arguments.iter().filter_map(|(_, argument)| match &argument.value {
             Argument::Port(port) => Some(port.clone()),
             Argument::Constant(_) => None,

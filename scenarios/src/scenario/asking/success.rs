@@ -1,6 +1,12 @@
 //! The condition under which an answer means success.
 
-use diagnostics::{Span, Spanned};
+use std::collections::BTreeSet;
+
+use diagnostics::markup::attribute;
+use diagnostics::{Problem, Span, Spanned};
+use skills::{Chart, SkillError};
+
+use crate::scenario::scxml_text::Text;
 
 /// The data of an event, in a machine.
 pub(super) const DATA: &str = "_event.data";
@@ -10,6 +16,8 @@ pub(super) const DATA: &str = "_event.data";
 pub(super) struct SuccessWhen {
     /// The expression, about the data of the event.
     pub(super) expression: String,
+    /// The same as its author wrote it, with blanks for the braces around ports.
+    written: String,
     /// The fields and the ports that it names.
     pub(super) fields: Vec<String>,
     pub(super) ports: Vec<String>,
@@ -26,9 +34,11 @@ impl SuccessWhen {
     /// The condition. Except inside texts, `answer` stands in it for the event's data, and `{PORT}` for a port's value.
     pub(super) fn new(text: &Spanned<String>, answer: &str) -> Self {
         let span = text.span.clone();
-        let mut condition = Self { expression: String::new(), fields: Vec::new(), ports: Vec::new(), span };
+        let (expression, written) = (String::new(), String::new());
+        let mut condition = Self { expression, written, fields: Vec::new(), ports: Vec::new(), span };
         let (mut quote, mut word, mut is_port) = (None, String::new(), false);
         for sign in text.value.chars().chain([' ']) {
+            condition.written.push(if quote.is_none() && matches!(sign, '{' | '}') { ' ' } else { sign });
             if quote.is_none() && (sign.is_alphanumeric() || matches!(sign, '_' | '$')) {
                 word.push(sign);
                 continue;
@@ -48,7 +58,41 @@ impl SuccessWhen {
             };
         }
         condition.expression.pop();
+        condition.written.pop();
         condition
+    }
+
+    /// What is wrong with the expression, if it may use these names besides that of the answer. The machine of a leaf
+    /// would have the same problems, in words that the author of the expression does not know.
+    pub(super) fn problems(&self, answer: &str, mut names: BTreeSet<String>) -> Vec<Problem> {
+        names.insert(answer.to_owned());
+        let mut text = Text::default();
+        text.open_machine("condition");
+        text.element("datamodel", |text| {
+            names.iter().for_each(|name| text.line(&format!("<data id=\"{}\"/>", attribute(name))));
+        });
+        let written = attribute(&self.written);
+        text.state("asking", |text| text.line(&format!("<transition event=\"answer\" cond=\"{written}\"/>")));
+        let text = text.finish();
+        let problems = match Chart::load("condition", &text) {
+            Ok(chart) => chart.warnings().to_vec(),
+            Err(SkillError::Load { problems, .. }) => problems,
+            Err(_) => Vec::new(),
+        };
+        let start = text.find("cond=\"").map_or(0, |start| start + "cond=\"".len());
+        let of_condition = problems.iter().filter(|found| (start..=start + written.len()).contains(&found.offset()));
+        let in_file = |found: &Problem| {
+            let problem = self.span.problem(found.message()).with_label(found.label_text().unwrap_or("here"));
+            let help = match (found.label_text(), found.help_text()) {
+                (_, Some(help)) if help.starts_with("did you mean") => Some(help.to_owned()),
+                (Some("unknown name"), _) => {
+                    Some(format!("`{answer}` is the answer, and `{{PORT}}` the value of a port"))
+                }
+                (_, help) => help.map(str::to_owned),
+            };
+            problem.with_help_if(help)
+        };
+        of_condition.map(in_file).collect()
     }
 
     fn push(&mut self, word: &str, answer: &str) {
