@@ -123,6 +123,16 @@ fn an_enumerator_of_a_script_can_be_declared() {
 }
 
 #[test]
+fn a_case_of_a_switch_that_is_declared_nowhere_is_named() {
+    let tree = "<BehaviorTree ID=\"Main\"><Sequence><Script code=\"color := 1\"/>\
+                <Switch2 variable=\"{color}\" case_1=\"RED\" case_2=\"2\"><Action ID=\"Say\" text=\"a\"/>\
+                <AlwaysSuccess/><AlwaysSuccess/></Switch2></Sequence></BehaviorTree>";
+    assert_eq!(findings(tree, "", SKILL), ["the case `RED` is never chosen: the entry `color` is a number"]);
+    assert_eq!(findings(tree, "[constants]\nRED = 1", SKILL), [""; 0]);
+    assert_eq!(findings(&tree.replace("color := 1", "color := 'RED'"), "", SKILL), [""; 0]);
+}
+
+#[test]
 fn a_halt_is_lost_on_a_leaf_with_an_output_port() {
     let tree = "<BehaviorTree ID=\"Main\"><Sequence><Action ID=\"Say\" text=\"hello\" heard=\"{heard}\"/></Sequence></BehaviorTree>\
                 <TreeNodesModel><Action ID=\"Say\"><input_port name=\"text\"/><output_port name=\"heard\" type=\"double\"/></Action>\

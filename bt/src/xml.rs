@@ -5,6 +5,7 @@
 //! is assembled with its subtrees ([`assemble`]).
 
 mod assemble;
+mod cases;
 mod compile;
 mod document;
 mod elements;

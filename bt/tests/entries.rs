@@ -154,3 +154,34 @@ fn a_name_that_looks_like_an_enumerator_is_asked_for() {
     assert!(warned[0].starts_with("nothing writes the entry `RED`, which a script reads: "), "{warned:?}");
     assert!(warned[0].contains("enumerator"), "{warned:?}");
 }
+
+#[test]
+fn a_case_that_is_no_number_is_never_chosen_where_the_entry_is_one() {
+    let switch = |variable: &str, case: &str| {
+        format!(
+            "<Switch2 variable=\"{variable}\" case_1=\"{case}\" case_2=\"7\"><AlwaysSuccess/><AlwaysSuccess/>\
+             <AlwaysFailure/></Switch2>"
+        )
+    };
+    let after = |before: &str, case: &str| format!("<Sequence>{before}{}</Sequence>", switch("{color}", case));
+    let warned = |tree: &str| concerns(&load(&[("Main", tree)]));
+    let [warning] = &warned(&after("<Script code=\"color := 1\"/>", "RED"))[..] else { panic!("one warning") };
+    assert!(warning.starts_with("the case `RED` is never chosen: the entry `color` is a number"), "{warning}");
+    assert!(warning.contains("`constants`: `RED = 1`"), "{warning}");
+    for (before, case) in [
+        ("<Script code=\"color := 1\"/>", "1"),
+        ("<Script code=\"color := 1\"/>", "1.5"),
+        ("<Script code=\"color := 'RED'\"/>", "RED"),
+        ("<Script code=\"color := 1\"/><Script code=\"color := 'RED'\"/>", "RED"),
+        ("<Script code=\"color := 1\"/><SetBlackboard value=\"RED\" output_key=\"color\"/>", "RED"),
+        ("<Script code=\"color := 1\"/><Action ID=\"Own\" at=\"{color}\"/>", "RED"),
+        ("<Script code=\"other := 'RED'; color := other\"/>", "RED"),
+        ("<Ask answer=\"{color}\"/>", "RED"),
+    ] {
+        let found = warned(&after(before, case));
+        assert!(!found.iter().any(|one| one.contains("never chosen")), "{before}: {found:?}");
+    }
+    // The program that ticks the tree may set it to anything.
+    let found = warned(&switch("{color}", "RED"));
+    assert!(!found.iter().any(|one| one.contains("never chosen")), "{found:?}");
+}

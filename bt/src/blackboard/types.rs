@@ -99,7 +99,7 @@ impl Type {
         self.agrees_with(other) || (self.is_number() && (other.is_number() || *other == Self::Text))
     }
 
-    fn is_number(&self) -> bool {
+    pub(crate) fn is_number(&self) -> bool {
         matches!(self, Self::Bool | Self::Int { .. }) || self.is_real()
     }
 

@@ -57,6 +57,7 @@ impl Tree {
     pub(super) fn entry_concerns(&self) -> Vec<(usize, Problem)> {
         let written = self.written(&|_, _| true);
         let mut concerns = self.unused_arguments();
+        concerns.extend(self.undeclared_cases());
         concerns.extend(self.problems_of_unwritten(&written, |reading| self.is_suspicious(reading, &written)));
         concerns
     }
@@ -173,7 +174,7 @@ impl Tree {
     }
 
     /// Whether a node computes the key of the entry that it writes: then nothing is known of any entry.
-    fn computes_keys(&self) -> bool {
+    pub(super) fn computes_keys(&self) -> bool {
         let computes = |setting: &Setting| matches!(setting, Setting::SetBlackboard { key: Input::Entry(..), .. });
         self.program.settings.iter().any(computes)
     }
