@@ -520,7 +520,7 @@ fn the_condition_of_a_ban_is_what_is_on_the_left() {
     assert!(watch.monitor().vacuous().is_empty(), "it is violated");
 }
 
-/// A log that goes back is refused by its reader; whoever feeds a monitor gets no verdict.
+/// A log that goes back is refused by its reader; a monitor that is fed by other code gives no verdict.
 #[test]
 fn time_that_goes_back_gives_no_verdict() {
     let mut watch = Watch::new("always not (BatteryReader, BatteryLevel, level < 5)");

@@ -174,8 +174,8 @@ impl Mapping {
         }
     }
 
-    /// The mapping without topics of images and point clouds whose senders, by their own names, nobody needs, and these
-    /// topics. Without any other topic, all remain.
+    /// The mapping without topics of images and point clouds whose senders, by their own names, are not needed, and
+    /// these topics. Without any other topic, all remain.
     #[must_use]
     pub fn without_large(mut self, needs: impl Fn(&str) -> bool) -> (Self, Vec<String>) {
         let is_large = |mapped: &Mapped| {

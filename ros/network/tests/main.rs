@@ -157,7 +157,7 @@ fn what_a_bridge_does_not_offer_is_missing() {
     }
 }
 
-/// Either the bridge does not answer any more, or nobody has listened to it.
+/// Either the bridge does not answer any more, or its messages were not taken.
 #[test]
 #[expect(clippy::disallowed_methods, reason = "a server is silent in real time")]
 fn what_is_not_known_at_the_end_is_lost() {

@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 /// How long a publisher that is known again may not have noticed that it is subscribed to.
 const SETTLING_NS: i64 = 500_000_000;
 
-/// How long publishers that nobody knows of may take to be found by a new participant.
+/// How long it may take a new participant to find publishers that were not known before.
 const FINDING_NS: i64 = 1_000_000_000;
 
-/// What stands for publishers that nobody knows of.
+/// What stands for publishers that are not known.
 const UNKNOWN: [u8; 16] = [0; 16];
 
 /// The publishers that are absent, by the indices of their topics.
@@ -31,7 +31,7 @@ impl Absences {
         self.0.entry(topic).or_default().insert(guid, AbsenceState::Missing);
     }
 
-    /// Nobody is heard on a topic, those among them of whom nobody knows, until another participant has come.
+    /// No publisher on a topic is heard, known or not, until another participant has taken over.
     pub(super) fn miss_all(&mut self, topic: usize, known: impl Iterator<Item = [u8; 16]>) {
         let known = known.map(|guid| (guid, AbsenceState::Missing));
         self.0.entry(topic).or_default().extend(known.chain([(UNKNOWN, AbsenceState::Found)]));
@@ -50,7 +50,7 @@ impl Absences {
     pub(super) fn hear(&mut self, topic: usize, guid: &[u8; 16]) -> bool {
         let Some(of) = self.0.get_mut(&topic) else { return false };
         of.remove(guid);
-        // Whoever is unknown is found while the others are.
+        // Publishers that are not known are found while the others are.
         let is_over = of.keys().all(|guid| *guid == UNKNOWN);
         if is_over {
             self.0.remove(&topic);
@@ -58,7 +58,7 @@ impl Absences {
         !is_over
     }
 
-    /// A publisher does not go on: another has taken its place. Returns the topics on which nobody is absent any more.
+    /// A publisher does not go on: another has taken its place. Returns the topics on which no publisher is absent now.
     pub(super) fn give_up(&mut self, guid: &[u8; 16]) -> Vec<usize> {
         self.0.values_mut().for_each(|of| _ = of.remove(guid));
         self.end()

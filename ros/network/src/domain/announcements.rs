@@ -82,7 +82,7 @@ impl Announcements {
         self.heard.retain(|prefix, _| is_given_up(prefix));
     }
 
-    /// Whether somebody who has been given up goes on, and still is given up a while later.
+    /// Whether a participant that has been given up goes on, and still is given up a while later.
     pub(super) fn has_returned(&self) -> bool {
         self.heard.values().any(|since| since.elapsed() > RETURNING)
     }
@@ -108,7 +108,7 @@ impl Announcements {
                 }
             }
             (Announced::Here { number, stamp }, Announced::Here { number: last, stamp: last_stamp }) => {
-                // What is repeated has the stamp that it had. Whoever stamps each datagram never repeats one.
+                // A repeated announcement keeps its stamp. A participant that stamps each datagram never repeats one.
                 let is_other = number == last && stamp != last_stamp && known.is_repeated;
                 if is_other || number < last && since > ASTRAY {
                     self.anew.insert(prefix);

@@ -91,7 +91,8 @@ pub(super) struct Hearing {
     /// The topics that had a publisher with best effort, or one that does not latch: they are read likewise.
     best_effort: BTreeSet<usize>,
     volatile: BTreeSet<usize>,
-    /// Whoever is not heard, though they may go on; and since when a topic is that nobody had offered when DDS failed.
+    /// The publishers that are not heard though they may go on; and since when a topic may have had messages for
+    /// which there was no publisher when DDS failed.
     absences: Absences,
     delays: Delays,
     unseen_since_ns: Option<i64>,
@@ -289,7 +290,7 @@ impl Hearing {
         }
     }
 
-    /// Writers have begun anew: they number from 1 again, and nobody knows how far the earlier ones came.
+    /// Writers have begun anew: they number from 1 again, and it is not known how far the earlier ones came.
     fn begin_anew(&mut self, of: &[u8; 16]) {
         let is_meant = |guid: &[u8; 16]| guid == of || participant(guid) == *of;
         let is_watching = self.phase == Phase::Watching;

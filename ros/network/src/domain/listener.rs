@@ -320,7 +320,7 @@ impl Listener {
     /// Tells who has begun anew. What they say has numbers that rustdds has heard, and leaves out: another participant
     /// must hear them.
     fn begin_anew(self, all: &[[u8; 16]], out: &mut impl Write, why: String) -> Result<(), String> {
-        // Whoever does not listen any more need not be told.
+        // A process that does not listen any more need not be told.
         let _ = all.iter().try_for_each(|guid| Heard::Anew(*guid).write(out)).and_then(|()| out.flush());
         self.leave();
         Err(why)

@@ -3,7 +3,7 @@
 //! Two threads do that, and end without a word when a signal interrupts them, as any pause of the process does; what
 //! else can stop them is not known. So a datagram is sent to the participant itself, again and again, which has an
 //! effect only after it has passed through both: it bids farewell for a stranger, and rustdds tells of any farewell.
-//! The stranger is in nobody's domain, and nobody else receives it.
+//! The stranger is in no domain, and no other participant receives its datagrams.
 //!
 //! Source: OMG's DDSI-RTPS 2.5, 8.5.3 (participant discovery), 9.4.5.4 (`Data`), 9.6.2.2 (ports).
 
@@ -58,7 +58,7 @@ impl Pulse {
         socket.set_nonblocking(true).map_err(why)?;
         let port = u16::try_from(options.port() + 10 + 2 * u32::from(index)).map_err(|error| error.to_string())?;
         let mut stranger: Prefix = super::heard::prefix(participant);
-        // Whoever makes a GUID gives it its own vendor first.
+        // A GUID begins with the number of the vendor that has made it.
         (stranger[0], stranger[1]) = (!stranger[0], !stranger[1]);
         let (sent_at, open, message_at, lived_ns, unsent) = (None, None, None, None, None);
         Ok(Self { socket, port, stranger, sent: 0, sent_at, open, unanswered: 0, message_at, lived_ns, unsent })

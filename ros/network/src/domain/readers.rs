@@ -172,8 +172,8 @@ impl Readers {
         Ok(())
     }
 
-    /// What they have received, in order. `now_ns` is the time of whoever is told, and `system_ns` that of the system;
-    /// it is known that samples could be received until `lived_ns`.
+    /// What they have received, in order. `now_ns` is the time of the process that is told, and `system_ns` that of the
+    /// system; it is known that samples could be received until `lived_ns`.
     pub(super) fn take(&mut self, now_ns: i64, system_ns: i64, lived_ns: i64) -> Vec<FromReader> {
         let (mut taken, mut samples) = (Vec::new(), Vec::new());
         for reader in self.readers.values_mut() {

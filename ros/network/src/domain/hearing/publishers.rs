@@ -136,7 +136,7 @@ impl Hearing {
             self.begin_anew(&guid);
         }
         if let (Some(topic), Some(unseen_ns)) = (topic.filter(|_| is_new && is_late), self.unseen_since_ns) {
-            // Somebody may have offered it, and said something, while nothing could be received.
+            // It may have had a publisher, and messages, while nothing could be received.
             self.lose_on(topic, unseen_ns);
         }
         if self.phase != Phase::Looking {

@@ -67,7 +67,7 @@ fn messages_count_once_their_publishers_know_of_the_subscription() {
 }
 
 #[test]
-fn whoever_comes_later_has_said_all_that_it_has_numbered() {
+fn a_publisher_that_comes_later_has_said_all_that_it_has_numbered() {
     let mut hearing = watching(&[]);
     hearing.hear(writers(&[writer(1, "rt/a", false)], &[]));
     hearing.hear(sample(1, "rt/a", 4, 2 * SECOND_NS));
@@ -83,7 +83,7 @@ fn whoever_comes_later_has_said_all_that_it_has_numbered() {
 }
 
 #[test]
-fn whoever_has_nodes_and_has_not_said_which_is_counted() {
+fn a_participant_that_has_not_said_which_nodes_it_has_is_counted() {
     let mut hearing = Hearing::new(None);
     let known = [writer(1, NODES, true), writer(2, NODES, true), writer(3, "rt/a", false)];
     hearing.hear(writers(&known, &[]));
@@ -166,7 +166,7 @@ fn a_node_that_is_killed_is_replaced_by_the_next_of_its_name() {
 }
 
 #[test]
-fn without_nodes_whoever_comes_later_takes_the_place_of_one_that_was_given_up() {
+fn a_later_participant_without_nodes_takes_the_place_of_one_that_was_given_up() {
     let mut hearing = watching(&[writer(1, "rt/a", false)]);
     hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
     hearing.hear(writers(&[], &[]));
@@ -212,7 +212,7 @@ fn when_dds_fails_every_topic_has_a_gap_until_each_publisher_is_heard_again() {
     hearing.hear(Heard::Quiet(62 * SECOND_NS + SETTLING_NS));
     assert_eq!(told(&mut hearing), ["+"]);
     assert!(hearing.lost.is_empty() && hearing.notes[0].contains("DDS failed"), "{:?}", hearing.notes);
-    // Whoever does not come back in time is given up.
+    // A publisher that does not come back in time is given up.
     hearing.hear(Heard::Died("why".to_owned()));
     hearing.hear(writers(&known[..2], &[]));
     [63, 64, 65, 66, 67].into_iter().for_each(|at| hearing.hear(Heard::Quiet(at * SECOND_NS)));
@@ -221,7 +221,7 @@ fn when_dds_fails_every_topic_has_a_gap_until_each_publisher_is_heard_again() {
 }
 
 #[test]
-fn a_topic_that_nobody_offered_when_dds_failed_may_have_had_messages() {
+fn a_topic_without_publishers_when_dds_failed_may_have_had_messages() {
     let mut hearing = watching(&[writer(1, "rt/a", false)]);
     hearing.hear(Heard::Died("why".to_owned()));
     hearing.hear(writers(&[writer(1, "rt/a", false)], &[]));
