@@ -232,7 +232,7 @@ impl Follower for Timeline {
             {
                 let EventTime { tick, time, .. } = decision.at();
                 let decided = Event { tick, time, ..decision.event.clone() };
-                self.episodes.push(self.recent.episode(*monitor, decided, view.position()));
+                self.episodes.push(self.recent.episode(*monitor, decided, view));
             }
         }
         // Messages that turn out to be missing take a verdict back.
@@ -309,5 +309,10 @@ mod tests {
         assert_eq!(view.monitor(episode.property).name(), "phi1");
         assert!(episode.events.contains(&episode.decided));
         assert_eq!(episode.events.first().map(|event| event.tick), Some(0));
+        let EventKind::Received { message, .. } = &episode.decided.kind else { panic!("a message decides") };
+        let read_pct = message.field(2).and_then(channels::Value::as_number).unwrap();
+        // The level was read in the step before, and falls by 0.001 % per step.
+        let fallen_pct = read_pct - episode.charge_pct.unwrap();
+        assert!((fallen_pct - 0.001).abs() < 1e-9, "{fallen_pct}");
     }
 }

@@ -83,7 +83,7 @@ impl Story {
             details.again { summary { "The same messages as text" } (transcript(&sequence)) }
         };
         let name = evidence.name.to_owned();
-        Self { id: anchor(evidence.name), facts: facts(evidence, view, timeline), words, messages, name }
+        Self { id: anchor(evidence.name), facts: facts(evidence, view), words, messages, name }
     }
 
     /// How many bytes of the page it takes.
@@ -93,7 +93,7 @@ impl Story {
 }
 
 /// When and where it happened, and how often.
-fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
+fn facts(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     let decided = &evidence.episode.decided;
     let moment = words::moment(view, decided.time);
     let moment = if evidence.knows_ticks { format!("tick {}, {moment}", decided.tick) } else { moment };
@@ -101,8 +101,8 @@ fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup
     if let Some(position) = &evidence.episode.position {
         facts.push(("where", whereabouts(position, view.header().places())));
     }
-    if let Some(level) = timeline.battery().at(decided.time) {
-        facts.push(("battery", format!("{} %", words::decimals(level, 3))));
+    if let Some(charge_pct) = evidence.episode.charge_pct {
+        facts.push(("battery", words::level(charge_pct)));
     }
     let ending = view.monitor(evidence.episode.property).ending();
     if let Some(words) = ending.violations.and_then(|all| all.in_words(view.time())) {

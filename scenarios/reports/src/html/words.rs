@@ -21,6 +21,12 @@ pub(super) fn moment(view: &RunView, at: Duration) -> String {
     }
 }
 
+/// A battery's level in percent, cut off after one decimal: one that violates `>= 20` must not look like 20.
+pub(super) fn level(charge_pct: f64) -> String {
+    let cut = (10.0 * charge_pct).floor() / 10.0;
+    format!("{}{} %", decimals(cut, 1), if cut < charge_pct { "…" } else { "" })
+}
+
 /// The tick at which something happened, or its time if it is not known when the tree was ticked.
 pub(super) fn tick(knows_ticks: bool, at: &EventTime) -> String {
     if knows_ticks { format!("tick {}", at.tick) } else { time(at.time) }
@@ -98,6 +104,11 @@ mod tests {
         assert_eq!(written, ["0.02 s", "21.02 s", "120 s", "1483.94 s"]);
         assert_eq!([0.25, 14.4, 1397.0].map(roughly), ["0.2 s", "14 s", "1397 s"]);
         assert_eq!([0.000_41, 0.292_1, 14.7644].map(length), ["0.4 mm", "0.29 m", "14.76 m"]);
+    }
+
+    #[test]
+    fn levels_are_cut_off_as_the_numbers_of_messages_are() {
+        assert_eq!([19.96, 9.962_000_000_000_021, 20.0, 19.9].map(level), ["19.9… %", "9.9… %", "20 %", "19.9 %"]);
     }
 
     #[test]

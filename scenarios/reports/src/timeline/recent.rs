@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use channels::Event;
 use maps::Point;
+use recording::RunView;
 
 /// How many events are remembered: about a thousand ticks of the shipped tree.
 const CAPACITY: usize = 16_384;
@@ -17,6 +18,8 @@ pub struct Episode {
     pub decided: Event,
     /// Where the robot was then, if there is one.
     pub position: Option<Point>,
+    /// Its battery's charge then, in percent, if it has one. A [`Course`](super::Course) is not exact.
+    pub charge_pct: Option<f64>,
     /// The remembered events up to the end of that step, oldest first.
     pub events: Vec<Event>,
 }
@@ -35,9 +38,11 @@ impl Recent {
         self.events.drain(..surplus);
     }
 
-    /// The events that led to a violation that has just been found.
-    pub(super) fn episode(&self, property: usize, decided: Event, position: Option<Point>) -> Episode {
-        Episode { property, decided, position, events: self.events.iter().cloned().collect() }
+    /// The events that led to a violation that has just been found in what `view` shows.
+    pub(super) fn episode(&self, property: usize, decided: Event, view: &RunView) -> Episode {
+        let charge_pct = view.robot().battery.map(|battery| battery.charge_pct);
+        let events = self.events.iter().cloned().collect();
+        Episode { property, decided, position: view.position(), charge_pct, events }
     }
 }
 
