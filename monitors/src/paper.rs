@@ -39,11 +39,11 @@ pub struct PhiTwo {
     /// At or below this level, in percent, the robot must start a trip to the charging station.
     pub low_pct: i64,
     /// θ: the deadline, in ticks.
-    pub deadline_ticks: i64,
+    pub deadline_ticks: u32,
 }
 
 impl Default for PhiTwo {
-    /// 30 %, as in the paper's experiments, and 10 ticks: the paper names no θ.
+    /// 30 %, as in the paper's experiments, and 10 ticks, as in its published code: the paper gives θ no value.
     fn default() -> Self {
         Self { low_pct: 30, deadline_ticks: 10 }
     }
@@ -76,7 +76,8 @@ pub fn phi2(topology: &Topology, PhiTwo { low_pct, deadline_ticks }: PhiTwo) -> 
     graph.receive(i1, levels, level, c1).caption = "level".to_owned();
     graph.internal(c1, low.clone().negated(), [], i1).caption = format!("> {low_pct}");
     graph.internal(c1, low, [], s).caption = format!("≤ {low_pct}");
-    graph.internal(s, Condition::True, [(timer, deadline_ticks.into())], c2).caption = "timer := θ".to_owned();
+    graph.internal(s, Condition::True, [(timer, i64::from(deadline_ticks).into())], c2).caption =
+        "timer := θ".to_owned();
     graph.receive(c2, commands, start, i).caption = "start for the station".to_owned();
     graph.receive(c2, ticks, tick, t).caption = "tick".to_owned();
     graph.internal(t, timer.term().compare(Relation::Greater, 0), [(timer, one_less)], c2).caption =
