@@ -17,6 +17,7 @@ fn every_claim_is_true_of_every_run_and_the_figures_are_there() {
     let outcome = "8 runs in simulation, 2 of the undisturbed scenario and of each of the three experiments: each of the 20 \
                    claims taken from the paper was true";
     assert!(said.contains(outcome), "{said}");
+    assert!(said.contains("it watches only the replies"), "what is not claimed is said: {said}");
     for words in [
         "Experiment 1: ",
         "Experiment 2: ",

@@ -152,6 +152,10 @@ fn runs(count: u64) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
 }
 
+/// What the paper says and no run can show here.
+const NOT_CLAIMED: &str = "Not among them is that the safety monitor waits for requests, as the captions of Figure 6 (c) \
+                           and (d) say: it watches only the replies, as in Figure 5 (a).";
+
 /// Additions to every scenario: the monitors of the paper's Figure 5, of which it expects nothing.
 const FIGURE_MONITORS: [&str; 3] = [
     r#"monitors=[{ figure = "5 (a)" }, { figure = "5 (b)" }]"#,
@@ -223,7 +227,11 @@ impl Reproduction {
         );
         let papers = match failed {
             0 => format!(
-                "{simulated}: each of the {all} claims taken from the paper was true of every run of its experiment."
+                "{simulated}: each of the {all} claims taken from the paper was true of every run of its experiment. \
+                 {NOT_CLAIMED}"
+            ),
+            _ => format!(
+                "{simulated}: {failed} of the {all} claims taken from the paper were not true of every run. {NOT_CLAIMED}"
             ),
             _ => format!("{simulated}: {failed} of the {all} claims taken from the paper were not true of every run."),
         };

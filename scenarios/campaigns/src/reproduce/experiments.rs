@@ -41,7 +41,7 @@ pub(super) struct Claim {
 
 const STATION: &str = "RechargingStation";
 const DESTINATION: &str = "Destination";
-/// θ of φ2, in ticks: the paper names it, and its published code has the value.
+/// θ of φ2, in ticks: the paper gives it no value, and its published code has this one.
 const THETA_TICKS: u64 = 10;
 /// Below this level the robot sets out for the station, in percent.
 const LOW_PCT: f64 = 30.0;
