@@ -28,6 +28,8 @@ pub(crate) use log::{Log, TopicArgs, open_log};
 
 /// The name of the results' file.
 const TRAJECTORIES: &str = "trajectories.csv";
+/// The name of the picture.
+const PICTURE: &str = "trajectories.png";
 
 /// A log, and the map of the place where it was recorded.
 #[derive(Debug, Args)]
@@ -101,6 +103,9 @@ fn open(args: &LocalizeArgs) -> Result<(Arc<OccupancyGrid>, Arc<Recording>), Err
 /// Replays the log and prints the errors of the estimates.
 pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     let (map, recording) = open(args)?;
+    if let Some(folder) = &args.out {
+        [TRAJECTORIES, PICTURE].iter().try_for_each(|name| diagnostics::check_unread(&folder.join(name)))?;
+    }
     let fit = check_fit(args, &recording, &map)?;
     let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
     let atlas = Arc::new(atlas.map_err(|error| {
@@ -171,7 +176,7 @@ fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Cours
         errors: course.waypoints.iter().map(|at| (at.time.as_secs_f64(), at.error_m())).collect(),
     };
     let png = Renderer::new().png(&picture.svg()).map_err(reports::Error::from)?;
-    staging.write("trajectories.png", png)?;
+    staging.write(PICTURE, png)?;
     Ok(staging.publish(&[TRAJECTORIES])?)
 }
 

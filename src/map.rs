@@ -42,12 +42,13 @@ fn meters(text: &str) -> Result<f64, String> {
 /// Builds the map and writes it.
 pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     let path = yaml_path(args);
-    let there = [path.clone(), path.with_extension("pgm")].into_iter().find(|path| path.exists());
-    if let Some(there) = there.filter(|_| !args.force) {
+    let files = [path.clone(), path.with_extension("pgm")];
+    if let Some(there) = files.iter().find(|path| !args.force && path.exists()) {
         let message = format!("{} is there already", there.display());
         return Err(Error::refused(message, "`--force` replaces a map and its image"));
     }
     let Log { recording, .. } = open_log(&args.log, &args.topics)?;
+    files.iter().try_for_each(|file| diagnostics::check_unread(file))?;
     let parameters = MappingParameters {
         resolution_m: args.resolution,
         range_max_m: args.max_range,

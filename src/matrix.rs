@@ -171,6 +171,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let fault_free = scenarios.pop().expect("the last one is that without faults");
     scenarios.iter().chain([&fault_free]).for_each(|scenario| note_elsewhere(scenario));
     let bar = CountProgress::new(args.quiet || args.json, "runs");
+    args.results.or_refused("matrix", &names, Matrix::check(&args.out))?;
     let board = args.board.open("matrix")?;
     let counts = Mutex::default();
     let stories = args.results.have_stories();

@@ -66,6 +66,19 @@ pub(crate) enum ExportFormat {
     Scxml,
 }
 
+impl ExportFormat {
+    /// The file of a property.
+    fn file(self, folder: &Path, property: &Property) -> PathBuf {
+        let ending = match self {
+            Self::Text => "txt",
+            Self::Dot => "dot",
+            Self::Svg => "svg",
+            Self::Scxml => "scxml",
+        };
+        folder.join(format!("{}.{ending}", file_name(&property.name)))
+    }
+}
+
 pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
     match command {
         MonitorCommand::Check(source) => {
@@ -92,6 +105,9 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
                     ),
                     _ => Error::refused("there is no property in these files", "write one: property NAME := …"),
                 });
+            }
+            if let Some(folder) = out {
+                chosen.iter().try_for_each(|property| diagnostics::check_unread(&format.file(folder, property)))?;
             }
             // A property without such a picture does not prevent the others from being written.
             let mut complaints = Complaints::default();
@@ -150,11 +166,11 @@ fn method(property: &Property) -> String {
 
 fn export(property: &Property, format: ExportFormat, out: Option<&Path>) -> Result<(), Error> {
     let monitor = property.scope_monitor();
-    let (text, ending) = match format {
-        ExportFormat::Text => (monitor.and_then(|monitor| monitor.export(Format::Text)), "txt"),
-        ExportFormat::Dot => (monitor.and_then(|monitor| monitor.export(Format::Dot)), "dot"),
-        ExportFormat::Scxml => (monitor.and_then(|monitor| monitor.export(Format::Scxml)), "scxml"),
-        ExportFormat::Svg => (monitor.and_then(svg), "svg"),
+    let text = match format {
+        ExportFormat::Text => monitor.and_then(|monitor| monitor.export(Format::Text)),
+        ExportFormat::Dot => monitor.and_then(|monitor| monitor.export(Format::Dot)),
+        ExportFormat::Scxml => monitor.and_then(|monitor| monitor.export(Format::Scxml)),
+        ExportFormat::Svg => monitor.and_then(svg),
     };
     let text = text.ok_or_else(|| {
         let message =
@@ -162,7 +178,7 @@ fn export(property: &Property, format: ExportFormat, out: Option<&Path>) -> Resu
         Error::refused(message, "a picture shows at most a dozen states; text, dot and scxml show all of an automaton")
     })?;
     let Some(folder) = out else { return print(&text) };
-    Ok(diagnostics::write_whole(&folder.join(format!("{}.{ending}", file_name(&property.name))), text)?)
+    Ok(diagnostics::write_whole(&format.file(folder, property), text)?)
 }
 
 /// The monitor as a picture.

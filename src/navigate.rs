@@ -75,6 +75,7 @@ pub(crate) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
     let maps = args.map.iter().zip(names(&args.map));
     let courses: Vec<Course> = maps.filter_map(|(path, name)| complaints.take(course(path, &name))).collect();
     complaints.check()?;
+    check_outputs(args, &seeds)?;
     let about = About { people: args.people.into(), boxes: args.boxes.into() };
     let scenes = match args.pictures {
         Pictures::Failed => Scenes::Failed,
@@ -140,6 +141,23 @@ fn course(path: &Path, name: &str) -> Result<Course, scenarios::Error> {
     })
 }
 
+/// Checks before the trips that the results overwrite no input.
+fn check_outputs(args: &NavigateArgs, seeds: &RangeInclusive<u64>) -> Result<(), Error> {
+    diagnostics::check_unread(&args.out.join(DATA))?;
+    if args.pictures == Pictures::None {
+        return Ok(());
+    }
+    for map in names(&args.map) {
+        seeds.clone().try_for_each(|seed| diagnostics::check_unread(&args.out.join(picture_file(&map, seed))))?;
+    }
+    Ok(())
+}
+
+/// The name of the picture of a trip.
+fn picture_file(map: &str, seed: u64) -> String {
+    format!("{}_{seed}.png", file_name(map))
+}
+
 /// Writes the results, and the pictures of the trips that have a scene. Returns the number of pictures.
 fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize, Error> {
     let staging = Staging::begin(&args.out)?;
@@ -147,7 +165,7 @@ fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize
     let renderer = Renderer::new();
     for (trip, scene) in &benchmark.scenes {
         let png = renderer.png(&picture(trip, scene)).map_err(reports::Error::from)?;
-        staging.write(format!("{}_{}.png", file_name(&trip.map), trip.seed), png)?;
+        staging.write(picture_file(&trip.map, trip.seed), png)?;
     }
     staging.publish(&[DATA])?;
     Ok(benchmark.scenes.len())

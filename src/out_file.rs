@@ -68,3 +68,55 @@ fn sort(command: &Command, matches: &ArgMatches, outputs: &mut Vec<(String, Path
         sort(command, matches, outputs, named);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::any::TypeId;
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// What the tests of the command line know of each option and argument: `reads`, or `writes`, which they try.
+    const KNOWN: &str = include_str!("../tests/overwriting/options.txt");
+
+    /// The options and arguments of a command and its subcommands whose values may name files or folders, and whether
+    /// their type says that they are written.
+    fn with_files(command: &Command, path: &str, found: &mut BTreeMap<String, bool>) {
+        for arg in command.get_arguments().filter(|arg| arg.get_action().takes_values()) {
+            let value = arg.get_value_names().unwrap_or_default().join(" ");
+            let kind = arg.get_value_parser().type_id();
+            let is_written = kind == TypeId::of::<OutFile>() || kind == TypeId::of::<ResultsFile>();
+            let names = ["FILE", "DIR", "FOLDER", "PATH", "MAP", "LOG", "RECORDING", "SCENARIO"];
+            if is_written || kind == TypeId::of::<PathBuf>() || names.iter().any(|name| value.contains(name)) {
+                let name = arg.get_long().map_or(value, |long| format!("--{long}"));
+                found.insert(format!("{path} {name}"), is_written);
+            }
+        }
+        for inner in command.get_subcommands() {
+            with_files(inner, format!("{path} {}", inner.get_name()).trim_start(), found);
+        }
+    }
+
+    #[test]
+    fn every_option_with_a_file_is_known_to_read_or_to_write_it() {
+        let mut found = BTreeMap::new();
+        with_files(&crate::command(), "", &mut found);
+        // Without a command, it is `run`.
+        let found = found.into_iter().map(|(name, is_written)| match name.strip_prefix(' ') {
+            Some(option) => (format!("run {option}"), is_written),
+            None => (name, is_written),
+        });
+        let found: BTreeMap<String, bool> = found.collect();
+        let known = KNOWN.lines().map(|line| line.split_once("  ").expect("two columns"));
+        let known: BTreeMap<&str, bool> = known.map(|(does, name)| (name.trim(), does == "writes")).collect();
+        let unknown: Vec<_> = found.keys().filter(|name| !known.contains_key(name.as_str())).collect();
+        assert!(
+            unknown.is_empty(),
+            "tests/overwriting/options.txt does not say whether these read or write: {unknown:?}"
+        );
+        let gone: Vec<_> = known.keys().filter(|name| !found.contains_key(**name)).collect();
+        assert!(gone.is_empty(), "there are no such options: {gone:?}");
+        let wrong: Vec<_> = found.iter().filter(|(name, writes)| **writes && !known[name.as_str()]).collect();
+        assert!(wrong.is_empty(), "they write: {wrong:?}");
+    }
+}

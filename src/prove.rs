@@ -124,23 +124,22 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let stop = interrupt::listen();
     let found = args.results.or_refused("prove", &args.scenarios, select(&args.scenarios, &[]))?;
     if let Some(component) = &args.stand_in {
-        found.iter().try_for_each(|found| args.show_stand_in(found, component))?;
+        found.into_iter().try_for_each(|(_, found)| args.show_stand_in(&found?, component))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let loaded = found.iter().map(|found| (found.argument.clone(), args.load(found)));
-    let proofs = if let [only] = found.as_slice() {
-        vec![args.results.or_refused("prove", std::slice::from_ref(&only.argument), args.load(only))?]
-    } else {
-        let Some(proofs) = args.results.all_or_refused("prove", loaded)? else { return Ok(ExitCode::from(2)) };
-        proofs
-    };
-    let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
+    let arguments: Vec<String> = found.iter().map(|(argument, _)| argument.clone()).collect();
+    let load = |found: Found| Ok(args.load(&found).map(|proof| (found, proof))?);
+    let loaded = found.into_iter().map(|(argument, found)| (argument, found.and_then(load)));
+    let Some(loaded) = args.results.all_or_refused("prove", loaded)? else { return Ok(ExitCode::from(2)) };
+    let (found, proofs): (Vec<Found>, Vec<Proof>) = loaded.into_iter().unzip();
     proofs.iter().for_each(|proof| note_elsewhere(proof.scenario()));
     for folder in args.out.iter().chain(&args.promela) {
         let folders =
             proofs.iter().map(|proof| (proof.scenario().origin.argument.as_str(), of_scenario(folder, proof)));
         args.results.or_refused("prove", &arguments, check_folders(folders))?;
     }
+    let mut files = proofs.iter().flat_map(|proof| args.files(proof, found.len() > 1));
+    args.results.or_refused("prove", &arguments, files.try_for_each(|file| diagnostics::check_unread(&file)))?;
     if args.mutants {
         return mutants(args, proofs, stop);
     }
@@ -154,10 +153,8 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         let (mut findings, error) = args.explore_all(&proof, found_here, stop)?;
         let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
-        let written = args.out.as_ref().map_or(Ok(()), |out| {
-            let folder = if found.len() > 1 { of_scenario(out, &proof) } else { out.clone() };
-            args.write_runs(&proof, &mut findings, &folder)
-        });
+        let folder = args.runs_folder(&proof, found.len() > 1);
+        let written = folder.map_or(Ok(()), |folder| args.write_runs(&proof, &mut findings, &folder));
         let unwritten = written.as_ref().err().map(Error::reasons);
         all.push(Findings { proof, findings, unsearched, unwritten });
         refused = error.or(written.err());
@@ -176,6 +173,12 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
 /// What a scenario writes to a folder that it shares with others is in this one, or begins like it.
 fn of_scenario(folder: &Path, proof: &Proof) -> PathBuf {
     folder.join(&proof.scenario().name)
+}
+
+/// The file with the model of a question.
+fn model_file(folder: &Path, proof: &Proof, question: &Question) -> PathBuf {
+    let name = format!("{}-{}.pml", proof.scenario().name, question.property);
+    folder.join(name.replace('/', "-"))
 }
 
 /// Looks for mistakes that no property detects.
@@ -207,6 +210,23 @@ impl ProveArgs {
     /// Prints text, unless the results are JSON.
     fn print(&self, text: impl Into<Text>) -> Result<(), Error> {
         if self.json { Ok(()) } else { print_wrapped(text) }
+    }
+
+    /// The folder for a scenario's runs that violate a property, if they are wanted.
+    fn runs_folder(&self, proof: &Proof, is_of_several: bool) -> Option<PathBuf> {
+        let out = self.out.as_ref()?;
+        Some(if is_of_several { of_scenario(out, proof) } else { out.clone() })
+    }
+
+    /// All files that may be written about a scenario.
+    fn files(&self, proof: &Proof, is_of_several: bool) -> Vec<PathBuf> {
+        let folder = self.runs_folder(proof, is_of_several);
+        let of_questions = proof.questions().iter().flat_map(|question| {
+            let runs = folder.iter().flat_map(move |folder| written::files(folder, &question.property));
+            let models = self.promela.iter().map(move |folder| model_file(folder, proof, question));
+            runs.chain(models)
+        });
+        of_questions.collect()
     }
 
     /// Explores all questions about a scenario, and prints a table of the findings as they come. Returns them, and the
@@ -313,8 +333,7 @@ impl ProveArgs {
             let model = explorer::promela(&answer.model, monitor, &limits, &mut |_| ());
             let help = "`--memory` gives it more memory; a larger `execution.tick_s` makes times shorter in ticks";
             let model = model.map_err(|error| Error::refused(error.to_string(), help))?;
-            let name = format!("{}-{}.pml", proof.scenario().name, question.property).replace('/', "-");
-            diagnostics::write_whole(&folder.join(name), model.text)?;
+            diagnostics::write_whole(&model_file(folder, proof, question), model.text)?;
         }
         // The time includes the replay of the run, which is part of the answer, but not the simulation.
         let violation = Violation::of(proof, question, &answer)?;

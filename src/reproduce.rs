@@ -46,7 +46,7 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<ExitCode, Error> {
     let tree = args.tree.as_ref().map(|form| if form == "nodes" { TreeForm::Nodes } else { TreeForm::Whole });
     let settings =
         Settings { seeds: args.seeds, map: args.map.clone(), places: args.places.clone(), start: args.start, tree };
-    let reproduction = Reproduction::run(&settings, |done, all| bar.show(done, all))?;
+    let reproduction = Reproduction::run(&settings, &args.out, |done, all| bar.show(done, all))?;
     drop(bar);
     reproduction.write(&args.out)?;
     if args.json {

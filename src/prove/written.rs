@@ -1,7 +1,7 @@
 //! Files with a run that was found.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use campaigns::{Error, run_and_report};
@@ -9,11 +9,20 @@ use explorer::Outcome;
 use proofs::{COUNTEREXAMPLE, PHYSICS, Proof, SCHEDULE};
 use recording::Detail;
 use reports::report::OutcomeReport;
-use reports::{Outputs, file_name, html};
+use reports::{Outputs, REPORT, file_name, html};
 use runs::Run;
 use scenarios::scenario::{Scenario, find};
 
 use super::finding::{Finding, WrittenRun};
+
+/// The files of a run that violates a property, all of which may be written.
+pub(super) fn files(folder: &Path, property: &str) -> impl Iterator<Item = PathBuf> {
+    let name = file_name(property);
+    let charts = ["svg", "png"].map(|ending| format!("sequence-{name}.{ending}"));
+    let files = [SCHEDULE, COUNTEREXAMPLE, PHYSICS, REPORT, html::FILE].map(str::to_owned);
+    let folder = folder.join(name);
+    files.into_iter().chain(charts).map(move |file| folder.join(file))
+}
 
 /// Writes a run that violates a property into its own folder, and then follows it; none if no such run was found.
 pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<Option<WrittenRun>, Error> {

@@ -14,6 +14,7 @@ use reports::REPORT;
 use serde::{Deserialize, Serialize};
 
 use super::file::MAX_RUNS;
+use super::results::MADE_OF_IT;
 use super::shard::Shard;
 use super::{Measure, Model, Parameter, ParameterDomain, ParameterValue, Plan, RunRecord};
 use crate::Error;
@@ -232,6 +233,8 @@ impl Journal {
         replay: impl FnMut(RunRecord) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         refuse_other_results(folder)?;
+        let written = MADE_OF_IT.iter().chain([&JOURNAL, &TIMING]);
+        written.map(|name| folder.join(name)).try_for_each(|path| diagnostics::check_unread(&path))?;
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |source| Error::unwritten(path, source)
@@ -293,7 +296,7 @@ impl Journal {
 }
 
 /// Empties the journal in `folder`, if there is one, after removing the files that were made from it.
-pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error> {
+pub(super) fn start_over(folder: &Path) -> Result<(), Error> {
     let path = folder.join(JOURNAL);
     let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
     lock(&file, folder)?;
@@ -303,7 +306,7 @@ pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error
         let message = format!("{} is not the journal of a campaign", path.display());
         return Err(Error::refused(message, "only files that a campaign wrote are removed: use another folder"));
     }
-    let paths: Vec<PathBuf> = made_of_it.iter().chain([&TIMING]).map(|name| folder.join(name)).collect();
+    let paths: Vec<PathBuf> = MADE_OF_IT.iter().chain([&TIMING]).map(|name| folder.join(name)).collect();
     paths.iter().try_for_each(|path| diagnostics::check_unread(path))?;
     for path in paths {
         match std::fs::remove_file(&path) {

@@ -10,7 +10,7 @@ mod table;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use drawing::ExecutionContext;
@@ -164,11 +164,12 @@ const FIGURE_MONITORS: [&str; 3] = [
 ];
 
 impl Reproduction {
-    /// Runs every experiment on all cores. `progress` gets the number of finished runs and the total.
+    /// Runs every experiment on all cores; the results are to be [written](Self::write) to `folder`. `progress` gets
+    /// the number of finished runs and the total.
     ///
     /// # Errors
-    /// What is wrong with a scenario, or why a run cannot continue.
-    pub fn run(settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
+    /// What is wrong with a scenario, or why a run cannot continue; if the results would overwrite an input.
+    pub fn run(settings: &Settings, folder: &Path, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let changes = settings.overrides();
         let overrides: Vec<String> = changes.iter().cloned().chain(FIGURE_MONITORS.map(str::to_owned)).collect();
         let mut complaints = Complaints::default();
@@ -178,6 +179,7 @@ impl Reproduction {
         };
         let scenarios: Vec<_> = EXPERIMENTS.iter().filter_map(load).collect();
         complaints.check()?;
+        page::check(folder)?;
         let seeds = settings.seeds;
         // Results come in the order of the jobs, so the runs of an experiment are next to each other.
         let films = scenarios.iter().map(|scenario| Job::Film(Arc::clone(scenario)));
@@ -233,7 +235,6 @@ impl Reproduction {
             _ => format!(
                 "{simulated}: {failed} of the {all} claims taken from the paper were not true of every run. {NOT_CLAIMED}"
             ),
-            _ => format!("{simulated}: {failed} of the {all} claims taken from the paper were not true of every run."),
         };
         match failed_ours {
             0 => papers,

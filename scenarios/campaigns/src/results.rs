@@ -18,6 +18,9 @@ use crate::Error;
 
 /// The summary's file.
 pub(super) const SUMMARY: &str = "summary.json";
+
+/// The files that are made from a journal.
+pub(super) const MADE_OF_IT: [&str; 3] = [DATASET, SUMMARY, page::FILE];
 /// How many runs of each kind the summary lists.
 const NAMED: usize = 10;
 /// The confidence of the summary's intervals.
@@ -60,7 +63,7 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
 /// journal there does not belong to a campaign or cannot be written.
 pub fn start_over(plan: &Plan, shard: Shard, folder: &Path) -> Result<(), Error> {
     plan.check_shard(shard)?;
-    journal::start_over(folder, &[DATASET, SUMMARY, page::FILE])
+    journal::start_over(folder)
 }
 
 /// The shard folders at a path: the path itself, or all folders in it.

@@ -11,16 +11,28 @@ use super::table::{detected, false_alarms, onset, robot};
 use super::{Matrix, Row, Sign};
 use crate::Error;
 
+/// The files of a matrix.
+const FILES: [&str; 2] = ["matrix.json", "index.html"];
+
 impl Matrix {
+    /// Checks before the runs that [`write`](Self::write) overwrites no input.
+    ///
+    /// # Errors
+    /// [`Error::Scenario`] if it would.
+    pub fn check(folder: &Path) -> Result<(), Error> {
+        Ok(FILES.iter().try_for_each(|name| diagnostics::check_unread(&folder.join(name)))?)
+    }
+
     /// Writes the matrix as `matrix.json` and as a page, `index.html`, to a folder.
     ///
     /// # Errors
     /// [`Error::Scenario`] if they cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let staging = Staging::begin(folder)?;
-        staging.write("matrix.json", serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;
-        staging.write("index.html", page(self))?;
-        Ok(staging.publish(&["matrix.json", "index.html"])?)
+        let [data, shown] = FILES;
+        staging.write(data, serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;
+        staging.write(shown, page(self))?;
+        Ok(staging.publish(&FILES)?)
     }
 }
 

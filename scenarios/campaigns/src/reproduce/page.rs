@@ -17,6 +17,14 @@ use crate::Error;
 const PAPER: &str = "Colledanchise, Cicala, Domenichelli, Natale, Tacchella: Formalizing the Execution Context of Behavior Trees \
                      for Runtime Verification of Deliberative Policies (IROS 2021)";
 
+/// The files of the results.
+const FILES: [&str; 2] = ["reproduce.json", "index.html"];
+
+/// Checks before the runs that the results overwrite no input.
+pub(super) fn check(folder: &Path) -> Result<(), Error> {
+    Ok(FILES.iter().try_for_each(|name| diagnostics::check_unread(&folder.join(name)))?)
+}
+
 impl Reproduction {
     /// Writes the results as `reproduce.json` and as a page, `index.html`, to a folder.
     ///
@@ -24,9 +32,10 @@ impl Reproduction {
     /// [`Error::Scenario`] if they cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let staging = Staging::begin(folder)?;
-        staging.write("reproduce.json", serde_json::to_string_pretty(self).expect("results are always JSON") + "\n")?;
-        staging.write("index.html", page(self))?;
-        Ok(staging.publish(&["reproduce.json", "index.html"])?)
+        let [data, shown] = FILES;
+        staging.write(data, serde_json::to_string_pretty(self).expect("results are always JSON") + "\n")?;
+        staging.write(shown, page(self))?;
+        Ok(staging.publish(&FILES)?)
     }
 }
 
