@@ -5,7 +5,8 @@
 //! a received message, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` is a tick. Lines with neither `from`,
 //! `to` or `message` nor `generated` are of other kinds and are skipped. `{"missing":"3 messages","flaw":"missing",
 //! "since_s":66.5}` is a gap: from here on messages may be missing, or `late`, or `mixed` with others. Messages are
-//! numbered by their steps, from 1, and ticks from 0; a tick has the step of the message before it.
+//! numbered by their steps, from 1, and ticks from 0; a tick has the step of the message before it. So has a message of
+//! the world, which is no step: instead, a tick says how many of these have come, `"world":7`.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -19,6 +20,7 @@ use std::time::Duration;
 
 use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Flaw, Gap, Message, Monitor, Symbol, Topology, Value};
 
+use crate::WORLD;
 use crate::monitor::EventTime;
 use scan::{JsonToken, Scanner, Unreadable};
 
@@ -133,9 +135,12 @@ pub struct EventLog<R> {
     last: (u64, u64, Duration),
     /// The number of the next tick.
     next_tick: u64,
-    /// What the log says may be missing from it, and the first place where lines are.
+    /// How many messages of the world have come.
+    of_world: u64,
+    /// What the log says may be missing from it, and the first places where lines are missing, or come again.
     gaps: VecDeque<Gap>,
     lacks_lines: bool,
+    repeats_lines: bool,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
     /// The place of the last message's channel: the next one often has the same.
@@ -176,8 +181,10 @@ impl<R: BufRead> EventLog<R> {
             which,
             last: (0, 0, Duration::ZERO),
             next_tick: 0,
+            of_world: 0,
             gaps: VecDeque::new(),
             lacks_lines: false,
+            repeats_lines: false,
             skipped: 0,
             recent: 0,
             symbols: Vec::new(),
@@ -215,8 +222,8 @@ impl<R: BufRead> EventLog<R> {
         self.skipped
     }
 
-    /// The next gap before the last event, or at the end: one that the log names, or that lines are missing, where
-    /// steps or ticks are skipped for the first time. A log whose end is missing cannot be recognized.
+    /// The next gap before the last event, or at the end: one that the log names, or that lines are missing or come
+    /// twice, where steps or ticks are not consecutive for the first time. A log whose end is missing cannot be recognized.
     pub fn next_gap(&mut self) -> Option<Gap> {
         self.gaps.pop_front()
     }
@@ -250,19 +257,35 @@ impl<R: BufRead> EventLog<R> {
         if step < last.0 || tick < last.1 || time < last.2 {
             return Err(LogError::Backwards { line: number, step, tick, time });
         }
-        // A message is a step; a tick is none.
-        let (next_step, next_tick) = match found.generated {
-            true => (last.0, self.next_tick),
-            false => (last.0.saturating_add(1), self.next_tick.saturating_sub(1)),
+        // A message is a step; a tick is none, and neither is what is true in the world.
+        let is_of_world = found.from == Some(WORLD.as_bytes());
+        self.of_world += u64::from(is_of_world);
+        let next_step = if found.generated || is_of_world { last.0 } else { last.0.saturating_add(1) };
+        let (next_tick, is_next_tick) = match found.generated {
+            true => (self.next_tick, tick == self.next_tick),
+            false => (self.next_tick.saturating_sub(1), tick <= self.next_tick.saturating_sub(1)),
         };
-        if (step > next_step || tick > next_tick) && !std::mem::replace(&mut self.lacks_lines, true) {
-            let (what, found, next) =
-                if step > next_step { ("step", step, next_step) } else { ("tick", tick, next_tick) };
-            self.gaps.push_back(Gap::of_anything(format!(
-                "lines are missing before line {number} of the log: {what} {found} comes where {next} should"
-            )));
+        let wrong = match found.world {
+            _ if step != next_step => Some(("step", step, next_step)),
+            _ if !is_next_tick => Some(("tick", tick, next_tick)),
+            Some(count) if count != self.of_world => Some(("the world's message", count, self.of_world)),
+            _ => None,
+        };
+        if let Some((what, found, next)) = wrong {
+            let is_again = found < next;
+            let is_first =
+                !std::mem::replace(if is_again { &mut self.repeats_lines } else { &mut self.lacks_lines }, true);
+            let (flaw, lines) = match is_again {
+                true => (Flaw::Mixed, "lines come again at"),
+                false => (Flaw::Missing, "lines are missing before"),
+            };
+            let why = format!("{lines} line {number} of the log: {what} {found} comes where {next} should");
+            self.gaps.extend(is_first.then(|| Gap { flaw, ..Gap::of_anything(why) }));
         }
-        self.next_tick = self.next_tick.max(tick.saturating_add(1));
+        self.of_world = found.world.unwrap_or(self.of_world);
+        if found.generated || !is_next_tick {
+            self.next_tick = tick.saturating_add(1);
+        }
         let kind = if found.generated { Some(EventKind::Tick) } else { self.received(found)? };
         Ok(kind.map(|kind| Event { step, tick, time, kind }))
     }
@@ -336,6 +359,7 @@ impl<R: BufRead> EventLog<R> {
                         }
                     }
                 }
+                b"world" => found.world = Some(scanner.whole()?),
                 b"since_s" => found.since = Some(scanner.seconds()?),
                 _ => scanner.skip()?,
             }
@@ -441,6 +465,7 @@ struct Found<'a> {
     to: Option<&'a [u8]>,
     generated: bool,
     message: Option<Message>,
+    world: Option<u64>,
     missing: Option<String>,
     flaw: Flaw,
     since: Option<Duration>,

@@ -172,16 +172,47 @@ fn missing_lines_are_noticed_by_the_steps_and_ticks_that_are_skipped() {
         gap.map(|gap| gap.why.strip_prefix("lines are missing before line ").unwrap().to_owned())
     };
     assert_eq!((missing(&[]), missing(&[3]), missing(&[5]), missing(&[3, 4, 5])), (None, None, None, None));
-    assert_eq!(missing(&[0]), None, "a message may come before the first tick");
     for (without, expected) in [
         (&[1][..], "2 of the log: step 2 comes where 1 should"),
         (&[2], "4 of the log: step 2 comes where 1 should"),
         (&[1, 2, 4], "3 of the log: step 3 comes where 1 should"),
+        (&[0], "4 of the log: tick 1 comes where 0 should"),
         (&[4], "5 of the log: tick 1 comes where 0 should"),
         (&[0, 1, 2, 3], "1 of the log: step 2 comes where 0 should"),
     ] {
         assert_eq!(missing(without).as_deref(), Some(expected), "{without:?}");
     }
+}
+
+#[test]
+fn lines_that_come_again_and_lost_lines_of_the_world_are_noticed() {
+    let world = |pct: f64| {
+        format!(
+            r#"{{"step":1,"tick":0,"time_s":0,"from":"World","to":"Monitors","message":[{{"sym":"world"}},{pct}]}}"#
+        )
+    };
+    let lines = [
+        r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#.to_owned(),
+        r#"{"step":1,"tick":0,"time_s":0,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}"#.to_owned(),
+        world(9.0),
+        world(8.0),
+        r#"{"step":1,"tick":1,"time_s":1,"generated":"tick","world":2}"#.to_owned(),
+    ];
+    let gaps = |kept: &[usize]| {
+        let text: String = kept.iter().map(|index| lines[*index].clone() + "\n").collect();
+        let topology = topology();
+        let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
+        while log.next_event().unwrap().is_some() {}
+        std::iter::from_fn(|| log.next_gap()).map(|gap| (gap.flaw, gap.why)).collect::<Vec<_>>()
+    };
+    assert_eq!(gaps(&[0, 1, 2, 3, 4]), []);
+    let again =
+        |line: usize, what: &str| (Flaw::Mixed, format!("lines come again at line {line} of the log: {what} should"));
+    assert_eq!(gaps(&[0, 0, 1, 2, 3, 4]), [again(2, "tick 0 comes where 1")]);
+    assert_eq!(gaps(&[0, 1, 1, 2, 3, 4]), [again(3, "step 1 comes where 2")]);
+    assert_eq!(gaps(&[0, 1, 2, 3, 3, 4]), [again(6, "the world's message 2 comes where 3")]);
+    let missing = "lines are missing before line 4 of the log: the world's message 2 comes where 1 should".to_owned();
+    assert_eq!(gaps(&[0, 1, 3, 4]), [(Flaw::Missing, missing)]);
 }
 
 #[test]

@@ -165,10 +165,10 @@ fn the_monitors_of_phi2_differ_only_in_named_classes() {
         let events = run(&mut Dice(seed + 5_000_000), &topology, 60);
         let deadline = PhiTwo { low_pct: 30, deadline_ticks: theta };
         let by_hand = violation(phi2(&topology, deadline).expect("wired").monitor.as_mut(), &events);
-        let mut synthesised = shipped("phi2", &topology, theta as u64);
+        let mut synthesised = shipped("phi2", &topology, theta.into());
         let from_text = violation(synthesised.monitor.as_mut(), &events);
         // Without repairs, the model matches the figure; with all of them, it matches the formula.
-        let figure = Figure { theta, ..Figure::default() };
+        let figure = Figure { theta: theta.into(), ..Figure::default() };
         assert_eq!(figure.violation(&events, &topology), by_hand, "seed {seed}");
         let steps = [(Difference::None, figure), (Difference::OneTickLate, Figure { exact_timer: true, ..figure })];
         let steps = steps.into_iter().chain([
@@ -190,7 +190,7 @@ fn the_monitors_of_phi2_differ_only_in_named_classes() {
             (
                 Difference::RunningForgotten,
                 Figure {
-                    theta,
+                    theta: theta.into(),
                     exact_timer: true,
                     generated_ticks: true,
                     forgets_stopped: true,

@@ -273,8 +273,10 @@ impl State {
 
     /// Whether the verdict was reached after messages had begun to be missing.
     fn was_reached_since(&self, gap: &Gap) -> bool {
-        // A displaced message may belong before all that has come, which begins at time 0.
-        let is_since = |reached, since| reached > since || gap.flaw == Flaw::Displaced && reached == since;
+        // A displaced message may belong before all that has come, which begins at time 0; a mixed one may itself be
+        // another.
+        let is_sharp = matches!(gap.flaw, Flaw::Missing | Flaw::Late);
+        let is_since = |reached, since| reached > since || !is_sharp && reached == since;
         self.reached.zip(gap.since).is_some_and(|((reached, _), since)| is_since(reached, since))
     }
 

@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, Write};
 
 use channels::{Event, EventKind, Flaw, Gap, Message, Topology, Value};
 use diagnostics::seconds;
+use monitors::WORLD;
 use serde_json::json;
 
 use crate::{Follower, Happening, RunView};
@@ -25,6 +26,11 @@ pub(crate) fn line(event: &Event, topology: &Topology, time_s: f64) -> String {
         }
     }
     .to_string()
+}
+
+/// Whether it is what is true in the world, which is no step of the run.
+fn is_of_world(event: &Event, topology: &Topology) -> bool {
+    matches!(event.kind, EventKind::Received { channel, .. } if topology.ends(channel).0 == WORLD)
 }
 
 /// A gap as a line of the event log, without the newline.
@@ -67,6 +73,8 @@ pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
     /// The tree's statuses as they were last written, at first unknown; none if they are not to be written.
     statuses: Option<Vec<Option<bt::Outcome>>>,
+    /// How many messages of the world have been written.
+    of_world: u64,
 }
 
 impl<W: Write> EventLogWriter<W> {
@@ -85,7 +93,7 @@ impl<W: Write> EventLogWriter<W> {
     }
 
     fn with(output: W, statuses: Option<Vec<Option<bt::Outcome>>>, view: &RunView) -> io::Result<Self> {
-        let mut log = Self { output: BufWriter::new(output), statuses };
+        let mut log = Self { output: BufWriter::new(output), statuses, of_world: 0 };
         let header = view.header();
         let description = json!({
             "scenario": header.scenario,
@@ -125,7 +133,12 @@ impl<W: Write> Follower for EventLogWriter<W> {
             if let Some(outcomes) = before.filter(|outcomes| outcomes.iter().any(Option::is_some)) {
                 self.write_statuses(view, outcomes, event.tick.saturating_sub(1))?;
             }
-            writeln!(self.output, "{}", event_line(event, view.topology()))?;
+            let mut line = event_line(event, view.topology());
+            self.of_world += u64::from(is_of_world(event, view.topology()));
+            if is_tick && self.of_world > 0 {
+                line.insert_str(line.len() - 1, &format!(",\"world\":{}", self.of_world));
+            }
+            writeln!(self.output, "{line}")?;
         }
         self.write_statuses(view, view.outcomes(), view.ticks().saturating_sub(1))
     }
