@@ -87,9 +87,10 @@ fn a_component_may_answer_anything_at_any_tick() {
     assert_eq!(
         run["rests_on"],
         serde_json::json!([
-            "Arm answers every request at once, with anything, does anything with one goal of each action at a time, and \
-             ends it when it is canceled.",
-            "Bell answers every request at once, with anything, publishes anything or nothing once per tick.",
+            "Arm answers every request at once, with anything, does anything with one goal of each action at a time, just \
+             before a tick, and ends it when it is canceled.",
+            "Bell answers every request at once, with anything, publishes anything or nothing once per tick, just before the \
+             next one.",
         ])
     );
     // The run can be followed: its scenario has the same stand-ins.

@@ -121,6 +121,8 @@ mod tests {
             assert_eq!(messages, [format!("the machine {what}, which a proof cannot follow")], "{cond}");
             assert!(found.problems[0].offset() > 0);
         }
+        let later = r#"<transition event="O.v"><send event="later" delay="1s"><param name="t" expr="_event.data.v"/></send></transition>"#;
+        assert!(text_use(data, later).problems[0].message().contains("keeps `v` of O in an event with a delay"));
         let sent = r#"<transition event="O.v"><send eventexpr="_event.data.v"/></transition>"#;
         assert!(text_use(data, sent).problems[0].message().contains("takes the name of an event from `v` of O"));
     }

@@ -138,8 +138,9 @@ pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Sw
 /// What a component that answers anything may do, if it has services, topics and actions.
 fn anything(name: &str, [services, topics, actions]: [bool; 3]) -> String {
     let answers = services.then_some("answers every request at once, with anything");
-    let publishes = topics.then_some("publishes anything or nothing once per tick");
-    let pursues = "does anything with one goal of each action at a time, and ends it when it is canceled";
+    let publishes = topics.then_some("publishes anything or nothing once per tick, just before the next one");
+    let pursues =
+        "does anything with one goal of each action at a time, just before a tick, and ends it when it is canceled";
     let conduct: Vec<&str> = [answers, publishes, actions.then_some(pursues)].into_iter().flatten().collect();
     let conduct = if conduct.is_empty() { "does nothing".to_owned() } else { conduct.join(", ") };
     format!("{name} {conduct}.")
@@ -147,6 +148,7 @@ fn anything(name: &str, [services, topics, actions]: [bool; 3]) -> String {
 
 /// Which values of a field are tried. Of texts, the last `others` stand for all that nothing mentions.
 fn tried(name: &str, field: &str, values: &[Value], others: Option<usize>) -> String {
+    let is_missing = values.iter().any(|value| value.is_symbol(FieldKind::NONE));
     let values: Vec<&Value> = values.iter().filter(|value| !value.is_symbol(FieldKind::NONE)).collect();
     let known = values.len() - others.unwrap_or_default();
     let mut list: Vec<String> = values[..known].iter().map(|value| value.to_string()).collect();
@@ -154,6 +156,7 @@ fn tried(name: &str, field: &str, values: &[Value], others: Option<usize>) -> St
         1 => "another text".to_owned(),
         others => format!("one of {others} other texts"),
     }));
+    list.extend(is_missing.then(|| "missing".to_owned()));
     let last = list.pop().unwrap_or_default();
     let list = if list.is_empty() { last } else { format!("{} or {last}", list.join(", ")) };
     format!("{name}'s `{field}` is {list}: nothing tells more values apart.")

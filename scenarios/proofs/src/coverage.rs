@@ -126,6 +126,19 @@ impl Onlooker for Coverage {
     }
 }
 
+/// The skills, and the nodes of the tree, in which an error has occurred, each once.
+pub(super) fn failed(tree: Option<&Arc<Tree>>, system: &ChannelSystem) -> Vec<String> {
+    let mut names = BTreeSet::new();
+    for id in system.topology().processes() {
+        let Some(process) = system.any_process(id) else { continue };
+        let nodes = faults_known_to(process).into_iter().zip(tree.into_iter().cycle());
+        names.extend(nodes.map(|(Fault { node, .. }, tree)| tree.node(node).process().to_owned()));
+        let skill = inside(process).as_any().downcast_ref::<SkillProcess>();
+        names.extend(skill.filter(|skill| !skill.mishaps().is_empty()).map(|_| system.topology().name(id).to_owned()));
+    }
+    names.into_iter().collect()
+}
+
 fn of_tree(tree: &Tree, seen: &Seen) -> Vec<Unreached> {
     let has = |node: NodeId, outcome: Outcome| seen.outcomes.contains(&(node.index(), outcome.name()));
     let answers = |node, status| has(node, Outcome::Answered(status));

@@ -14,6 +14,7 @@ use scenarios::Error;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::schedule::{FaultChange, Schedule, quoted};
 
+use super::coverage;
 use super::faults::{self, Switching};
 use super::physics::duration;
 use super::{Answer, Physical, Proof, Question};
@@ -98,6 +99,10 @@ impl Proof {
             let outcome = Outcome::of(monitor.as_ref());
             let _ = writeln!(text, "expect.{} = {}", quoted(&watched.name), quoted(outcome.name()));
         }
+        let mut errors = Vec::new();
+        self.replayed(answer, run, |_, system| errors = coverage::failed(self.scenario.tree(), system))?;
+        let errors: Vec<String> = errors.iter().map(|name| quoted(name)).collect();
+        let _ = writeln!(text, "expect.errors = [{}]", errors.join(", "));
         Ok(text)
     }
 

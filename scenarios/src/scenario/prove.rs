@@ -495,8 +495,8 @@ fn read_stand_ins(prove: Table<'_>) -> Vec<StandIn> {
             "The file of a machine. It has the component's interface, and may do everything that the component may do.",
         );
         let anything = stand_in.one_of("answers", &[("anything", ())]).about(
-            "Every request is answered at once with anything that the interface allows; once per tick, anything or \
-             nothing is published. Numbers and texts are those that machines and properties distinguish.",
+            "Every request is answered at once with anything that the interface allows; once per tick, just \
+             before the next one, anything or nothing is published. Numbers and texts are those that machines and properties distinguish.",
         );
         let machine = machine.refers_to(Referent::File(&["scxml"])).optional();
         let anything = anything.spanned().optional();

@@ -2,6 +2,7 @@
 //! machines do.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use channels::Possible;
 use miette::SourceSpan;
@@ -183,6 +184,12 @@ impl<'a> MachineWalk<'_, 'a> {
         for named in &send.name_list {
             let value = self.value(&named.value, trigger, named.span);
             fields.push((Some(Arc::clone(&named.name)), value, named.span));
+        }
+        if !matches!(send.delay, Delay::Literal(Duration::ZERO)) {
+            // It is kept until then, and any number of such events may be waiting.
+            for (_, value, place) in &fields {
+                self.keep_out(value, |name| format!("keeps {name} in an event with a delay"), *place);
+            }
         }
         let literal = |attribute: &Option<Attribute>| attribute.as_ref().and_then(Attribute::literal).cloned();
         let head = literal(&send.event);
