@@ -32,6 +32,9 @@ const LATE: Duration = Duration::from_secs(1);
 /// How long a server may take to answer a connection.
 const ANSWER: Duration = Duration::from_secs(5);
 
+/// What waits for this process longer than that came at an unknown time.
+const STALL_NS: i64 = 250_000_000;
+
 const TOO_MUCH: &str = "it advertises more than 10,000 topics, or more than 64 MiB of definitions";
 
 /// What verdicts leave open that rest on a bridge's word.
@@ -65,7 +68,7 @@ const PORT: u16 = 8765;
 /// A connection to a bridge. It is a source of the messages on some topics, or on all.
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
-/// bridge's stamp. It is quiet only as long as the bridge answers pings. A connection that breaks, or that answers no
+/// bridge's stamp. If this process stood still, what waited for it meanwhile was late. It is quiet only as long as the bridge answers pings. A connection that breaks, or that answers no
 /// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic has while the bridge
 /// does not offer it, until its next message: a bridge notices a new publisher only after a while, so the first
 /// messages of a topic that it offers later than the others never reach it.
@@ -81,13 +84,17 @@ pub struct Bridge {
     /// The size of all definitions, in bytes.
     defined: usize,
     lost: Vec<String>,
-    /// The losses on single topics that have not been returned.
+    /// The losses and delays on single topics that have not been returned.
     missing: VecDeque<Received>,
     notes: Vec<String>,
     /// When messages began to count, in nanoseconds since 1970.
     begun_ns: i64,
     /// The topics, by their indices, that were offered, and are no longer.
     gone: BTreeSet<usize>,
+    /// When something was last read, or nothing was there to be read.
+    read_ns: i64,
+    /// When that was before this process stood still, until it has read what waited for it.
+    stalled_ns: Option<i64>,
     /// When to try again to connect.
     again: Instant,
     name: String,
@@ -139,6 +146,8 @@ impl Bridge {
             notes: vec![AS_TOLD.to_owned()],
             begun_ns: 0,
             gone: BTreeSet::new(),
+            read_ns: 0,
+            stalled_ns: None,
             again: now(),
             name: String::new(),
             has_advertised: false,
@@ -167,6 +176,7 @@ impl Bridge {
             }
         }
         self.connection = Some(connection);
+        (self.read_ns, self.stalled_ns) = (self.clock.now_ns(), None);
         Ok(())
     }
 
@@ -203,16 +213,25 @@ impl Bridge {
 
     /// What comes next over the connection; why it is broken, if it is.
     fn hear_next(&mut self, connection: &mut Connection, body: &mut Vec<u8>) -> Result<Received, String> {
-        connection.ping(self.clock.now_ns())?;
+        let now_ns = self.clock.now_ns();
+        if now_ns.saturating_sub(self.read_ns) > STALL_NS {
+            self.stalled_ns.get_or_insert(self.read_ns);
+        }
+        connection.ping(now_ns)?;
         let asked = now();
         // Whatever else a server says must not keep the caller from its other work.
         while asked.elapsed() < PATIENCE {
-            let message = match connection.socket.read() {
+            let read = connection.socket.read();
+            self.read_ns = self.clock.now_ns();
+            let message = match read {
                 Ok(message) => message,
                 Err(error) if is_pause(&error) && connection.is_dead() => {
                     return Err(format!("it has said nothing for {} s", DEAD.as_secs()));
                 }
-                Err(error) if is_pause(&error) => break,
+                Err(error) if is_pause(&error) => {
+                    self.stalled_ns = None;
+                    break;
+                }
                 Err(error) => return Err(error.to_string()),
             };
             connection.heard = now();
@@ -223,6 +242,8 @@ impl Bridge {
                 return Ok(Received::Quiet(connection.pinged.1));
             }
             if let Some(head) = self.hear(&message, connection, body)? {
+                let late = self.stalled_ns.map(|since_ns| Received::Late { topic: head.topic, since_ns });
+                self.missing.extend(late);
                 return Ok(Received::Message(head));
             }
             if let Some(lost) = self.missing.pop_front() {
@@ -332,7 +353,9 @@ impl Bridge {
             return None;
         }
         self.again = now() + AGAIN;
-        Connection::open(&self.uri).ok()
+        let opened = Connection::open(&self.uri).ok()?;
+        (self.read_ns, self.stalled_ns) = (self.clock.now_ns(), None);
+        Some(opened)
     }
 }
 
@@ -406,6 +429,7 @@ impl Live for Bridge {
         (self.missing, self.gone) = (VecDeque::new(), BTreeSet::new());
         self.notes.truncate(1);
         self.begun_ns = self.clock.now_ns();
+        (self.read_ns, self.stalled_ns) = (self.begun_ns, None);
         if !self.has_told {
             return Ok(());
         }

@@ -266,6 +266,38 @@ fn silence_passes_no_time_unless_the_bridge_answers() {
 }
 
 #[test]
+fn what_waited_for_a_process_that_stood_still_is_late() {
+    let (address, served) = server(vec![info(), advertise(&[channel(7, "/a")]), data(0, 1, &[1]), data(0, 2, &[2])]);
+    let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+    bridge.begin().expect("the same bridge");
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    let (mut received, mut body) = (Vec::new(), Vec::new());
+    while received.len() < 4 {
+        received
+            .extend(Some(bridge.receive(&mut body)).filter(|it| !matches!(it, Received::Idle | Received::Quiet(_))));
+    }
+    let [Received::Message(_), Received::Late { since_ns, .. }, Received::Message(head), Received::Late { .. }] =
+        received[..]
+    else {
+        panic!("{received:?}")
+    };
+    assert!(head.log_ns - since_ns > 250_000_000, "{received:?}");
+    bridge.end();
+    served.join().expect("a server that ends");
+    // One that is read in time is not.
+    let (address, served) = server(vec![info(), advertise(&[channel(7, "/a")]), data(0, 1, &[1])]);
+    let mut bridge = Bridge::connect(&address, None).expect("a bridge");
+    let mut received = Vec::new();
+    while !received.iter().any(|it| matches!(it, Received::Quiet(_))) {
+        received.push(bridge.receive(&mut body));
+    }
+    assert!(received.iter().any(|it| matches!(it, Received::Message(_))), "{received:?}");
+    assert!(!received.iter().any(|it| matches!(it, Received::Late { .. })), "{received:?}");
+    bridge.end();
+    served.join().expect("a server that ends");
+}
+
+#[test]
 fn a_bridge_that_is_full_or_reports_an_error_loses_something() {
     let status = |level: u8, message: &str| text(&json!({ "op": "status", "level": level, "message": message }));
     let harmless = [status(0, "hello"), status(1, "no definition of x/msg/Y")];
