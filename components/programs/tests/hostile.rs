@@ -6,7 +6,7 @@ use std::time::Duration;
 use channels::{Action, Process};
 use programs::{Limits, Program, ProgramProcess, Word};
 
-use crate::machine::has_python;
+use crate::machine::{has_python, running};
 use crate::stage::{Stage, keeper, say, sent};
 
 /// Enough for a program to fail, even when many tests run at once; tests of silence wait less.
@@ -296,6 +296,83 @@ os.read(wait, 1), os.read(wait, 1), os.read(wait, 1)
         "ended with exit status 4",
     );
     fails_silently("while :; do setsid sleep 1000 & sleep 0.02; done", "did not answer within 2 s");
+}
+
+/// A number below `below` from a sequence.
+fn draw(state: &mut u64, below: u64) -> u64 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    *state % below
+}
+
+/// The program and what keeps it stand still, are frozen for a while or killed, `STOPS` times (8), while it is asked: it
+/// has received what it has answered, and a death is one failure.
+#[test]
+fn what_keeps_a_program_may_stand_still_and_its_death_is_noticed() {
+    if !has_python() {
+        return;
+    }
+    let seed: u64 = env_number("SEED", 1);
+    for stop in 0..env_number("STOPS", 8) {
+        let mut random = 0x9e37_79b9_7f4a_7c15 ^ (seed << 32 | stop + 1);
+        let stage = Stage::new(
+            "import json, sys\ntold = open('told', 'w')\nfor line in sys.stdin:\n text = json.loads(line)['data'].get('text', '')\n \
+             print(text, file=told, flush=True)\n print(json.dumps({'state': text or 'begun'}), flush=True)",
+        );
+        let mut process = stage.process(LIMITS);
+        process.start(Duration::ZERO).unwrap();
+        let running = running(stage.folder.path());
+        // The program, its inner keeper and its outer one.
+        assert!(running.len() >= 3, "{running:?}");
+        let target = running[draw(&mut random, running.len() as u64) as usize];
+        let kills = draw(&mut random, 4) == 0;
+        let (before, pause) =
+            (draw(&mut random, 50), (10.0 * 100f64.powf(draw(&mut random, 1000) as f64 / 1000.0)) as u64);
+        let signal = |signal: &str| {
+            let done = std::process::Command::new("kill").args([&format!("-{signal}"), &target.to_string()]).status();
+            assert!(done.is_ok_and(|done| done.success()));
+        };
+        let sleep = |milliseconds| std::thread::sleep(Duration::from_millis(milliseconds));
+        let mut answered = vec!["begun".to_owned()];
+        std::thread::scope(|scope| {
+            let stopping = scope.spawn(|| {
+                sleep(before);
+                signal(if kills { "KILL" } else { "STOP" });
+                sleep(pause);
+                if !kills {
+                    signal("CONT");
+                }
+            });
+            for number in 1.. {
+                let text = format!("text {number}");
+                say(&mut process, 0, number, &text, number as f64);
+                if process.location() != text {
+                    break;
+                }
+                answered.push(text);
+                if stopping.is_finished() {
+                    break;
+                }
+                sleep(3);
+            }
+        });
+        process.conclude();
+        let told = std::fs::read_to_string(stage.folder.path().join("told")).unwrap();
+        let told: Vec<&str> = told.lines().map(|text| if text.is_empty() { "begun" } else { text }).collect();
+        let of = format!("stop {stop}: {} of {target} among {running:?}", if kills { "death" } else { "pause" });
+        assert!(
+            told.starts_with(&answered.iter().map(String::as_str).collect::<Vec<_>>()),
+            "{of}: {told:?} {answered:?}"
+        );
+        assert!(told.len() <= answered.len() + 1, "{of}: {told:?} {answered:?}");
+        assert_eq!(process.mishaps().len(), usize::from(kills), "{of}: {:?}", process.mishaps());
+        assert_eq!(stage.left_over(), [""; 0], "{of}");
+    }
+}
+
+fn env_number(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).map_or(otherwise, |text| text.parse().unwrap())
 }
 
 #[test]
