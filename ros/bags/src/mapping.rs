@@ -8,6 +8,7 @@ use std::time::Duration;
 use channels::{Symbol, Value};
 use diagnostics::document::{Document, Item, Key, Referent, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
+use ros_messages::{EDITIONS, Message, TypeName};
 use serde_json::json;
 
 use crate::storage::Survey;
@@ -113,7 +114,7 @@ struct Mapped {
     each: Option<Spanned<String>>,
     /// Whether it does not matter which messages are missing.
     is_lossy: bool,
-    tests: Vec<(Spanned<String>, Vec<Value>)>,
+    tests: Vec<(Spanned<String>, Vec<Spanned<Value>>)>,
     fields: Vec<(String, FieldSource)>,
     span: Span,
 }
@@ -227,12 +228,21 @@ impl Mapping {
         self.messages.iter().map(|mapped| mapped.topic.value.as_str()).chain(clock)
     }
 
-    /// The first mapped topic that a source lacks and whose type the mapping does not name: until it appears, the
-    /// fields of its channel are unknown.
+    /// The first mapped topic that a source lacks and whose type the mapping does not name, or only the source defines:
+    /// until it appears, the fields of its channel are unknown.
     #[must_use]
     pub fn awaited(&self, survey: &Survey) -> Option<&str> {
         let is_known = |name: &str| survey.topics.iter().any(|topic| topic.name == name);
-        let awaited = self.messages.iter().find(|mapped| mapped.kind.is_none() && !is_known(&mapped.topic.value));
+        // Whether folders define a type shows when the mapping is compiled.
+        let is_from_source = survey.has_definitions && self.folders.is_empty();
+        let is_on_board = |kind: &str| {
+            TypeName::parse(kind).is_none_or(|name| Message::known(&name, EDITIONS.last().copied()).is_some())
+        };
+        let is_defined = |kind: &Spanned<String>| !is_from_source || is_on_board(&kind.value);
+        let awaited = self
+            .messages
+            .iter()
+            .find(|mapped| !is_known(&mapped.topic.value) && !mapped.kind.as_ref().is_some_and(is_defined));
         let clock = (self.has_clock() && !is_known(CLOCK)).then_some(CLOCK);
         awaited.map(|mapped| mapped.topic.value.as_str()).or(clock)
     }
@@ -377,7 +387,7 @@ fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
     keys
 }
 
-fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
+fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Spanned<Value>>)>> {
     let about = "Only messages in which each of these paths has this value, or one of these values.";
     let one_or_several = || json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] });
     let tests = table.table("where").about(about).rules(|| {
@@ -388,7 +398,8 @@ fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
     let read = in_order(tests).into_iter().map(|(path, place)| {
         let item = tests.get::<Item<'_>>(path).required()?;
         let items = item.as_array().unwrap_or_else(|| vec![item.clone()]);
-        let values: Option<Vec<Value>> = items.iter().map(constant).collect();
+        let spanned = |item: &Item<'_>| Some(Spanned { value: constant(item)?, span: item.span().clone() });
+        let values: Option<Vec<Spanned<Value>>> = items.iter().map(spanned).collect();
         if values.is_none() {
             let problem = item.wrong("a number, a string, true or false, or an array of these");
             table.report(problem.with_help("write a path with dots in quotes: `where = { \"goal.status\" = 4 }`"));

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use channels::Value as Scalar;
 use ros_messages::{Base, Constant, Count, Layout, Primitive, Type, Value, Want};
 
 /// A path that leads to a field of a message, or of an item of an array in it.
@@ -11,6 +12,8 @@ pub(crate) struct Path {
     is_within_item: bool,
     steps: Vec<Step>,
     pub(crate) end: End,
+    /// The type of the value, or of the items of an array of bytes, and how many these are; none for a time.
+    kind: Option<(Primitive, Count)>,
 }
 
 /// A path to an array whose items are messages.
@@ -67,7 +70,65 @@ impl Path {
         };
         let (steps, kind) = walk(rest, from)?;
         let has_item = steps.last().is_some_and(|(_, part)| part.is_some());
-        Ok(Self { is_within_item: rest == text && items.is_some(), end: end_of(kind, has_item)?, steps })
+        let end = end_of(kind, has_item)?;
+        let kind = match &kind.base {
+            Base::Primitive(primitive) => Some((*primitive, kind.count)),
+            Base::Message(_) => None,
+        };
+        Ok(Self { is_within_item: rest == text && items.is_some(), end, kind, steps })
+    }
+
+    /// What values there can be, in words, if this one cannot be among them.
+    pub(crate) fn excludes(&self, value: &Scalar) -> Option<String> {
+        let number = match value {
+            Scalar::Int(integer) => Some(*integer as f64),
+            Scalar::Real(real) => Some(*real),
+            _ => None,
+        };
+        let primitive = self.kind.map(|(primitive, _)| primitive);
+        let (is_possible, what) = match (self.end, primitive.and_then(Primitive::range)) {
+            (End::Bool, _) => (matches!(value, Scalar::Bool(_)), "true or false".to_owned()),
+            (End::Int, Some((least, greatest))) => {
+                let is_whole =
+                    |number: f64| number.fract() == 0.0 && (least as f64..=greatest as f64).contains(&number);
+                let is_possible = match value {
+                    Scalar::Int(integer) => (least..=greatest).contains(&i128::from(*integer)),
+                    _ => number.is_some_and(is_whole),
+                };
+                let is_large = greatest >= i64::MAX.into();
+                let what =
+                    if is_large { "an integer".to_owned() } else { format!("an integer from {least} to {greatest}") };
+                (is_possible, what)
+            }
+            (End::Real, _) if primitive == Some(Primitive::Float32) => {
+                let nearest = number.map_or(0.0, |number| f64::from(number as f32));
+                let nearest = if number.is_some() { format!(", such as {nearest:?}") } else { String::new() };
+                (
+                    number.is_some_and(|number| f64::from(number as f32) == number),
+                    format!("a number of 32 bits{nearest}"),
+                )
+            }
+            (End::Int | End::Real | End::Time, _) => (number.is_some(), "a number".to_owned()),
+            (End::Text, _) => {
+                let most = match primitive {
+                    Some(Primitive::String(most)) => most,
+                    _ => None,
+                };
+                let fits = |text: &str| most.is_none_or(|most| text.len() <= most);
+                let what = most.map_or_else(String::new, |most| format!(" of at most {most} bytes"));
+                (matches!(value, Scalar::Text(text) if fits(text)), format!("a string{what}"))
+            }
+            (End::Bytes, _) => {
+                let digits = match self.kind {
+                    Some((_, Count::Exactly(bytes))) => 2 * bytes,
+                    _ => 0,
+                };
+                let is_digit = |digit: char| matches!(digit, '0'..='9' | 'a'..='f');
+                let fits = |text: &str| text.len() == digits && text.chars().all(is_digit);
+                (matches!(value, Scalar::Text(text) if fits(text)), format!("a string of {digits} hexadecimal digits"))
+            }
+        };
+        (!is_possible).then_some(what)
     }
 
     /// Adds the path to the wanted parts of a message.

@@ -138,3 +138,31 @@ fn what_each_item_tells_is_proposed_as_a_message_of_its_own() {
     let (events, notes) = read_with(&bag, &proposal);
     assert_eq!((events.len(), notes.len()), (3, 0), "{events:?}");
 }
+
+#[test]
+fn a_condition_on_a_value_that_a_field_never_has_is_refused() {
+    const ALL: (&str, &str) = (
+        "odd_msgs/msg/All",
+        "bool b\nint64 v\nuint8 mode\nfloat32 narrow\nfloat64 wide\nstring<=3 short\nstring s\nuint8[2] id\n\
+         builtin_interfaces/Time stamp\n",
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let bag = bag_of(folder.path(), &[("/all", ALL, 1, vec![])]);
+    let problems = |test: &str| {
+        let text = format!(
+            "[[messages]]\ntopic = \"/all\"\nfrom = \"a\"\nto = \"b\"\nwhere = {{ {test} }}\nfields.x = \"v\"\n"
+        );
+        mapping(&text).compile(bag.survey(), None, &nothing).err().map(|problems| problems.plain()).unwrap_or_default()
+    };
+    let possible =
+        ["b = true", "v = -8", "v = 8.0", "v = [1, 2]", "mode = 255", "narrow = 0.5", "narrow = 3", "wide = 0.1"];
+    let texts = ["short = 'abc'", "s = 'long enough'", "s = ''", "id = '0aff'", "stamp = 1.5"];
+    for test in possible.into_iter().chain(texts) {
+        assert_eq!(problems(test), "", "{test}");
+    }
+    let never = ["b = 1", "b = 'true'", "v = '8'", "v = 8.5", "v = true", "v = []", "v = [1, 2.5, 'a']", "mode = 256"];
+    let others =
+        ["narrow = 0.1", "narrow = 'a'", "wide = '1'", "short = 'abcd'", "s = 8", "id = '0AFF'", "stamp = 'now'"];
+    let all: Vec<String> = never.into_iter().chain(others).map(problems).collect();
+    insta::assert_snapshot!(all.concat());
+}

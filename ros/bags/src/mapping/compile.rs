@@ -352,10 +352,7 @@ impl Mapping {
             None => None,
         };
         fields.items = each.as_ref().map(|(items, _)| items);
-        let tests = mapped.tests.iter().filter_map(|(path, values)| {
-            Some(Test { path: fields.resolve_one(path)?, text: path.value.clone(), values: values.clone() })
-        });
-        let tests: Vec<Test> = tests.collect();
+        let tests: Vec<Test> = mapped.tests.iter().filter_map(|(path, values)| fields.test(path, values)).collect();
         let compiled = mapped.fields.iter().filter_map(|(name, source)| {
             let (rule, kind) = fields.rule(source)?;
             Some((rule, (name.clone(), kind)))
@@ -419,6 +416,24 @@ impl FieldCompiler<'_> {
             return None;
         }
         Some(path)
+    }
+
+    /// The condition that a path has one of these values.
+    fn test(&mut self, text: &Spanned<String>, values: &[Spanned<Value>]) -> Option<Test> {
+        let path = self.resolve_one(text)?;
+        if values.is_empty() {
+            let problem = text.span.problem(format!("`{}` is none of an empty list of values", text.value));
+            self.problems.push(problem.with_label("this list").with_help("name the values, or leave this out"));
+        }
+        for Spanned { value, span } in values {
+            if let Some(accepted) = path.excludes(value) {
+                let value = if let Value::Text(text) = value { format!("{text:?}") } else { value.to_string() };
+                let problem = span.problem(format!("`{}` is never {value}", text.value)).with_label("this value");
+                self.problems.push(problem.with_help(format!("it is {accepted}")));
+            }
+        }
+        let values = values.iter().map(|value| value.value.clone()).collect();
+        Some(Test { path, text: text.value.clone(), values })
     }
 
     fn time(&mut self, time: &Spanned<String>) -> Option<MessageTime> {

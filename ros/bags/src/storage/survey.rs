@@ -49,6 +49,10 @@ pub struct Survey {
     pub distributions: BTreeSet<String>,
     /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
+    /// The indices of topics on which there are not the messages that the files count, and how many are, in words.
+    pub missing: Vec<(usize, String)>,
+    /// Whether topics bring the definitions of their types.
+    pub has_definitions: bool,
     /// What vouches for the messages on all topics.
     pub ground: Ground,
     /// That of single topics, by their indices, where it is another.
@@ -61,7 +65,7 @@ impl Survey {
     /// That of a recording: nothing in it shows what its recorder did not receive.
     pub(super) fn of_recorder() -> Self {
         let what = "the recorder wrote every message that was sent, once";
-        Self { ground: Ground::Assumed(what.to_owned()), ..Self::default() }
+        Self { ground: Ground::Assumed(what.to_owned()), has_definitions: true, ..Self::default() }
     }
 
     /// The index of a topic. Adds it if it is new.
