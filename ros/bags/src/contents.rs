@@ -83,7 +83,9 @@ impl Contents {
             })
             .collect();
         topics.sort_by(|a, b| a.name.cmp(&b.name));
-        let (start_ns, lost) = (survey.span_ns.map(|(first, _)| first), survey.lost.clone());
+        let missing: BTreeSet<&String> = survey.missing.iter().map(|(_, what)| what).collect();
+        let lost = survey.lost.iter().chain(missing).cloned().collect();
+        let start_ns = survey.span_ns.map(|(first, _)| first);
         Self { topics, start_ns, duration_s, lost, notes: survey.notes.clone() }
     }
 

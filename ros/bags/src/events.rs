@@ -35,6 +35,9 @@ pub struct Events<'r> {
     decoded: Vec<ros_messages::Value>,
     /// What has been read but not returned, by time and order in the bag.
     waiting: VecDeque<(i64, Waiting)>,
+    /// Before the first event: messages whose times are far from those that wait, until more agree with one than with
+    /// the other.
+    odd: Vec<(i64, (usize, usize), Message)>,
     /// The latest time read.
     newest_ns: i64,
     /// Until when everything has come, if messages have the times at which they were received.
@@ -70,8 +73,9 @@ pub struct Events<'r> {
     grounds: BTreeMap<ChannelId, Ground>,
     may_be_new: bool,
     new_grounds: VecDeque<(ChannelId, Ground)>,
-    /// How many of the source's notes have been returned.
+    /// How many of the source's notes have been returned, and of what it says to be missing on topics.
     noted: usize,
+    told_missing: usize,
     /// What comes before everything else.
     next: VecDeque<Found>,
     /// How many messages came too late, and the greatest delay.
@@ -97,7 +101,8 @@ pub enum Found {
 
 /// What waits for what may have to come before it.
 enum Waiting {
-    Message(ChannelId, Message),
+    /// A message that an entry of a topic has made.
+    Message((usize, usize), Message),
     Gap(Gap),
     Resumed(ChannelId),
 }
@@ -158,6 +163,7 @@ impl<'r> Events<'r> {
             body: Vec::new(),
             decoded: Vec::new(),
             waiting: VecDeque::new(),
+            odd: Vec::new(),
             newest_ns: i64::MIN,
             quiet_ns: i64::MIN,
             is_over: false,
@@ -182,6 +188,7 @@ impl<'r> Events<'r> {
             may_be_new: true,
             new_grounds: VecDeque::new(),
             noted: 0,
+            told_missing: 0,
             next: VecDeque::new(),
             late: (0, 0),
         }
@@ -220,12 +227,21 @@ impl<'r> Events<'r> {
         let topics = &self.source.survey().topics;
         let absent = self.compiled.promised.iter().filter(|name| topics.iter().all(|topic| topic.name != **name));
         let absent = absent.map(|name| format!("there is no topic {name}, so none of its messages is judged"));
+        let is_read = |topic: usize| self.compiled.entries.get(topic).is_some_and(|entries| !entries.is_empty());
+        let counted = self.source.survey().missing.iter().filter(|(topic, _)| is_read(*topic));
+        let counted: BTreeSet<&String> = counted.map(|(_, what)| what).collect();
         let missing = self.missing.iter().map(|(topic, Missing { count, is_unknown, first })| {
             let count = (!is_unknown).then_some(*count);
             format!("{}, the first {first}", missing(count, self.topic(*topic)))
         });
         let lost = self.source.lost().iter().chain(self.source.notes()).chain(&self.compiled.on_board).cloned();
-        lost.chain(absent).chain(missing).chain(left_out).chain(late).chain(self.ended.clone()).collect()
+        lost.chain(counted.into_iter().cloned())
+            .chain(absent)
+            .chain(missing)
+            .chain(left_out)
+            .chain(late)
+            .chain(self.ended.clone())
+            .collect()
     }
 
     fn topic(&self, index: usize) -> &str {
@@ -267,6 +283,7 @@ impl<'r> Events<'r> {
                 for (head, index, _) in std::mem::take(&mut self.early) {
                     self.leave_out(head.topic, index, Reason::Clock, crate::moment(head.log_ns));
                 }
+                self.leave_out_odd();
                 self.is_over = true;
                 return true;
             }
@@ -297,11 +314,10 @@ impl<'r> Events<'r> {
             Ok(None) => {}
             Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => self.early.push((head, index, message)),
             Ok(Some((UNTOLD, _))) => self.leave_out(head.topic, index, Reason::Clock, crate::moment(head.log_ns)),
-            Ok(Some((time_ns, message))) => {
-                self.told.insert((head.topic, index), time_ns);
-                self.end_gaps((head.topic, index), time_ns);
-                self.put_in_order(time_ns, Waiting::Message(self.channel(head.topic, index), message));
+            Ok(Some((time_ns, message))) if self.is_far_off(time_ns) => {
+                self.oppose(time_ns, (head.topic, index), message);
             }
+            Ok(Some((time_ns, message))) => self.accept(time_ns, (head.topic, index), message),
             Err((reason, first)) => self.leave_out(head.topic, index, reason, first),
         }
     }
@@ -330,7 +346,7 @@ impl<'r> Events<'r> {
         self.quiet_ns = clock_ns;
         self.newest_ns = self.newest_ns.max(clock_ns);
         for (head, index, message) in std::mem::take(&mut self.early) {
-            self.put_in_order(clock_ns, Waiting::Message(self.channel(head.topic, index), message));
+            self.put_in_order(clock_ns, Waiting::Message((head.topic, index), message));
         }
     }
 
@@ -357,8 +373,7 @@ impl<'r> Events<'r> {
         let Some((time_ns, message)) = event(entry, head, self.clock_ns, Part { message, item })? else {
             return Ok(None);
         };
-        if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) || time_ns != UNTOLD && self.is_far_off(time_ns)
-        {
+        if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) {
             return Err((Reason::Stamp, crate::moment(time_ns)));
         }
         if !self.compiled.topology.carries(*channel, &message) {
@@ -373,6 +388,49 @@ impl<'r> Events<'r> {
         let is_first = self.start_ns.is_none() && self.waiting.is_empty();
         let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
         !is_first && pause_ns > self.tick_ns.saturating_mul(LONGEST_PAUSE)
+    }
+
+    fn accept(&mut self, time_ns: i64, entry: (usize, usize), message: Message) {
+        self.told.insert(entry, time_ns);
+        self.end_gaps(entry, time_ns);
+        self.put_in_order(time_ns, Waiting::Message(entry, message));
+    }
+
+    /// The time of a message is far from those that wait. Once the first event has been returned, it is left out. Before
+    /// that, the times with which fewer messages agree are wrong.
+    fn oppose(&mut self, time_ns: i64, entry: (usize, usize), message: Message) {
+        self.odd.push((time_ns, entry, message));
+        if self.start_ns.is_some() {
+            return self.leave_out_odd();
+        }
+        if self.odd.len() <= self.messages_waiting() {
+            return;
+        }
+        self.newest_ns = i64::MIN;
+        let odd = std::mem::take(&mut self.odd);
+        for (wrong_ns, what) in std::mem::take(&mut self.waiting) {
+            match what {
+                Waiting::Message(entry, message) => self.odd.push((wrong_ns, entry, message)),
+                // Its time was that of a message.
+                other => self.put_in_order(time_ns, other),
+            }
+        }
+        self.leave_out_odd();
+        for (time_ns, entry, message) in odd {
+            self.accept(time_ns, entry, message);
+        }
+    }
+
+    /// How many messages wait.
+    fn messages_waiting(&self) -> usize {
+        self.waiting.iter().filter(|(_, what)| matches!(what, Waiting::Message(..))).count()
+    }
+
+    /// Leaves out the messages whose times are far from those that wait.
+    fn leave_out_odd(&mut self) {
+        for (time_ns, (topic, index), _) in std::mem::take(&mut self.odd) {
+            self.leave_out(topic, index, Reason::Stamp, crate::moment(time_ns));
+        }
     }
 
     /// Messages on a topic are missing, from here to the next.
@@ -491,11 +549,33 @@ impl<'r> Events<'r> {
             Some(lost) => (None, lost.clone()),
             None => match self.gaps.pop_first() {
                 Some(gap) => gap,
-                None => return self.ending.pop_front(),
+                None => {
+                    self.find_missing();
+                    return self.ending.pop_front();
+                }
             },
         };
         self.known_gaps.insert(channel);
         Some(Gap { flaw: Flaw::Missing, why, channel, since: None, ends: false })
+    }
+
+    /// Where files count other messages than they have, any verdict that has been reached may lack one of them.
+    fn find_missing(&mut self) {
+        for (topic, why) in self.source.survey().missing.iter().skip(self.told_missing) {
+            self.told_missing += 1;
+            let is_clock = self.mapping.has_clock() && self.source.survey().topics[*topic].name == CLOCK;
+            let entries = self.compiled.entries.get(*topic).into_iter().flatten();
+            let entries = entries.filter(|(_, entry)| !entry.as_ref().is_ok_and(|entry| entry.is_lossy));
+            let channels = entries.map(|(channel, _)| Some(*channel)).chain(is_clock.then_some(None));
+            // One that is missing may belong before all that has come.
+            self.ending.extend(channels.map(|channel| Gap {
+                flaw: Flaw::Displaced,
+                why: why.clone(),
+                channel,
+                since: Some(Duration::ZERO),
+                ends: false,
+            }));
+        }
     }
 
     /// The next channel of which the source vouches on another ground than before.
@@ -557,8 +637,12 @@ impl Iterator for Events<'_> {
             let is_message = matches!(front, Some((_, Waiting::Message(..))));
             match front.map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
-                    if is_message {
-                        self.start_ns.get_or_insert(time_ns);
+                    if is_message && self.start_ns.is_none() {
+                        self.start_ns = Some(time_ns);
+                        if !self.odd.is_empty() {
+                            self.leave_out_odd();
+                            continue;
+                        }
                     }
                     let begun = if self.ticks == 0 { time_ns } else { self.last_ns };
                     let now_ns = time_ns.max(begun);
@@ -567,7 +651,7 @@ impl Iterator for Events<'_> {
                     }
                     let (_, what) = self.waiting.pop_front()?;
                     let (channel, message) = match what {
-                        Waiting::Message(channel, message) => (channel, message),
+                        Waiting::Message((topic, index), message) => (self.channel(topic, index), message),
                         Waiting::Gap(gap) => return Some(Found::LeftOut(gap)),
                         Waiting::Resumed(channel) => return Some(Found::Resumed(channel)),
                     };

@@ -114,10 +114,13 @@ struct Mapped {
     each: Option<Spanned<String>>,
     /// Whether it does not matter which messages are missing.
     is_lossy: bool,
-    tests: Vec<(Spanned<String>, Vec<Spanned<Value>>)>,
+    tests: Tests,
     fields: Vec<(String, FieldSource)>,
     span: Span,
 }
+
+/// Paths that must have one of some values.
+type Tests = Vec<(Spanned<String>, Vec<Spanned<Value>>)>;
 
 /// Where the value of a field comes from.
 #[derive(Clone, Debug)]
@@ -387,7 +390,7 @@ fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
     keys
 }
 
-fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Spanned<Value>>)>> {
+fn tests(table: Table<'_>) -> Option<Tests> {
     let about = "Only messages in which each of these paths has this value, or one of these values.";
     let one_or_several = || json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] });
     let tests = table.table("where").about(about).rules(|| {

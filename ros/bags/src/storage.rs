@@ -4,6 +4,7 @@ mod files;
 mod following;
 mod mcap;
 mod merge;
+mod metadata;
 mod source;
 #[cfg(feature = "sqlite")]
 mod sqlite;
@@ -53,7 +54,7 @@ impl Bag {
     /// If it is not a bag or cannot be read at all. Damage is not an error: everything before it is read.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut survey = Survey::of_recorder();
-        let Files { found, are_listed } = files::of(path, &mut survey)?;
+        let Files { found, are_listed, metadata } = files::of(path, &mut survey)?;
         let (mut files, mut parts) = (Vec::new(), Vec::new());
         for (path, format) in found {
             let mut part = Survey::default();
@@ -75,7 +76,13 @@ impl Bag {
         if !are_listed {
             refuse_others(path, &files, &mut parts)?;
         }
+        let counts = files.iter().zip(&parts).map(|(file, part)| (file.name(), part.counts.iter().sum()));
+        let counts = counts.collect();
         parts.into_iter().for_each(|part| survey.merge(part));
+        // Of a bag that lacks files, or has damaged ones, it is known that messages are missing.
+        if survey.lost.is_empty() {
+            metadata.compare(&counts, &mut survey);
+        }
         Ok(Self { files, survey })
     }
 
@@ -104,6 +111,7 @@ impl Bag {
             files: self.files.clone(),
             plans: Vec::new(),
             units: Vec::new(),
+            read: vec![BTreeMap::new(); self.files.len()],
             merge: None,
             readers: BTreeMap::new(),
             survey: self.survey.clone(),
@@ -115,8 +123,7 @@ impl Bag {
 
 /// Refuses the files of a folder if they show that they are not one recording: the metadata does not list them.
 fn refuse_others(folder: &Path, files: &[BagFile], parts: &mut [Survey]) -> Result<(), Error> {
-    let name = |file: &BagFile| file.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let names: Vec<String> = files.iter().map(name).collect();
+    let names: Vec<String> = files.iter().map(BagFile::name).collect();
     let several = |[first, second]: [usize; 2], why| {
         let files = [first, second].map(|index| names[index].clone());
         Err(Error::Several { folder: folder.to_owned(), files, why })
@@ -152,7 +159,7 @@ fn refuse_others(folder: &Path, files: &[BagFile], parts: &mut [Survey]) -> Resu
             "{} and {} are read as one recording: no {} lists its files",
             names[first],
             names[second],
-            files::METADATA
+            metadata::METADATA
         );
         parts[first].notes.push(note);
     }
@@ -184,6 +191,8 @@ pub struct Messages {
     plans: Vec<Arc<Plan>>,
     /// All units: the numbers of their files, and their own there.
     units: Vec<(usize, usize)>,
+    /// How many messages of each channel have been read of each file.
+    read: Vec<BTreeMap<u16, u64>>,
     merge: Option<Merge>,
     readers: BTreeMap<usize, StorageReader>,
     survey: Survey,
@@ -215,6 +224,10 @@ impl StorageReader {
 }
 
 impl BagFile {
+    fn name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
     fn plan(&self) -> Result<Arc<Plan>, Error> {
         match (&self.plan, self.format) {
             (Some(plan), _) => Ok(Arc::clone(plan)),
@@ -230,10 +243,20 @@ impl Messages {
         let mut merge = self.merge.take().unwrap_or_else(|| self.begin());
         let head = merge.next_into(body, |number, block| self.load(number, block));
         self.merge = Some(merge);
-        if head.is_some() {
-            unpack(body, &mut self.aside.lost);
+        match head {
+            Some(_) => unpack(body, &mut self.aside.lost),
+            None => self.compare(),
         }
         head
+    }
+
+    /// Compares how many messages have been read, now that it is all of them, with how many there should be.
+    fn compare(&mut self) {
+        for ((file, plan), read) in self.files.iter().zip(std::mem::take(&mut self.plans)).zip(&self.read) {
+            if let Some(counts) = &plan.counts {
+                compare(&file.path, &plan.topics, [counts, read], &self.wanted, &mut self.survey);
+            }
+        }
     }
 
     /// Finds the units of all files.
@@ -248,6 +271,7 @@ impl Messages {
             if !plan.is_ascending() {
                 self.aside.lost.extend(plan.lost.iter().cloned());
             }
+            self.aside.lost.extend(plan.unfit.iter().cloned());
             for (index, unit) in plan.units.iter().enumerate() {
                 if is_needed(unit, &plan, &self.wanted, &mut self.survey) {
                     merge.add(self.units.len(), unit);
@@ -275,7 +299,7 @@ impl Messages {
         let unit = &plan.units[index];
         match self.readers.get_mut(&file) {
             Some(StorageReader::Mcap(reader)) => {
-                reader.load(unit, block, &self.wanted, &mut self.survey, &mut lost);
+                reader.load(unit, block, &self.wanted, &mut self.survey, &mut self.read[file], &mut lost);
             }
             #[cfg(feature = "sqlite")]
             Some(StorageReader::Sqlite(reader)) => reader.load(unit, block, &mut lost),
@@ -290,6 +314,25 @@ impl Messages {
     #[must_use]
     pub fn lost(&self) -> &[String] {
         &self.aside.lost
+    }
+}
+
+/// Compares how many messages a file counts on its wanted channels with how many have been read.
+fn compare(
+    file: &Path,
+    topics: &BTreeMap<u16, Topic>,
+    counts: [&BTreeMap<u16, u64>; 2],
+    wanted: &Wanted,
+    survey: &mut Survey,
+) {
+    for (channel, topic) in topics {
+        let [stated, found] = counts.map(|counts| counts.get(channel).copied().unwrap_or_default());
+        if stated != found
+            && let Some(index) = wanted.index(topic, survey)
+        {
+            let what = format!("{} counts {stated} messages on {}, and {found} are there", file.display(), topic.name);
+            survey.missing.push((index, what));
+        }
     }
 }
 

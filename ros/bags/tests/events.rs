@@ -215,3 +215,23 @@ fn what_a_message_could_change_that_comes_too_late_is_unsure() {
     assert_eq!(lines, ["0 ms", "0 ms", since, "0 ms", "1000 ms", "3000 ms"]);
     assert_eq!(notes, [format!("1 message comes {late}")]);
 }
+
+#[test]
+fn one_message_with_a_wrong_time_is_left_out_and_not_the_others() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mapping = "[[messages]]\ntopic = \"/cmd_vel\"\nfrom = \"a\"\nto = \"b\"\nfields = { x = \"linear.x\" }\n";
+    let since_1970 = 1_700_000_000_000;
+    let wrong = |count: u64| (0..count).map(|at| ("/cmd_vel", TWIST, at, twist(9.0)));
+    let right = (0..3).map(|at| ("/cmd_vel", TWIST, since_1970 + at * 100, twist(at as f64)));
+    let messages: Vec<_> = wrong(2).chain(right).collect();
+    let (events, notes) = read_with(&bag_of(folder.path(), &messages), mapping);
+    let expected = [
+        "messages on /cmd_vel are left out: the stamp is 0, or far from those of other messages; the first: 0.000 s",
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: a → b [0.0]",
+        "100 ms: 2, tick 0: a → b [1.0]",
+        "200 ms: 3, tick 0: a → b [2.0]",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(notes, [format!("2 {}", expected[0])]);
+}

@@ -89,7 +89,8 @@ fn the_files_of_a_bag_follow_one_another_until_rosbag2_has_written_its_metadata(
     assert_eq!(received(&mut following), (vec![1, 2], Received::Idle));
     write("metadata.yaml", b"rosbag2_bagfile_information:\n");
     assert_eq!(received(&mut following), (vec![], Received::Over));
-    assert_eq!(following.lost(), ["bag_2.mcap to bag_9.mcap are missing: bag_10.mcap is there"]);
+    let unread = "metadata.yaml cannot be read, so files that it lists may be missing";
+    assert_eq!(following.lost(), ["bag_2.mcap to bag_9.mcap are missing: bag_10.mcap is there", unread]);
     assert_eq!(received(&mut following.restart().expect("the same folder")), (vec![0, 1, 2], Received::Over));
 }
 
@@ -100,7 +101,7 @@ fn a_file_that_is_missing_at_the_end_is_told() {
     write("bag_1.mcap", &written(&[("/cmd_vel", TWIST, 1, twist(0.0))], chunked(100)));
     write(
         "metadata.yaml",
-        b"rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.mcap\n    - bag_1.mcap\n",
+        b"rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.mcap\n    - bag_1.mcap\n  duration: 1\n",
     );
     let mut following = Following::open(folder.path(), ["/cmd_vel"]).expect("a folder");
     assert_eq!(received(&mut following), (vec![1], Received::Over));
@@ -228,4 +229,39 @@ fn a_topic_whose_type_the_mapping_names_may_come_later() {
     let (lines, notes) = followed(&path, &[&written(&[], unchunked())], &mapping);
     assert_eq!(lines, [""; 0]);
     assert_eq!(notes, ["there is no topic /cmd_vel, so none of its messages is judged"]);
+}
+
+#[test]
+fn a_type_that_only_the_recording_defines_is_awaited() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("growing.mcap");
+    let odd = format!("{EACH}type = \"odd_msgs/msg/Odd\"\n");
+    let bytes = written(&messages()[..1], unchunked());
+    let (lines, notes) = followed(&path, &[&bytes], &mapping(&odd));
+    assert_eq!(lines, ["0 ms: 0, tick 0", "0 ms: 1, tick 0: a → b [\"a\"]"]);
+    assert_eq!(notes, [""; 0]);
+    let without = odd.replace("[[messages]]", "definitions = [\"share\"]\n[[messages]]");
+    assert_eq!(mapping(&without).awaited(&Survey::default()), None, "a folder may define it");
+}
+
+#[test]
+fn what_the_metadata_counts_is_compared_with_what_came() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("room for a file");
+    write("bag_0.mcap", &written(&[("/cmd_vel", TWIST, 1, twist(0.0))], chunked(100)));
+    let metadata = "relative_file_paths: [bag_0.mcap]\n- topic_metadata:\n    name: /cmd_vel\n  message_count: 2\n";
+    write("metadata.yaml", metadata.as_bytes());
+    let mut following = Following::open(folder.path(), ["/cmd_vel"]).expect("a folder");
+    assert_eq!(received(&mut following), (vec![1], Received::Over));
+    let counted = "metadata.yaml counts 2 messages on /cmd_vel, and 1 are there".to_owned();
+    assert_eq!(following.survey().missing, [(0, counted)]);
+    // What the file itself counts.
+    let mut bytes = written(&[1, 2].map(|ms| ("/cmd_vel", TWIST, ms, twist(0.0))), unchunked());
+    let message = (0..bytes.len()).rev().find(|at| bytes[*at..].starts_with(&[5, 22 + 52, 0, 0, 0, 0, 0, 0, 0]));
+    bytes[message.expect("a message")] = 0x85;
+    let path = folder.path().join("bag_0.mcap");
+    fs::write(&path, bytes).expect("room for a file");
+    let mut following = Following::open(&path, ["/cmd_vel"]).expect("a file");
+    assert_eq!(received(&mut following), (vec![1], Received::Over));
+    assert!(following.survey().missing[0].1.ends_with("bag_0.mcap counts 2 messages on /cmd_vel, and 1 are there"));
 }

@@ -192,3 +192,15 @@ fn what_sqlite_cannot_read_is_refused_with_advice() {
     let bytes = fs::read(&path).expect("the file is there");
     assert_eq!(refused("foreign.db3", &bytes), "…/foreign.db3: no such table: topics");
 }
+
+#[test]
+fn a_message_of_a_topic_that_is_not_there_is_lost() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.db3");
+    write(&path, &messages(), true);
+    assert_eq!(Bag::open(&path).expect("a bag").survey().lost, [""; 0]);
+    let change = "UPDATE messages SET topic_id = 77 WHERE id = 2";
+    Connection::open(&path).and_then(|file| file.execute_batch(change)).expect("a row");
+    let lost = Bag::open(&path).expect("a bag").survey().lost.concat();
+    assert!(lost.ends_with("bag.db3 has 1 messages of topics that it does not have"), "{lost}");
+}

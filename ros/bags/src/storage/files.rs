@@ -5,6 +5,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::metadata::{METADATA, Metadata};
 use super::survey::Survey;
 use crate::Error;
 
@@ -47,9 +48,6 @@ pub fn is_bag(path: &Path) -> bool {
     path.is_dir() || path.is_file() && Format::of(path).is_some()
 }
 
-/// The name of the metadata file that rosbag2 writes beside the files with messages.
-pub(super) const METADATA: &str = "metadata.yaml";
-
 /// The files of a bag.
 #[derive(Debug, Default)]
 pub(super) struct Files {
@@ -57,6 +55,7 @@ pub(super) struct Files {
     pub(super) found: Vec<(PathBuf, Format)>,
     /// Whether the metadata lists them. If not, they are what the folder contains.
     pub(super) are_listed: bool,
+    pub(super) metadata: Metadata,
 }
 
 /// The files of a bag. Notes what the metadata says.
@@ -65,30 +64,41 @@ pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Files, Error> {
     if !fs::metadata(path).map_err(unreadable)?.is_dir() {
         let no_bag = || if is_of_ros_1(path) { Error::Ros1(path.to_owned()) } else { Error::NoBag(path.to_owned()) };
         let format = Format::of(path).ok_or_else(no_bag)?;
-        return Ok(Files { found: vec![(path.to_owned(), format)], are_listed: true });
+        let found = vec![(path.to_owned(), format)];
+        return Ok(Files { found, are_listed: true, metadata: Metadata::default() });
     }
     let mut names = names(path)?;
     diagnostics::reading(&path.join(METADATA)).map_err(unreadable)?;
-    let metadata = fs::read_to_string(path.join(METADATA)).unwrap_or_default();
-    survey.distributions.extend(distribution(&metadata));
-    let listed = listed(&metadata);
+    let metadata = Metadata::of(path);
+    survey.distributions.extend(metadata.distribution.clone());
+    survey.lost.extend(metadata.lost.clone());
     let of_bags = |names: &[String]| -> Vec<(PathBuf, Format)> {
         let files = names.iter().map(|name| path.join(name)).filter(|path| path.is_file());
         files.filter_map(|path| Some((path.clone(), Format::of(&path)?))).collect()
     };
-    if listed.is_empty() {
+    if metadata.listed.is_empty() {
         let found = of_bags(&names);
         if found.is_empty() {
             return Err(Error::NoBag(path.to_owned()));
         }
         refuse_formats(path, &found)?;
         survey.lost.extend(skipped(&names_of(&found)));
-        return Ok(Files { found, are_listed: false });
+        // A folder may be another bag; a link that leads nowhere, or a pipe, stands for a part of this one.
+        let is_unreadable = |name: &&String| {
+            let path = path.join(name);
+            !path.is_file() && !path.is_dir() && Format::of(&path).is_some()
+        };
+        survey.lost.extend(names.iter().filter(is_unreadable).map(|name| format!("{name} is not a file")));
+        return Ok(Files { found, are_listed: false, metadata });
     }
-    let (found, missing): (Vec<String>, Vec<String>) = listed.into_iter().partition(|name| names.contains(name));
+    let is_there = |name: &String| names.contains(name) && path.join(name).is_file();
+    let (found, missing): (Vec<String>, Vec<String>) = metadata.listed.iter().cloned().partition(is_there);
+    if let Some(other) = found.iter().map(|name| path.join(name)).find(|path| Format::of(path).is_none()) {
+        return Err(Error::NoBag(other));
+    }
     names.retain(|name| !found.contains(name));
     let others = of_bags(&names);
-    let found = of_bags(&found);
+    let found = once(of_bags(&found), survey);
     match (missing.first(), others.first()) {
         (Some(missing), Some((other, _))) if found.is_empty() => {
             let (missing, other) = (missing.clone(), name_of(other));
@@ -99,7 +109,39 @@ pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Files, Error> {
     }
     survey.lost.extend(missing.iter().map(|name| is_missing(name)));
     survey.notes.extend(others.iter().map(|(other, _)| is_not_listed(&name_of(other))));
-    Ok(Files { found, are_listed: true })
+    Ok(Files { found, are_listed: true, metadata })
+}
+
+/// The files without those that are the same as one before them, which are noted.
+fn once(files: Vec<(PathBuf, Format)>, survey: &mut Survey) -> Vec<(PathBuf, Format)> {
+    let mut all: Vec<(PathBuf, Format)> = Vec::new();
+    for (path, format) in files {
+        match all.iter().find(|(other, _)| is_same(other, &path)) {
+            Some((other, _)) => survey.notes.push(is_read_once(&name_of(&path), &name_of(other))),
+            None => all.push((path, format)),
+        }
+    }
+    all
+}
+
+/// Whether two names are those of one file.
+pub(super) fn is_same(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    let id = |path: &Path| {
+        let found = fs::metadata(path).ok()?;
+        Some((std::os::unix::fs::MetadataExt::dev(&found), std::os::unix::fs::MetadataExt::ino(&found)))
+    };
+    #[cfg(not(unix))]
+    let id = |path: &Path| fs::canonicalize(path).ok();
+    a == b || id(a).is_some_and(|of_a| Some(of_a) == id(b))
+}
+
+/// That a file is listed twice, in words.
+pub(super) fn is_read_once(name: &str, other: &str) -> String {
+    match name == other {
+        true => format!("{name} is read once, although {METADATA} lists it twice"),
+        false => format!("{name} is not read: it is the same file as {other}"),
+    }
 }
 
 /// That a listed file is missing, in words.
@@ -190,27 +232,4 @@ pub(super) fn names(folder: &Path) -> Result<Vec<String>, Error> {
 fn in_order(name: &str) -> (String, u64, String) {
     let (text, number) = stem_and_number(name);
     (text.to_owned(), number.unwrap_or(0), name.to_owned())
-}
-
-/// The names of the files that rosbag2's metadata lists. Early versions wrote the folder before them; one that was
-/// compressed as a whole has been decompressed.
-pub(super) fn listed(metadata: &str) -> Vec<String> {
-    const KEY: &str = "relative_file_paths:";
-    let mut lines = metadata.lines().map(str::trim).skip_while(|line| !line.starts_with(KEY));
-    let first = lines.next().and_then(|line| line.strip_prefix(KEY)).unwrap_or_default().trim();
-    let in_brackets = first.strip_prefix('[').and_then(|list| list.strip_suffix(']'));
-    let names: Vec<&str> = match in_brackets {
-        Some(list) => list.split(',').collect(),
-        None => lines.map_while(|line| line.strip_prefix("- ")).collect(),
-    };
-    let names = names.into_iter().map(|name| name.trim().trim_matches(['"', '\'']));
-    let names = names.map(|name| name.rsplit('/').next().unwrap_or(name)).filter(|name| !name.is_empty());
-    names.map(|name| name.strip_suffix(".zstd").unwrap_or(name).to_owned()).collect()
-}
-
-/// The distribution of ROS 2 that rosbag2's metadata names. Jazzy was the first to write it.
-fn distribution(metadata: &str) -> Option<String> {
-    let name = metadata.lines().find_map(|line| line.trim().strip_prefix("ros_distro:"))?;
-    let name = name.trim().trim_matches(['"', '\'']);
-    (!name.is_empty()).then(|| name.to_owned())
 }

@@ -6,8 +6,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::files::{METADATA, is_missing, listed, names, skipped, stem_and_number};
+use super::files::{is_missing, is_same, names, skipped, stem_and_number};
 use super::mcap::{MAGIC, McapFollower};
+use super::metadata::{METADATA, Metadata};
 use super::source::{Aside, Received, Source, Wanted, received};
 use super::survey::Survey;
 use super::unpack;
@@ -112,14 +113,14 @@ impl Following {
             true => first.is_none_or(|first| stem_and_number(name).0 == first),
             false => listed.contains(name),
         };
-        let is_next = |name: &String| name.ends_with(".mcap") && !self.opened.contains(name) && is_of_it(name);
+        let is_next = |name: &String| name.ends_with(".mcap") && is_of_it(name) && !self.has_opened(name);
         let next = names.into_iter().find(is_next);
         Ok(next.map(|name| (name.clone(), self.path.join(name))))
     }
 
     /// What rosbag2's metadata lists, once there is any.
     fn listed(&self) -> Vec<String> {
-        fs::read_to_string(self.path.join(METADATA)).map(|metadata| listed(&metadata)).unwrap_or_default()
+        Metadata::of(&self.path).listed
     }
 
     /// Whether no further file is to be expected.
@@ -144,18 +145,27 @@ impl Following {
         self.end(Some(format!("{} was never closed: its end is missing", file.display())))
     }
 
+    /// Whether a file has been opened, by this name or another.
+    fn has_opened(&self, name: &str) -> bool {
+        self.opened.contains(name)
+            || self.opened.iter().any(|other| is_same(&self.path.join(other), &self.path.join(name)))
+    }
+
     /// Which listed file was never found, or which was read that is not listed, or that the folder is gone, in words.
-    fn missing(&self) -> Option<String> {
+    fn missing(&mut self) -> Option<String> {
         if !self.is_folder {
             return None;
         }
-        let Ok(metadata) = fs::read_to_string(self.path.join(METADATA)) else {
+        if !self.path.join(METADATA).exists() {
             return Some(format!("{} was removed while it was followed", self.path.display()));
-        };
-        let listed = listed(&metadata);
-        let missing = listed.iter().find(|name| !self.opened.contains(*name)).map(|name| is_missing(name));
+        }
+        let metadata = Metadata::of(&self.path);
+        metadata.compare_topics(&mut self.survey);
+        let Metadata { listed, lost, .. } = metadata;
+        let missing = listed.iter().find(|name| !self.has_opened(name)).map(|name| is_missing(name));
         let other = || self.opened.iter().find(|name| !listed.is_empty() && !listed.contains(name));
-        missing.or_else(|| other().map(|name| format!("{name} was read, although {METADATA} does not list it")))
+        let other = || other().map(|name| format!("{name} was read, although {METADATA} does not list it"));
+        lost.or(missing).or_else(other)
     }
 
     fn end(&mut self, lost: Option<String>) -> Received {
@@ -178,7 +188,10 @@ impl Source for Following {
                     Ok(None) if !self.is_complete() => return Received::Idle,
                     // The last file may have been written in between.
                     Ok(None) if self.next_file().is_ok_and(|next| next.is_some()) => continue,
-                    Ok(None) => return self.end(self.missing()),
+                    Ok(None) => {
+                        let missing = self.missing();
+                        return self.end(missing);
+                    }
                     Err(error) => return self.end(Some(error.to_string())),
                 }
             };
@@ -191,7 +204,11 @@ impl Source for Following {
                         return received;
                     }
                 }
-                Received::Over => self.current = None,
+                Received::Over => {
+                    if let Some((_, reader)) = self.current.take() {
+                        reader.compare(&self.wanted, &mut self.survey);
+                    }
+                }
                 _ => {
                     let path = path.clone();
                     return self.rest(&path);

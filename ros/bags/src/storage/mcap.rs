@@ -17,7 +17,7 @@ use super::merge::{Block, Plan, UNIT, Unit};
 use super::source::{Received, Wanted};
 use super::survey::{Head, Survey, Topic};
 use crate::Error;
-use walk::{ReadDepth, Walk, WalkStep, nanoseconds};
+use walk::{ReadDepth, Walk, WalkStep, absent_chunks, nanoseconds};
 
 /// What every file begins with.
 pub(super) const MAGIC: &[u8] = ::mcap::MAGIC;
@@ -47,13 +47,18 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<Option<Plan>, E
     }
     // What is lost will be reported when the messages are read.
     let (mut seen, mut plan) = (BTreeMap::<u16, (u64, i64, i64)>::new(), Plan::default());
-    walk.divide(MAGIC.len() as u64, None, &mut plan, &mut |head| {
+    let chunks = walk.divide(MAGIC.len() as u64, None, &mut plan, &mut |head| {
         let time_ns = nanoseconds(head.log_time);
         let (count, first_ns, last_ns) = seen.entry(head.channel_id).or_insert((0, time_ns, time_ns));
         (*count, *first_ns, *last_ns) = (*count + 1, time_ns.min(*first_ns), time_ns.max(*last_ns));
         survey.note_times(time_ns, time_ns);
     });
     survey.distributions.append(&mut walk.known.distributions);
+    let found = seen.values().map(|(count, ..)| count).sum();
+    survey.lost.append(&mut plan.unfit);
+    survey.lost.extend(walk.unfit(found, &chunks));
+    // Chunks have checksums of their own.
+    survey.lost.extend(chunks.is_empty().then(|| walk.wrong_checksum()).flatten());
     for (channel, topic) in &walk.known.channels {
         let topic = survey.add(topic.clone());
         if let Some((count, first_ns, last_ns)) = seen.get(channel) {
@@ -69,18 +74,25 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<Option<Plan>, E
 pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
     let mut walk = Walk::open(path)?;
     let (mut plan, begin) = (Plan::default(), MAGIC.len() as u64);
+    let mut chunks = Vec::new();
     match walk.summary() {
         Some(summary) if is_in_order(&summary.chunks) => {
             let mut at = begin;
             for chunk in &summary.chunks {
                 walk.divide(at, Some(chunk.chunk_start_offset), &mut plan, &mut |_| {});
                 plan.units.push(unit(chunk));
+                chunks.push(chunk.chunk_start_offset);
                 at = chunk_end(chunk).saturating_add(chunk.message_index_length);
             }
-            walk.divide(at, Some(summary.start), &mut plan, &mut |_| {});
+            chunks.extend(walk.divide(at, Some(summary.start), &mut plan, &mut |_| {}));
+            plan.counts = Some(summary.counts);
         }
-        _ => walk.divide(begin, None, &mut plan, &mut |_| {}),
+        summary => {
+            chunks = walk.divide(begin, None, &mut plan, &mut |_| {});
+            plan.counts = summary.map(|summary| summary.counts);
+        }
     }
+    plan.unfit.extend(chunks.is_empty().then(|| walk.wrong_checksum()).flatten());
     plan.topics = walk.known.channels;
     Ok(plan)
 }
@@ -107,8 +119,8 @@ fn unit(chunk: &ChunkIndex) -> Unit {
 /// The wanted messages of a file that is still being written, as they are written.
 pub(super) struct McapFollower {
     walk: Walk,
-    /// The wanted channels that have been seen, with their topics; none for others.
-    seen: BTreeMap<u16, Option<usize>>,
+    /// The channels that have been seen, with their topics if these are wanted, and how many messages of them.
+    seen: BTreeMap<u16, (Option<usize>, u64)>,
 }
 
 impl McapFollower {
@@ -127,18 +139,34 @@ impl McapFollower {
     ) -> Received {
         let Self { walk, seen } = self;
         walk.first_ns = survey.first_ns();
-        let mut topic = None;
+        let (mut topic, mut is_undeclared) = (None, false);
         let chooses = |head: &MessageHeader, channels: &BTreeMap<u16, Topic>| {
-            let index = || channels.get(&head.channel_id).and_then(|topic| wanted.index(topic, survey));
-            topic = *seen.entry(head.channel_id).or_insert_with(index);
+            let (of_channel, count) = seen.entry(head.channel_id).or_insert_with(|| {
+                let topic = channels.get(&head.channel_id);
+                is_undeclared |= topic.is_none();
+                (topic.and_then(|topic| wanted.index(topic, survey)), 0)
+            });
+            *count += 1;
+            topic = *of_channel;
             if topic.is_some() { ReadDepth::Body } else { ReadDepth::Nothing }
         };
         let head = walk.next_message(chooses, body, lost);
+        lost.extend(is_undeclared.then(|| undeclared(&walk.path)));
         match head.zip(topic) {
             Some((head, topic)) => Received::Message(in_survey(&head, topic)),
             None if walk.is_over => Received::Over,
             None => Received::Idle,
         }
+    }
+}
+
+impl McapFollower {
+    /// Compares how many messages have been read with how many the file counts, if it does so by now.
+    pub(super) fn compare(&self, wanted: &Wanted, survey: &mut Survey) {
+        let Ok(mut walk) = Walk::open(&self.walk.path) else { return };
+        let Some(summary) = walk.summary() else { return };
+        let found = self.seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
+        super::compare(&self.walk.path, &walk.known.channels, [&summary.counts, &found], wanted, survey);
     }
 }
 
@@ -149,8 +177,9 @@ fn in_survey(head: &MessageHeader, topic: usize) -> Head {
 /// Reads the units of a file.
 pub(super) struct McapReader {
     walk: Walk,
-    /// The wanted channels that have been seen, with their topics; none for others.
-    seen: BTreeMap<u16, Option<usize>>,
+    /// The channels that have been seen, with their topics if these are wanted, and how many messages of them have been
+    /// seen since they were counted last.
+    seen: BTreeMap<u16, (Option<usize>, u64)>,
 }
 
 impl McapReader {
@@ -160,13 +189,14 @@ impl McapReader {
         Ok(Self { walk, seen: BTreeMap::new() })
     }
 
-    /// Reads the wanted messages of a unit.
+    /// Reads the wanted messages of a unit. Counts those of each channel that it reads for the first time.
     pub(super) fn load(
         &mut self,
         unit: &Unit,
         block: &mut Block,
         wanted: &Wanted,
         survey: &mut Survey,
+        read: &mut BTreeMap<u16, u64>,
         lost: &mut Vec<String>,
     ) {
         let Self { walk, seen } = self;
@@ -174,10 +204,10 @@ impl McapReader {
         walk.go_to(unit.start.unsigned_abs());
         let end = unit.end.unsigned_abs();
         if unit.channels.is_some() && !matches!(walk.chunk_end(), Ok(Some(found)) if found == end) {
-            lost.push(format!("{}: its index names chunks that it does not have", walk.path().display()));
+            lost.push(absent_chunks(&walk.path));
             return;
         }
-        let (mut bytes, mut is_early) = (mem::take(block.bytes()), false);
+        let (mut bytes, mut is_early, mut is_undeclared) = (mem::take(block.bytes()), false, false);
         // How many messages preceded those of the chunk that is in memory as a whole.
         let mut begun = None;
         while !walk.is_over && (walk.is_in_chunk() || walk.at < end) {
@@ -187,8 +217,13 @@ impl McapReader {
             }
             let mut chosen = None;
             let mut chooses = |head: &MessageHeader, channels: &BTreeMap<u16, Topic>| {
-                let index = || channels.get(&head.channel_id).and_then(|topic| wanted.index(topic, survey));
-                let Some(topic) = *seen.entry(head.channel_id).or_insert_with(index) else { return ReadDepth::Nothing };
+                let (topic, count) = seen.entry(head.channel_id).or_insert_with(|| {
+                    let topic = channels.get(&head.channel_id);
+                    is_undeclared |= topic.is_none();
+                    (topic.and_then(|topic| wanted.index(topic, survey)), 0)
+                });
+                *count += 1;
+                let Some(topic) = *topic else { return ReadDepth::Nothing };
                 let head = in_survey(head, topic);
                 is_early |= head.log_ns < unit.first_ns;
                 chosen = block.place(head.log_ns).map(|number| (head, number));
@@ -213,10 +248,20 @@ impl McapReader {
             }
         }
         *block.bytes() = bytes;
+        for (channel, (_, count)) in seen.iter_mut() {
+            let new = mem::take(count);
+            *read.entry(*channel).or_default() += if block.is_again() { 0 } else { new };
+        }
+        lost.extend(is_undeclared.then(|| undeclared(&walk.path)));
         if is_early {
-            lost.push(format!("{}: its index is wrong about when messages were recorded", walk.path().display()));
+            lost.push(format!("{}: its index is wrong about when messages were recorded", walk.path.display()));
         }
     }
+}
+
+/// That a channel is unknown, in words.
+fn undeclared(path: &Path) -> String {
+    format!("{} has messages of a channel that it does not declare", path.display())
 }
 
 /// Adds the bytes of a chunk, in which the messages since there were `count` are.
@@ -233,16 +278,33 @@ fn take_chunk(bytes: &mut Vec<u8>, chunk: &mut Vec<u8>, count: usize, block: &mu
 }
 
 impl Walk {
-    /// Divides a part of the file into units, each with the times of its messages. Walks through all of them.
-    fn divide(&mut self, start: u64, end: Option<u64>, plan: &mut Plan, counted: &mut dyn FnMut(&MessageHeader)) {
+    /// Divides a part of the file into units, each with the times of its messages. Walks through all of them. Returns
+    /// where chunks begin.
+    fn divide(
+        &mut self,
+        start: u64,
+        end: Option<u64>,
+        plan: &mut Plan,
+        counted: &mut dyn FnMut(&MessageHeader),
+    ) -> Vec<u64> {
+        let mut chunks = Vec::new();
         if end.is_some_and(|end| end <= start) {
-            return;
+            return chunks;
         }
         let (mut none, mut unit) = (Vec::new(), Unit::empty(nanoseconds(start)));
         let (lost, mut origin) = (plan.lost.len(), self.origin);
+        let mut chunk = ChunkCount::default();
         self.go_to(start);
         while !self.is_over && (self.is_in_chunk() || end.is_none_or(|end| self.at < end)) {
             let step = self.advance(&mut |_: &_, _: &_| ReadDepth::Head, &mut none, &mut plan.lost);
+            match step {
+                WalkStep::Index(entries) => *chunk.indexed.get_or_insert(0) += entries,
+                _ if origin != self.origin => {
+                    chunk.end(&self.path, plan);
+                    chunks.extend((self.after_chunk > self.origin.0).then_some(self.origin.0));
+                }
+                _ => {}
+            }
             if origin != self.origin {
                 origin = self.origin;
                 let at = nanoseconds(origin.0);
@@ -254,10 +316,12 @@ impl Walk {
                 origin.1.into_iter().for_each(|earliest| unit.note(nanoseconds(earliest)));
             }
             if let WalkStep::Message(head, _) = step {
+                chunk.found += 1;
                 unit.note(nanoseconds(head.log_time));
                 counted(&head);
             }
         }
+        chunk.end(&self.path, plan);
         unit.end = end.map_or(i64::MAX, nanoseconds);
         let is_damaged = plan.lost.len() > lost;
         if unit.is_empty() && is_damaged {
@@ -265,6 +329,28 @@ impl Walk {
         }
         if !unit.is_empty() || is_damaged {
             plan.units.push(unit);
+        }
+        chunks
+    }
+}
+
+/// How many messages a chunk has, and how many the indexes after it have.
+#[derive(Default)]
+struct ChunkCount {
+    found: u64,
+    indexed: Option<u64>,
+    /// How much was lost before it.
+    lost: usize,
+}
+
+impl ChunkCount {
+    /// Notes what does not fit; of a damaged chunk, it is known that messages are missing.
+    fn end(&mut self, path: &Path, plan: &mut Plan) {
+        let Self { found, indexed, lost } = mem::take(self);
+        self.lost = plan.lost.len();
+        if let Some(indexed) = indexed.filter(|indexed| *indexed != found && lost == self.lost) {
+            let counts = format!("counts {indexed} messages, and {found} are there");
+            plan.unfit.push(format!("{} has a chunk whose index {counts}", path.display()));
         }
     }
 }

@@ -59,6 +59,10 @@ pub(super) struct Plan {
     pub(super) topics: BTreeMap<u16, Topic>,
     /// What was found to be damaged or missing, in words. It is found again when the messages are read.
     pub(super) lost: Vec<String>,
+    /// What does not fit together, in words. It is not found again.
+    pub(super) unfit: Vec<String>,
+    /// How many messages each channel has, if the file says so.
+    pub(super) counts: Option<BTreeMap<u16, u64>>,
 }
 
 impl Plan {
@@ -100,6 +104,11 @@ pub(super) struct Block {
 impl Block {
     fn begin(unit: usize, from: Option<MergePlace>, (bytes, entries): (Vec<u8>, Vec<Entry>)) -> Self {
         Self { unit, bytes, entries, returned: 0, found: 0, from, rest: None }
+    }
+
+    /// Whether the unit has been read before.
+    pub(super) fn is_again(&self) -> bool {
+        self.from.is_some()
     }
 
     /// Where the next message of the unit comes, if it is to be kept. Each wanted message is to be asked about once.

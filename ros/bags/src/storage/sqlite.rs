@@ -23,10 +23,18 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<Plan, Error> {
     let known: BTreeMap<i64, usize> = known.into_iter().map(|(id, topic)| (id, survey.add(topic))).collect();
     let mut plan = Plan::default();
     // Whatever can be read of a damaged file counts; what is lost will be reported when the messages are read.
+    let mut unknown = 0_u64;
     let _ = divide(&file, &mut plan, |topic, time_ns| match known.get(&topic) {
         Some(topic) => survey.count(*topic, time_ns),
-        None => survey.note_times(time_ns, time_ns),
+        None => {
+            unknown += 1;
+            survey.note_times(time_ns, time_ns);
+        }
     });
+    if unknown > 0 {
+        let what = format!("{} has {unknown} messages of topics that it does not have", path.display());
+        survey.lost.push(what);
+    }
     if is_cut_off {
         plan.lost.push(breaks_off(path, plan.units.last().map(|unit| unit.last_ns), survey.first_ns(), ""));
     }

@@ -21,8 +21,19 @@ const LARGEST_WHOLE: u64 = 1 << 24;
 /// The name of rosbag2's own metadata.
 const METADATA: &str = "rosbag2";
 
+/// The first kind of records that writers may define for themselves.
+const PRIVATE: u8 = 0x80;
+
+/// The number of bytes in the records at the end of the data, and of the file.
+const DATA_END: u64 = 4;
+const FOOTER: u64 = 20;
+
 /// The number of bytes in a message's record before its data.
 const MESSAGE_HEAD: u64 = 22;
+
+/// The number of bytes in the record of an index before its entries, and of each of these.
+const INDEX_HEAD: u64 = 2 + 4;
+const INDEX_ENTRY: u64 = 8 + 8;
 
 /// A time of MCAP; one after the year 2262 becomes the last that there is.
 pub(super) fn nanoseconds(time: u64) -> i64 {
@@ -54,9 +65,14 @@ pub(super) struct Summary {
     pub(super) start: u64,
 }
 
+/// That chunks are not there, in words.
+pub(super) fn absent_chunks(path: &Path) -> String {
+    format!("{}: its index names chunks that it does not have", path.display())
+}
+
 /// A walk through the records of a file.
 pub(super) struct Walk {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     file: BufReader<File>,
     length: u64,
     /// Whether more records may be written to the file.
@@ -71,7 +87,7 @@ pub(super) struct Walk {
     /// The last chunk; memory to reuse for the next.
     pub(super) spare: Vec<u8>,
     /// The position in the file after the last chunk.
-    after_chunk: u64,
+    pub(super) after_chunk: u64,
     pub(super) known: Known,
     /// When the first message of the bag was recorded.
     pub(super) first_ns: i64,
@@ -121,11 +137,6 @@ impl Walk {
             last: None,
             is_over: false,
         })
-    }
-
-    /// The file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Goes to a record outside of chunks, or to a chunk.
@@ -188,8 +199,7 @@ impl Walk {
     }
 
     fn read_summary(&mut self) -> Option<Summary> {
-        const FOOTER: u64 = 9 + 20;
-        let end = self.length.checked_sub(FOOTER + mcap::MAGIC.len() as u64)?;
+        let end = self.length.checked_sub(9 + FOOTER + mcap::MAGIC.len() as u64)?;
         let mut tail = Vec::new();
         self.file.seek(SeekFrom::Start(end)).ok()?;
         self.file.read_to_end(&mut tail).ok()?;
@@ -218,9 +228,12 @@ impl Walk {
             self.file.seek(SeekFrom::Start(at)).ok()?;
             self.known.step(&mut self.file, &mut |_, _: &_| ReadDepth::Nothing, &mut body).ok()?;
         }
-        // Some writers leave channels out of the summary. Their messages would not be found; the whole file is read
-        // then.
-        let statistics = statistics.filter(|found| found.channel_count as usize == self.known.channels.len())?;
+        // Some writers leave channels out of the summary, or how many messages they have. Their messages would not be
+        // found; the whole file is read then.
+        let statistics = statistics.filter(|found| {
+            let counted = found.channel_message_counts.values().sum::<u64>();
+            found.channel_count as usize == self.known.channels.len() && counted == found.message_count
+        })?;
         let span = (statistics.message_start_time, statistics.message_end_time);
         Some(Summary {
             counts: statistics.channel_message_counts,
@@ -228,6 +241,72 @@ impl Walk {
             chunks,
             start,
         })
+    }
+
+    /// What does not fit, in words, if this many messages and chunks at these places have been found in the whole file:
+    /// what follows its data says otherwise, or does not belong there. Nothing, if the file was cut off after its data.
+    /// To be asked at the end of the data.
+    pub(super) fn unfit(&mut self, found: u64, chunks: &[u64]) -> Option<String> {
+        let (mut at, mut body) = (self.at, Vec::new());
+        let begin = loop {
+            let (kind, length) = self.record_at(at)?;
+            // Otherwise, it broke off.
+            let is_end = (kind, length) == (op::DATA_END, DATA_END) || (kind, length) == (op::FOOTER, FOOTER);
+            if at == self.at && !is_end {
+                return None;
+            }
+            let end = at.checked_add(9)?.checked_add(length)?;
+            let record = match kind {
+                op::FOOTER if length == FOOTER => break (at, end.saturating_add(mcap::MAGIC.len() as u64)),
+                op::DATA_END if at == self.at => None,
+                op::STATISTICS | op::CHUNK_INDEX if length <= LONGEST => {
+                    read_body(&mut self.file, length, &mut body).ok()?;
+                    parse_record(kind, &body).ok()
+                }
+                op::SCHEMA | op::CHANNEL | op::ATTACHMENT_INDEX | op::METADATA_INDEX | op::SUMMARY_OFFSET => None,
+                PRIVATE.. => None,
+                _ => break (at, at),
+            };
+            match record {
+                Some(Record::Statistics(stated)) if stated.message_count != found => {
+                    let stated = stated.message_count;
+                    return Some(format!("{} counts {stated} messages, and {found} are there", self.path.display()));
+                }
+                Some(Record::ChunkIndex(index)) if chunks.binary_search(&index.chunk_start_offset).is_err() => {
+                    return Some(absent_chunks(&self.path));
+                }
+                _ => at = end,
+            }
+        };
+        let (footer, end) = begin;
+        if let Some(rest) = self.length.checked_sub(end).filter(|rest| *rest > 0) {
+            return Some(format!("{} goes on after its end: the last {rest} bytes are not read", self.path.display()));
+        }
+        self.record_at(footer)?;
+        let stated = u64::from_le_bytes(self.bytes().ok()?);
+        let actual = self.at + if footer == self.at { 0 } else { 9 + DATA_END };
+        let is_elsewhere = stated != 0 && stated != actual;
+        is_elsewhere.then(|| format!("{} is not as long as it was when it was written", self.path.display()))
+    }
+
+    /// The kind and the length of a record outside of chunks, if there is one. Goes to what follows these.
+    fn record_at(&mut self, at: u64) -> Option<(u8, u64)> {
+        self.file.seek(SeekFrom::Start(at)).ok()?;
+        record_head(&mut self.file).ok()?
+    }
+
+    /// That the checksum of the whole data is not right, in words; nothing, if the file has none. To be asked at the end
+    /// of the data.
+    pub(super) fn wrong_checksum(&mut self) -> Option<String> {
+        let (op::DATA_END, DATA_END) = self.record_at(self.at)? else { return None };
+        let stated = u32::from_le_bytes(self.bytes().ok()?);
+        if stated == 0 {
+            return None;
+        }
+        self.file.seek(SeekFrom::Start(0)).ok()?;
+        let (size, found) = size_and_checksum(&mut self.file.by_ref().take(self.at)).ok()?;
+        let is_wrong = size == self.at && found != stated;
+        is_wrong.then(|| format!("{}: its checksum is not that of its records", self.path.display()))
     }
 
     /// The next message that is to be read at least in part; none at the end, or if none has been written yet.
@@ -241,7 +320,7 @@ impl Walk {
             match self.advance(&mut chooses, body, lost) {
                 WalkStep::Message(head, _) => return Some(head),
                 WalkStep::Unwritten => return None,
-                WalkStep::Other | WalkStep::End => {}
+                WalkStep::Other | WalkStep::Index(_) | WalkStep::Odd(_) | WalkStep::End => {}
             }
         }
         None
@@ -259,7 +338,12 @@ impl Walk {
                 match &step {
                     WalkStep::Message(head, _) => self.last = Some(head.log_time),
                     WalkStep::End => self.is_over = true,
-                    WalkStep::Other | WalkStep::Unwritten => {}
+                    WalkStep::Odd(kind) => {
+                        let what = format!("{} has records of an unknown kind, {kind:#04x}", self.path.display());
+                        let what = format!("{what}, which may have been messages");
+                        lost.extend((!lost.contains(&what)).then_some(what));
+                    }
+                    WalkStep::Other | WalkStep::Index(_) | WalkStep::Unwritten => {}
                 }
                 step
             }
@@ -497,8 +581,17 @@ impl Known {
                 }
                 WalkStep::Other
             }
-            // Indexes and attachments; also what is too short for a message or too long for a definition.
-            _ => input.pass(length).map(|()| WalkStep::Other)?,
+            // So a hole reads that was never written.
+            0 => return Err(io::Error::other("there are zeros in place of records")),
+            kind => {
+                input.pass(length)?;
+                match kind {
+                    op::MESSAGE_INDEX => WalkStep::Index(length.saturating_sub(INDEX_HEAD) / INDEX_ENTRY),
+                    op::HEADER | op::ATTACHMENT | op::METADATA | PRIVATE.. => WalkStep::Other,
+                    // Also what is too short for a message or too long for a definition.
+                    kind => WalkStep::Odd(kind),
+                }
+            }
         };
         Ok((step, length))
     }
@@ -519,6 +612,10 @@ struct ChunkHead {
 pub(super) enum WalkStep {
     /// A message that is to be read at least in part, and the number of its bytes.
     Message(MessageHeader, usize),
+    /// The index of a chunk's messages on one channel, and how many it has.
+    Index(u64),
+    /// A record of a kind that is not to be there.
+    Odd(u8),
     Other,
     /// The next record has not been written as a whole yet.
     Unwritten,

@@ -1,0 +1,132 @@
+//! What rosbag2's metadata file says of a bag.
+//!
+//! It is read line by line: rosbag2 writes one fact per line.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+
+use super::survey::Survey;
+
+/// The name of the metadata file that rosbag2 writes beside the files with messages.
+pub(super) const METADATA: &str = "metadata.yaml";
+
+/// What the metadata file of a folder says.
+#[derive(Debug, Default)]
+pub(super) struct Metadata {
+    /// The names of the files, in the order in which they were recorded. Early versions wrote the folder before them;
+    /// one that was compressed as a whole has been decompressed.
+    pub(super) listed: Vec<String>,
+    /// The distribution of ROS 2 that it names. Jazzy was the first to write it.
+    pub(super) distribution: Option<String>,
+    /// How many messages there are: on topics, in files, and altogether.
+    topics: BTreeMap<String, u64>,
+    files: BTreeMap<String, u64>,
+    all: Option<u64>,
+    /// That it is there and lists no files, in words.
+    pub(super) lost: Option<String>,
+}
+
+impl Metadata {
+    /// That of a folder; if it has none, nothing is known.
+    pub(super) fn of(folder: &Path) -> Self {
+        let path = folder.join(METADATA);
+        if fs::symlink_metadata(&path).is_err() {
+            return Self::default();
+        }
+        let mut text = String::new();
+        let read = diagnostics::open_regular(&path).and_then(|mut file| file.read_to_string(&mut text));
+        let listed = read.ok().and_then(|_| listed(&text));
+        let lost = format!("{METADATA} cannot be read, so files that it lists may be missing");
+        match listed {
+            Some(listed) => Self { listed, ..Self::parse(&text) },
+            None => Self { lost: Some(lost), ..Self::parse(&text) },
+        }
+    }
+
+    fn parse(text: &str) -> Self {
+        let (mut found, mut topic, mut file) = (Self::default(), None, None);
+        let indent = |line: &str| line.len() - line.trim_start().len();
+        let top = text.lines().find(|line| line.trim_start().starts_with(LIST)).map(indent);
+        for line in text.lines() {
+            let Some((key, value)) = line.split_once(':') else { continue };
+            let value = plain(value);
+            match key.trim_start_matches([' ', '-']) {
+                "ros_distro" if !value.is_empty() => found.distribution = Some(value.to_owned()),
+                "name" => topic = Some(value),
+                "path" => file = Some(file_name(value)),
+                "message_count" => match (value.parse::<u64>(), topic.take(), file.take()) {
+                    (Ok(count), Some(topic), _) => *found.topics.entry(topic.to_owned()).or_default() += count,
+                    (Ok(count), None, Some(file)) => drop(found.files.insert(file, count)),
+                    (Ok(count), None, None) if Some(indent(line)) == top => found.all = Some(count),
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// Compares what it counts with what there is on topics.
+    pub(super) fn compare_topics(&self, survey: &mut Survey) {
+        for (name, stated) in &self.topics {
+            let of_name = |(index, topic): (usize, &super::Topic)| (topic.name == *name).then_some(index);
+            let of_name: Vec<usize> = survey.topics.iter().enumerate().filter_map(of_name).collect();
+            let found: u64 = of_name.iter().map(|index| survey.counts[*index]).sum();
+            if found != *stated {
+                let what = format!("{METADATA} counts {stated} messages on {name}, and {found} are there");
+                survey.missing.extend(of_name.iter().map(|index| (*index, what.clone())));
+            }
+        }
+    }
+
+    /// Compares what it counts with what there is in all files, by their names.
+    pub(super) fn compare(&self, files: &BTreeMap<String, u64>, survey: &mut Survey) {
+        self.compare_topics(survey);
+        // What the counts of topics tell concerns only these.
+        if !survey.missing.is_empty() {
+            return;
+        }
+        let others = files.iter().filter_map(|(name, found)| {
+            let stated = self.files.get(name).filter(|stated| *stated != found)?;
+            Some(format!("{METADATA} counts {stated} messages in {name}, and {found} are there"))
+        });
+        let others: Vec<String> = others.collect();
+        let found: u64 = files.values().sum();
+        let all = self.all.filter(|stated| *stated != found && others.is_empty());
+        let all = all.map(|stated| format!("{METADATA} counts {stated} messages, and {found} are there"));
+        survey.lost.extend(others.into_iter().chain(all));
+    }
+}
+
+const LIST: &str = "relative_file_paths:";
+
+/// The names of the listed files; none if there is no list, or if its end may be missing: in what rosbag2 writes, other
+/// keys always follow it.
+fn listed(metadata: &str) -> Option<Vec<String>> {
+    let lines = metadata.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let mut lines = lines.skip_while(|line| !line.starts_with(LIST)).peekable();
+    let first = lines.next()?.strip_prefix(LIST)?.trim();
+    let names: Vec<String> = if let Some(list) = first.strip_prefix('[') {
+        let list = std::iter::once(list).chain(lines).collect::<String>();
+        list.split_once(']')?.0.split(',').map(file_name).collect()
+    } else {
+        let names = std::iter::from_fn(|| lines.next_if(|line| line.starts_with("- "))).collect::<Vec<_>>();
+        lines.peek()?;
+        names.into_iter().map(|name| file_name(&name[2..])).collect()
+    };
+    let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
+    (!names.is_empty()).then_some(names)
+}
+
+/// The name of a file without its folder, once it is decompressed.
+fn file_name(path: &str) -> String {
+    let name = plain(path).rsplit('/').next().unwrap_or_default();
+    name.strip_suffix(".zstd").unwrap_or(name).to_owned()
+}
+
+/// A value without quotation marks.
+fn plain(value: &str) -> &str {
+    value.trim().trim_matches(['"', '\''])
+}
