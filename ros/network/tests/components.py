@@ -14,7 +14,7 @@ from itertools import cycle
 from pathlib import Path
 
 import apart
-from peer import Peer, children
+from peer import Peer, children, go_on
 
 STEWARD, FAST, CYCLONE = apart.paths()
 
@@ -108,8 +108,7 @@ def cut_off(case):
             for pid in pids:
                 os.kill(int(pid), signal.SIGSTOP)
             time.sleep(still_s)
-            for pid in pids:
-                os.kill(int(pid), signal.SIGCONT)
+            go_on(pids)
         else:
             network.run("ip link set lo down")
             time.sleep(seconds)

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import apart
-from peer import Peer, children
+from peer import Peer, children, go_on
 from records import records
 
 STEWARD, FAST, CYCLONE = apart.paths()
@@ -53,8 +53,7 @@ def pause(watching, how, which, seconds):
         for pid in pids:
             os.kill(pid, signal.SIGSTOP)
         time.sleep(seconds)
-        for pid in pids:
-            os.kill(pid, signal.SIGCONT)
+        go_on(pids)
 
 
 def properties(stops):

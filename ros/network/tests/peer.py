@@ -1,5 +1,5 @@
 """A program of robots/ as the checks see it: in a Python of its own, which has the packages that it names."""
-import atexit, json, os, subprocess, tempfile
+import atexit, json, os, signal, subprocess, tempfile
 from pathlib import Path
 
 ROBOTS = Path(__file__).parent / "robots"
@@ -53,3 +53,12 @@ def children(process):
     """The processes that a process, which may have several threads, has started."""
     tasks = Path(f"/proc/{process.pid}/task").iterdir()
     return [child for task in tasks for child in (task / "children").read_text().split()]
+
+
+def go_on(pids):
+    """Lets processes that were stopped go on; one that has been replaced meanwhile is gone."""
+    for pid in pids:
+        try:
+            os.kill(int(pid), signal.SIGCONT)
+        except ProcessLookupError:
+            pass
