@@ -53,6 +53,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
         ..Outputs::default()
     };
     refuse_campaign(&outputs)?;
+    outputs.check()?;
     let tree = args.tree.load(std::slice::from_ref(&args.recording))?;
     let recording = Recording::open_with(&args.recording, tree.as_ref()).map_err(reports::Error::from)?;
     let report = report_recording(recording, &outputs, args.record.as_deref())?;

@@ -298,6 +298,8 @@ impl Job {
         if serve.is_given() {
             serve::check(&run.header())?;
         }
+        // A run starts the programs of its components.
+        outputs.check()?;
         let mut audience = serve.open()?.map(|server| (serve::teller(server), serve::real_time()));
         let tell = |view: &RunView| {
             if let Some((tell, wait)) = &mut audience {

@@ -53,7 +53,9 @@ pub use line_ends::LineEnds;
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
 pub use normal_path::normal;
 pub use output::{Staging, Unfinished, rewrite_whole, write_whole};
-pub use overwriting::{check_unread, guard_inputs, reading, would_be_overwritten, writing};
+pub use overwriting::{
+    check_unread, check_unread_in, files_read, guard_inputs, reading, would_be_overwritten, writing,
+};
 pub use problem::{FileProblems, Problem};
 pub use seconds::seconds;
 pub use source::{ASSIGNMENT, Source, Span, Spanned};

@@ -7,6 +7,7 @@
 //! libraries and editors, nothing is refused.
 
 use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, io};
@@ -74,7 +75,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     }
     // The folder may be named in two ways although the file does not exist.
     let whole = |path: &Path| {
-        let path = fs::read_link(path).map_or_else(|_| path.to_owned(), |to| path.with_file_name(to));
+        let path = target(path);
         let folder = path.parent().and_then(|folder| normal(folder).canonicalize().ok());
         folder.zip(path.file_name()).map_or_else(|| normal(&path), |(folder, name)| folder.join(name))
     };
@@ -83,6 +84,11 @@ fn is_same(one: &Path, other: &Path) -> bool {
         (None, None) => whole(one) == whole(other),
         _ => false,
     }
+}
+
+/// Where a link leads to; any other path itself.
+fn target(path: &Path) -> PathBuf {
+    fs::read_link(path).map_or_else(|_| path.to_owned(), |to| path.with_file_name(to))
 }
 
 /// Guards what this process reads, from now on: it will write these files, each named by an option of the command line,
@@ -133,23 +139,62 @@ pub fn reading(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
+/// The files that this process has read, in alphabetical order; none before the guard is set.
+#[must_use]
+pub fn files_read() -> Vec<PathBuf> {
+    let mut read: Vec<PathBuf> = guarded().iter().flat_map(|guarded| guarded.read.values().cloned()).collect();
+    read.sort();
+    read
+}
+
 /// Announces that a file will be written or removed. Every writer of this crate does; others call it themselves.
 ///
 /// # Errors
 /// [`Error::Overwrites`] if this process has read it.
 pub fn writing(path: &Path) -> Result<(), Error> {
-    check_unread(path)?;
+    check_not_read(path)?;
     let mut guarded = guarded();
     let outputs = guarded.iter_mut().flat_map(|guarded| &mut guarded.outputs);
     outputs.filter(|output| is_same(&output.path, path)).for_each(|output| output.is_begun = true);
     Ok(())
 }
 
-/// Checks before the work begins that a file can be written at its end.
+/// Checks before the work begins that a file can be written at its end which no option names.
 ///
 /// # Errors
-/// As [`writing`].
+/// As [`writing`]; also if an option names the file to be written: one of both would be lost.
 pub fn check_unread(path: &Path) -> Result<(), Error> {
+    check_not_read(path)?;
+    let guarded = guarded();
+    match guarded.iter().flat_map(|guarded| &guarded.outputs).find(|output| is_same(&output.path, path)) {
+        Some(Output { option, .. }) => {
+            let why = format!("this command writes it, and `{option}` names it, too");
+            Err(Error::Overwrites { path: path.to_owned(), why })
+        }
+        None => Ok(()),
+    }
+}
+
+/// The same for the files of a folder: any with names such as these may be written.
+///
+/// # Errors
+/// As [`check_unread`].
+pub fn check_unread_in(folder: &Path, is_written: impl Fn(&str) -> bool) -> Result<(), Error> {
+    let there = fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.file_name()));
+    // Those that do not exist yet.
+    let named: Vec<OsString> =
+        guarded().iter().flat_map(|guarded| &guarded.outputs).filter_map(|output| file_name(&output.path)).collect();
+    let written = there.chain(named).filter(|name| name.to_str().is_some_and(&is_written));
+    written.map(|name| folder.join(name)).try_for_each(|path| check_unread(&path))
+}
+
+/// The name that a file gets that is written to this path, after a link.
+fn file_name(path: &Path) -> Option<OsString> {
+    target(path).file_name().map(OsStr::to_owned)
+}
+
+/// Whether this process has not read a file that is to be written.
+fn check_not_read(path: &Path) -> Result<(), Error> {
     let guarded = guarded();
     let Some((guarded, identity)) = guarded.as_ref().zip(identity_if_written(path)) else { return Ok(()) };
     if guarded.outputs.iter().any(|output| output.is_needed && is_same(&output.path, path)) {
@@ -217,6 +262,19 @@ mod tests {
         staging.write("input", "lost").unwrap();
         assert!(matches!(staging.publish(&["input"]), Err(Error::Overwrites { .. })));
         assert_eq!(fs::read(path("input")).unwrap(), b"a");
+
+        assert_eq!(files_read(), [path("./input")], "under the path by which it was read");
+
+        // Nor does the command write two things to one path.
+        for name in ["new", "./results", "hard"] {
+            assert!(matches!(check_unread(&path(name)), Err(Error::Overwrites { .. })), "{name}");
+        }
+        assert!(check_unread(&path("newer")).is_ok());
+        assert!(check_unread_in(folder.path(), |name| name.starts_with("ne")).is_err());
+        assert!(check_unread_in(folder.path(), |name| name.starts_with("newer")).is_ok());
+        let staging = crate::Staging::begin(folder.path()).unwrap();
+        staging.write("new", "lost").unwrap();
+        assert!(matches!(staging.publish(&["new"]), Err(Error::Overwrites { .. })));
 
         // What was to be read is not overwritten later either.
         assert!(matches!(crate::write_whole(&path("old"), "lost"), Err(Error::Overwrites { .. })));

@@ -37,6 +37,23 @@ impl Outputs {
     pub fn is_nothing(&self) -> bool {
         self.folder.is_none() && self.gif.is_none() && !self.stories
     }
+
+    /// Checks before anything runs that no input is overwritten.
+    ///
+    /// # Errors
+    /// [`Error::File`] if one would be.
+    pub fn check(&self) -> Result<(), Error> {
+        let Some(folder) = &self.folder else { return Ok(()) };
+        Ok(diagnostics::check_unread_in(folder, |name| self.may_write(name))?)
+    }
+
+    /// Whether the run may write a file of this name into the folder. Which pictures it has is known only at its end.
+    fn may_write(&self, name: &str) -> bool {
+        let is_numbered = name.starts_with(|first: char| first.is_ascii_digit()) && name.ends_with(".png");
+        [REPORT, html::FILE].contains(&name)
+            || self.snapshots && is_numbered
+            || self.charts && name.starts_with(html::CHART)
+    }
 }
 
 /// The name of the report's file.
@@ -62,9 +79,7 @@ impl Presentation {
     pub fn begin(view: &RunView, outputs: &Outputs) -> Result<Self, Error> {
         #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of the run")]
         let began = Instant::now();
-        for name in outputs.folder.iter().flat_map(|folder| [REPORT, html::FILE].map(|name| folder.join(name))) {
-            diagnostics::check_unread(&name)?;
-        }
+        outputs.check()?;
         let staging = outputs.folder.as_deref().map(Staging::begin).transpose()?;
         let snapshots = outputs.snapshots && staging.is_some();
         let pictures = RunPictures::begin(view, snapshots, outputs.gif.as_deref())?;

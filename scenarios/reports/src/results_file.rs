@@ -92,7 +92,7 @@ impl ResultsFile {
         match self.path.canonicalize() {
             // One that is empty contains no results, and may be something else.
             Ok(path) if path.metadata().is_ok_and(|about| about.is_file() && about.len() > 0) => {
-                diagnostics::check_unread(&path)?;
+                diagnostics::writing(&path)?;
                 let removed = std::fs::remove_file(&path);
                 removed.map_err(|source| diagnostics::Error::Write { path: self.path.clone(), source }.into())
             }
