@@ -58,6 +58,8 @@ const MOST_NOTES: usize = 5;
 /// violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     args.results.begin()?;
+    let folders = folders(args);
+    logs::check_outputs(args, &folders)?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
     if args.follow {
@@ -66,7 +68,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         }
         interrupt::listen();
     }
-    for (log, folder) in args.logs.iter().zip(folders(args)) {
+    for (log, folder) in args.logs.iter().zip(folders) {
         let inspected = if args.list {
             bag::list(log).map(Inspected::Contents)
         } else {

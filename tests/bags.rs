@@ -302,3 +302,50 @@ fn each_of_several_robots_is_judged_by_its_own_messages() {
     let said = refusal(&[&command[..], &twice].concat());
     assert!(said.contains("the robot /r1 is named twice"), "{said}");
 }
+
+#[test]
+fn no_file_with_violations_gets_into_the_folder_of_a_bag() {
+    let recorded = Recorded::new();
+    let bag = recorded.root.join("nav2.mcap");
+    for name in ["n1", "n2"] {
+        fs::create_dir_all(recorded.root.join("bags").join(name)).unwrap();
+        fs::copy(&bag, recorded.root.join("bags").join(name).join("part_0.mcap")).unwrap();
+    }
+    let names = || {
+        let names = fs::read_dir(recorded.root.join("bags/n1")).unwrap();
+        names.map(|entry| entry.unwrap().file_name()).collect::<Vec<_>>()
+    };
+    let [n1, n2, file, bags] = ["bags/n1", "bags/n2", "bags/n1/part_0.mcap", "bags"].map(|name| recorded.path(name));
+    let inner = recorded.path("bags/n2/../n1/new/report");
+    for (logs, out) in
+        [(&[&*n1, &*n2][..], &bags), (&[&n2, &n1], &bags), (&[&n1], &n1), (&[&n1], &inner), (&[&file], &n1)]
+    {
+        let (status, said, noted) = recorded.verify(logs, &["--out", out]);
+        assert_eq!((status, said.as_str(), names().len()), (Some(2), "", 1), "{logs:?} {out}: {noted}");
+        assert!(unwrapped(&noted).contains("into the folder of the bag"), "{noted}");
+    }
+    let (status, _, noted) = recorded.verify(&[&n1, &n2], &["--out", &recorded.path("out")]);
+    assert_eq!((status, names().len()), (Some(1), 1), "{noted}");
+}
+
+#[test]
+fn only_violations_by_steward_are_replaced() {
+    let recorded = Recorded::new();
+    let (bag, out) = (recorded.path("nav2.mcap"), recorded.path("out"));
+    let file = recorded.root.join("out/violations.mcap");
+    let (status, _, noted) = recorded.verify(&[&bag], &["--out", &out]);
+    let own = fs::read(&file).unwrap();
+    assert_eq!((status, recorded.verify(&[&bag], &["--out", &out]).0), (Some(1), Some(1)), "{noted}");
+    assert_eq!(fs::read(&file).unwrap(), own);
+    let run = recorded.path("run.mcap");
+    let of_run =
+        ["run", "nominal", "-q", "--set", "execution.max_time_s=1", "--record", &run, "--out", &recorded.path("r")];
+    assert!(matches!(steward(&of_run).status.code(), Some(0 | 1)));
+    for foreign in [fs::read(&bag).unwrap(), fs::read(run).unwrap(), own[..own.len() / 2].to_vec(), b"notes".to_vec()] {
+        fs::write(&file, &foreign).unwrap();
+        let (status, said, noted) = recorded.verify(&[&bag], &["--out", &out]);
+        assert_eq!((status, said.as_str()), (Some(2), ""), "{noted}");
+        assert!(unwrapped(&noted).contains("contains no violations by steward"), "{noted}");
+        assert!(fs::read(&file).unwrap() == foreign, "it is kept");
+    }
+}

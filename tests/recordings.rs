@@ -256,6 +256,29 @@ fn several_logs_are_a_table_a_page_and_test_cases() {
 }
 
 #[test]
+#[test]
+fn no_report_of_several_logs_is_written_over_one_of_them() {
+    let folder = tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let log = "{\"scenario\":\"nominal\"}\n{\"step\":0,\"tick\":0,\"time_s\":0,\"generated\":\"tick\"}\n";
+    std::fs::create_dir_all(at("vy/log")).unwrap();
+    for (other, is_refused) in
+        [("vy/log/report.json", true), ("vy/log/report.html", true), ("vy/index.html", true), ("vy/other.jsonl", false)]
+    {
+        [at("vy/log.jsonl"), at(other)].iter().for_each(|file| std::fs::write(file, log).unwrap());
+        let logs = ["vy/log.jsonl", other];
+        for logs in [logs, [logs[1], logs[0]]] {
+            let arguments = [&["verify"], &logs[..], &["--property", "phi1", "--out", "vy"]].concat();
+            let done = Command::new(binary()).args(&arguments).current_dir(folder.path()).output().unwrap();
+            let said = String::from_utf8_lossy(&done.stderr);
+            assert_eq!(said.contains("overwritten"), is_refused, "{arguments:?} {said}");
+            assert_eq!(done.stdout.is_empty(), is_refused, "nothing is judged before");
+            assert_eq!(std::fs::read_to_string(at(other)).unwrap(), log);
+        }
+        std::fs::remove_file(at(other)).unwrap();
+    }
+}
+
 fn a_recording_is_judged_by_its_own_properties() {
     let out = tempdir().unwrap();
     let scenario = out.path().join("own.toml");

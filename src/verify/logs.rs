@@ -9,6 +9,7 @@ use campaigns::Error;
 use editor::counted;
 use monitors::Property;
 use recording::{Certainty, Evidence};
+use reports::REPORT;
 use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
 use reports::results::{Case, CaseResult, Suite, TrailStep, WrittenPlaces, trail};
@@ -16,6 +17,7 @@ use serde_json::{Value, json};
 
 use super::args::VerifyArgs;
 use super::judge::{NO_FORMULA, Verified};
+use super::mapped::check_violations;
 use crate::results::{places_now, refused};
 
 /// The name of the page that leads to the reports.
@@ -342,6 +344,49 @@ fn row(Line { log, folder: page, result, .. }: &Line, folder: &Path) -> LogRow {
             page: page.map(|page| page.join(html::FILE).display().to_string()),
             begins: checked.begins(),
             lasts: format!("{} s", seconds(checked.end)),
+/// Checks before any log is judged that none of them is overwritten, and that no bag gets a file that is not its own.
+pub(super) fn check_outputs(args: &VerifyArgs, folders: &[Option<PathBuf>]) -> Result<(), Error> {
+    let Some(out) = &args.out else { return Ok(()) };
+    // A log that cannot be read is refused when it is its turn.
+    args.logs.iter().try_for_each(|log| match diagnostics::reading(log) {
+        Err(error) if diagnostics::would_be_overwritten(&error) => {
+            Err(Error::refused(format!("{}: {error}", log.display()), "name another file to be written"))
+        }
+        _ => Ok(()),
+    })?;
+    let bags: Vec<&PathBuf> = args.logs.iter().filter(|log| args.map_channels.is_some() && bags::is_bag(log)).collect();
+    for (log, folder) in args.logs.iter().zip(folders).filter_map(|(log, folder)| Some((log, folder.as_ref()?))) {
+        [REPORT, html::FILE].iter().try_for_each(|name| diagnostics::check_unread(&folder.join(name)))?;
+        if bags.contains(&log) {
+            check_violations(folder)?;
+            bags.iter().try_for_each(|bag| check_apart(folder, bag))?;
+        }
+    }
+    if args.logs.len() > 1 {
+        diagnostics::check_unread(&out.join(INDEX))?;
+    }
+    Ok(())
+}
+
+/// Refuses a folder for the violations of a bag, a file in the same format, which later readers take for a part of
+/// this bag: those of its own folder are one recording.
+fn check_apart(folder: &Path, bag: &Path) -> Result<(), Error> {
+    let real = |path: &Path| {
+        let path = diagnostics::normal(path);
+        // It may not exist yet.
+        let there = path.ancestors().find_map(|there| Some((there, there.canonicalize().ok()?)));
+        there.map_or_else(|| path.clone(), |(there, real)| real.join(path.strip_prefix(there).unwrap_or(&path)))
+    };
+    let (to, from) = (real(folder), real(bag));
+    let is_within = if bag.is_dir() { to.starts_with(&from) } else { from.parent() == Some(to.as_path()) };
+    if !is_within {
+        return Ok(());
+    }
+    let message =
+        format!("the report would be written into the folder of the bag {}: {}", bag.display(), folder.display());
+    Err(Error::refused(message, "name another folder with `--out`"))
+}
+
             verdicts: checked
                 .verdicts
                 .iter()

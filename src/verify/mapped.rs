@@ -71,6 +71,7 @@ impl Mapped<'_> {
         let Self { mapping, folder, .. } = self;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
+        folder.map_or(Ok(()), check_violations)?;
         let system = System::new(compiled.topology.clone(), mapping.tick);
         let mut properties = match self.robots {
             [] => load(self.properties, &system)?,
@@ -171,6 +172,17 @@ fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Resul
 /// Writes the violations, at their times in the bag, for tools that show the bag.
 fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
     let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
+/// Checks before the work begins that the file with the violations is to be replaced, if there is one: it is by this
+/// program, and the command does not need it.
+pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
+    let path = folder.join(VIOLATIONS);
+    if path.exists() && !recording::are_violations(&path) {
+        let message = format!("{} exists and contains no violations by steward", path.display());
+        return Err(Error::refused(message, "name another folder, or remove the file first"));
+    }
+    Ok(diagnostics::check_unread(&path)?)
+}
+
     let monitors = properties.iter().filter_map(|property| Some((&*property.name, property.scope_monitor()?)));
     let violations = monitors.flat_map(|(name, monitor)| {
         let all = monitor.violations().into_iter().flat_map(|all| all.first.clone());
@@ -179,7 +191,7 @@ fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Re
     let violations: Vec<(&str, Violation)> = violations.collect();
     let path = folder.join(VIOLATIONS);
     let unwritten = |source| Error::from(diagnostics::Error::Write { path: path.clone(), source });
-    diagnostics::check_unread(&path)?;
+    check_violations(folder)?;
     if violations.is_empty() {
         // One of an earlier call would speak of other verdicts.
         return match std::fs::remove_file(&path) {

@@ -159,4 +159,4 @@ pub use tree_log_writer::logged_transitions;
 pub use tree_logs::{BagTree, LogError};
 pub use tree_run::TreeRun;
 pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError};
-pub use violations_file::write_violations;
+pub use violations_file::{are_violations, write_violations};

@@ -1,16 +1,24 @@
 //! The violations in a recording of something else, as a file that other tools show beside it.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::Path;
 use std::time::Duration;
 
+use mcap::Summary;
+use mcap::read::LinearReader;
+use mcap::records::Record;
 use monitors::Violation;
 
 use crate::ros;
 use crate::topics::level;
-use crate::topics::output::Output;
+use crate::topics::output::{LIBRARY, Output};
 
 /// The topic with the violations.
 const TOPIC: &str = "/steward/violations";
+
+/// Larger files are not ours: there are only the first violations of each property in them.
+const MAX_BYTES: u64 = 1 << 26;
 
 /// Writes the violations of properties as an MCAP file with messages of rcl_interfaces/msg/Log: an error where one
 /// begins, and an information where it has ended. `start` is the time since 1970 at which the recording starts.
@@ -32,4 +40,15 @@ pub fn write_violations<W: Write>(output: W, start: Duration, all: &[(&str, Viol
         output.write(&topic, at, &log)?;
     }
     output.finish()
+}
+
+/// Whether [`write_violations`] wrote this file, so that nothing is lost if it is replaced.
+#[must_use]
+pub fn are_violations(path: &Path) -> bool {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAX_BYTES).read_to_end(&mut bytes));
+    let mut records = LinearReader::new(&bytes).into_iter().flatten();
+    read.is_ok()
+        && matches!(records.next(), Some(Ok(Record::Header(header))) if header.library.starts_with(LIBRARY))
+        && matches!(Summary::read(&bytes), Ok(Some(all)) if all.channels.values().all(|one| one.topic == TOPIC))
 }
