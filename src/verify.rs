@@ -20,7 +20,7 @@ mod random;
 pub(crate) mod tree_log;
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
@@ -31,7 +31,7 @@ use std::sync::Arc;
 
 use bags::{Bag, Contents, Found};
 use campaigns::Error;
-use channels::{Gap, Ground};
+use channels::{ChannelId, Event, EventKind, Gap, Ground, Topology};
 use editor::counted;
 use monitors::{Channels, EventLog, LogError, Property};
 use recording::{BagTree, Certainty, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
@@ -57,10 +57,10 @@ const MOST_NOTES: usize = 5;
 /// Checks each log. Status 2 if one cannot be checked, or a property has no verdict, otherwise 1 if a property is
 /// violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
-    args.results.begin()?;
     let folders = folders(args);
     logs::check_outputs(args, &folders)?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
+    args.results.begin()?;
     let several = args.logs.len() > 1;
     if args.follow {
         if several {
@@ -212,16 +212,16 @@ fn verify_event_log(
         (None, _) => "each line of a log is one JSON object",
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
-    let gaps = RefCell::default();
-    let events = events_of(&mut log, refused, &gaps);
-    // Known only at the end of a recording that was cut off: from there on, anything may be missing.
-    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let ground = match &of_recording {
         Some(_) if tree_log.is_some() => tree_log::ground(),
         Some(_) => Ground::Complete,
         None => described.ground(),
     };
     let doubts = Doubts::new(&properties, &system.topology).on(&ground);
+    let gaps = RefCell::default();
+    let events = events_of(&mut log, (&system.topology, &ground), refused, &gaps);
+    // Known only at the end of a recording that was cut off: from there on, anything may be missing.
+    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let about = match tree_log {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
@@ -281,12 +281,18 @@ impl Gaps {
 /// The events of a log, and its gaps, which are also noted.
 fn events_of<R: BufRead>(
     log: &mut EventLog<R>,
+///
+/// Messages on channels that the topology does not have show that the log is of another system. So nothing vouches that
+/// this one's other channels were in it, except those of which a message has come.
     refused: impl Fn(LogError) -> Error,
     gaps: &RefCell<Gaps>,
+    (topology, ground): (&Topology, &Ground),
 ) -> impl Iterator<Item = Result<Found, Error>> {
     let (mut ahead, mut is_over) = (None, false);
     std::iter::from_fn(move || {
         if ahead.is_none() && !is_over {
+    let mut unheard: BTreeSet<ChannelId> = topology.channels().collect();
+    let (mut is_foreign, mut vouched) = (false, VecDeque::new());
             match log.next_event() {
                 Ok(event) => (is_over, ahead) = (event.is_none(), event),
                 Err(error) => {
@@ -296,6 +302,17 @@ fn events_of<R: BufRead>(
             }
         }
         if let Some(gap) = log.next_gap() {
+            if log.is_foreign() && !std::mem::replace(&mut is_foreign, true) {
+                let why = "none is in the log, which has messages on channels that the scenario does not have";
+                vouched.extend(unheard.iter().map(|channel| (*channel, Ground::Missing(why.to_owned()))));
+            }
+            if let Some(Event { kind: EventKind::Received { channel, .. }, .. }) = &ahead {
+                let is_first = unheard.remove(channel);
+                vouched.extend((is_first && is_foreign).then(|| (*channel, ground.clone())));
+            }
+        }
+        if let Some((channel, ground)) = vouched.pop_front() {
+            return Some(Ok(Found::Vouched(channel, ground)));
             gaps.borrow_mut().note(&gap.why);
             return Some(Ok(Found::LeftOut(gap)));
         }
@@ -532,6 +549,32 @@ mod tests {
             r#"{"scenario":"battery_fault","seed":1}"#,
             r#"{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}"#,
             r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#,
+    /// Such as those of a scenario that names a process otherwise.
+    #[test]
+    fn messages_on_other_channels_leave_no_verdict_about_channels_that_may_not_have_been_in_the_log() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let level = |step: u64, to: &str, level: f64| {
+            format!(
+                r#"{{"step":{step},"tick":0,"time_s":0,"from":"BatteryReader","to":"{to}","message":[{{"sym":"ok"}},{level}]}}"#
+            )
+        };
+        let first =
+            [r#"{"scenario":"nominal","version":"0.1.0"}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
+        let judged = |file: &Path| {
+            let verified = verify_log(&args(file, "phi1"), file, None).expect("a readable log");
+            (verified.verdict(0), verified.evidence[0].certainty().why().unwrap_or_default().to_owned())
+        };
+        writeln!(file, "{}\n{}", first.join("\n"), level(1, "BatLevel", 10.0)).expect("room for three lines");
+        let (verdict, why) = judged(file.path());
+        assert!(
+            verdict == "no verdict" && why.contains("from BatteryReader to BatteryLevel: none is in the log"),
+            "{why}"
+        );
+        // With a message on it, the channel was in the log.
+        writeln!(file, "{}", level(2, "BatteryLevel", 50.0)).expect("room for a line");
+        assert_eq!(judged(file.path()), ("satisfied", String::new()));
+    }
+
         ];
         writeln!(file, "{}", lines.join("\n")).expect("room for three lines");
         let verdict = |name: &str| format!("{:?}", verify(&args(file.path(), name)).expect("a readable log"));

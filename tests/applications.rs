@@ -260,3 +260,71 @@ fn results_say_what_they_were_made_from() {
         made["commit"].as_str().map_or_else(|| "commit unknown".to_owned(), |commit| format!("commit {commit}"));
     assert!(version.contains(&commit), "{version}");
 }
+
+#[test]
+fn a_name_means_the_shipped_file_whatever_the_current_folder_has() {
+    let folder = tempdir().expect("a folder");
+    let path = folder.path();
+    for file in ["properties/phi1.scope", "trees/recharge.xml", "skills/BatteryLevel.scxml", "maps/house.yaml"] {
+        fs::create_dir_all(path.join(file).parent().expect("a folder")).expect("a folder");
+        fs::write(path.join(file), "not one").expect("room for a file");
+    }
+    fs::create_dir(path.join("battery_fault")).expect("a folder");
+    for command in [
+        "monitor check phi1",
+        "tree check recharge",
+        "skill check BatteryLevel",
+        "check battery_fault",
+        "run battery_fault -q --no-snapshots",
+    ] {
+        let done = call(path, &command.split(' ').collect::<Vec<_>>());
+        assert!(done.status.success(), "{command}: {}", stderr(&done));
+    }
+    // A path means the file.
+    assert!(!call(path, &["monitor", "check", "properties/phi1.scope"]).status.success());
+}
+
+#[test]
+fn what_is_wrong_with_each_of_several_scenarios_is_shown_and_written() {
+    let folder = two(|b| replace(&b.join("robot.toml"), "tree", "treee"));
+    let path = folder.path();
+    let forms = ["r.xml", "r.sarif", "r.md"];
+    let results = forms.map(|file| ["--results", file]).concat();
+    for command in ["run", "prove"] {
+        for scenarios in
+            [["b/robot.toml", "missing.toml"], ["missing.toml", "b/robot.toml"], ["missing.toml", "nominall"]]
+        {
+            let done = call(path, &[&[command], &scenarios[..], &results].concat());
+            let told = stderr(&done);
+            assert_eq!(done.status.code(), Some(2), "{told}");
+            let wrong = scenarios.map(|name| match name {
+                "b/robot.toml" => "unknown key `treee`",
+                "nominall" => "`nominall`",
+                _ => "missing.toml",
+            });
+            let texts = forms.map(|file| fs::read_to_string(path.join(file)).expect("it was written"));
+            for wrong in wrong {
+                assert!(told.contains(wrong), "{command} {scenarios:?}: {wrong} is not in {told}");
+                assert!(texts.iter().all(|text| text.contains(wrong)), "{command} {scenarios:?}: {wrong} {texts:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_log_of_an_application_is_not_judged_by_a_shipped_scenario_of_its_name() {
+    let folder = tempdir().expect("a folder");
+    let path = folder.path();
+    assert!(call(path, &["init", "robot"]).status.success());
+    let own = "robot/battery_fault.toml";
+    for (scenario, log) in [(own, "own.jsonl"), ("battery_fault", "shipped.jsonl")] {
+        let done = call(path, &["run", scenario, "-q", "--no-snapshots", "--record", log]);
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
+    let judge = |log: &str, more: &[&str]| call(path, &[&["verify", log, "--property", "phi1"], more].concat());
+    let refused = judge("own.jsonl", &[]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("name the scenario's file: `--scenario FILE`"), "{}", stderr(&refused));
+    let verdicts = [judge("own.jsonl", &["--scenario", own]), judge("shipped.jsonl", &[])];
+    assert_eq!(verdicts.map(|done| done.status.code()), [Some(1), Some(1)]);
+}

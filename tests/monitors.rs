@@ -176,7 +176,7 @@ fn a_log_may_come_from_a_pipe() {
 #[test]
 fn a_log_that_cannot_be_judged_is_refused() {
     for (old, new, expected) in [
-        ("nominal", "patrol", "to the scenario `patrol`, which is not shipped with the program"),
+        ("nominal", "patrol", "to a scenario `patrol` that does not come with the program"),
         ("0.1.0", "99.0.0", "written by version 99.0.0 of steward"),
         (r#""to":"BatteryLevel","#, "", "line 3 of the log, byte 1: this message has no `to`"),
     ] {

@@ -143,6 +143,7 @@ pub struct EventLog<R> {
     repeats_lines: bool,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
+    is_foreign: bool,
     /// The place of the last message's channel: the next one often has the same.
     recent: usize,
     symbols: Vec<Symbol>,
@@ -186,6 +187,7 @@ impl<R: BufRead> EventLog<R> {
             lacks_lines: false,
             repeats_lines: false,
             skipped: 0,
+            is_foreign: false,
             recent: 0,
             symbols: Vec::new(),
             fields: Vec::new(),
@@ -220,6 +222,13 @@ impl<R: BufRead> EventLog<R> {
     #[must_use]
     pub fn skipped(&self) -> u64 {
         self.skipped
+    }
+
+    /// Whether one of these shows that the log is of another system. What is true in the world is in a log if a property
+    /// of its run asked for it.
+    #[must_use]
+    pub fn is_foreign(&self) -> bool {
+        self.is_foreign
     }
 
     /// The next gap before the last event, or at the end: one that the log names, or that lines are missing or come
@@ -300,6 +309,7 @@ impl<R: BufRead> EventLog<R> {
             (Some(place), _) => self.carried(&self.channels[place], message).map(Some),
             (None, Channels::Known) => {
                 self.skipped += 1;
+                self.is_foreign |= from != WORLD.as_bytes();
                 Ok(None)
             }
             (None, Channels::All) => {

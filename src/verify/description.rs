@@ -12,6 +12,8 @@ use crate::output::note;
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Description {
     pub(super) scenario: Option<String>,
+    /// Whether it was a file of the user's own, which may have the name of a shipped one.
+    is_own: bool,
     /// The version of the program that wrote the log.
     version: Option<String>,
     /// Time between ticks.
@@ -27,8 +29,11 @@ impl Description {
             serde_json::Value::String(text) => Some(text.clone()),
             other => Some(other.to_string()),
         };
+        let argument = described["provenance"]["scenario"].as_str();
+        let is_own = argument.is_some_and(|argument| find::shipped(argument).is_none());
         let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
-        Self { scenario: text("scenario"), version: text("version"), tick: tick.filter(|tick| !tick.is_zero()) }
+        let tick = tick.filter(|tick| !tick.is_zero());
+        Self { scenario: text("scenario"), is_own, version: text("version"), tick }
     }
 
     /// Rejects a log of a newer format, which is unknown.
@@ -51,10 +56,9 @@ impl Description {
     pub(super) fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
         match (asked_for, self.scenario.as_deref()) {
             (Some(name), _) => Ok(name),
-            (None, Some(name)) if find::shipped(name).is_some() => Ok(name),
+            (None, Some(name)) if find::shipped(name).is_some() && !self.is_own => Ok(name),
             (None, Some(name)) => {
-                let message =
-                    format!("the log belongs to the scenario `{name}`, which is not shipped with the program");
+                let message = format!("the log belongs to a scenario `{name}` that does not come with the program");
                 Err(Error::refused(message, "name the scenario's file: `--scenario FILE`"))
             }
             (None, None) => {
@@ -88,5 +92,18 @@ mod tests {
         assert_eq!(described(r#"{"scenario":"battery_fault"}"#), (battery_fault(), None));
         assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (Some("unheard of".to_owned()), None));
         assert_eq!(described("no JSON"), (None, None));
+    }
+
+    #[test]
+    fn a_log_of_a_scenario_of_ones_own_is_not_judged_by_the_shipped_one_of_its_name() {
+        let of = |argument: &str| {
+            let line = format!(r#"{{"scenario":"battery_fault","provenance":{{"scenario":"{argument}"}}}}"#);
+            Description::of(line.as_bytes())
+        };
+        assert_eq!(of("battery_fault").scenario(None).expect("it is shipped"), "battery_fault");
+        let own = of("app/battery_fault.toml");
+        let refused = own.scenario(None).expect_err("it is not shipped").to_string();
+        assert!(refused.contains("a scenario `battery_fault` that does not come with the program"), "{refused}");
+        assert_eq!(own.scenario(Some("nominal")).expect("it is named"), "nominal");
     }
 }
