@@ -83,7 +83,7 @@ fn files_that_come_with_the_program_are_named_if_an_application_has_none() {
     let own = call(path, &["check", "robot/battery_fault.toml"]);
     let text = String::from_utf8_lossy(&own.stdout).into_owned();
     assert!(own.status.success() && !text.contains("with steward"), "{text}");
-    let missing = ["trees/recharge.xml", "skills/BatteryLevel.scxml", "properties/phi1.scope"];
+    let missing = ["maps/house.pgm", "trees/recharge.xml", "skills/BatteryLevel.scxml", "properties/phi1.scope"];
     missing.iter().for_each(|file| fs::remove_file(path.join("robot").join(file)).expect("it is there"));
     let checked = call(path, &["check", "robot/battery_fault.toml", "--results", "r.xml"]);
     let text = String::from_utf8_lossy(&checked.stdout).split_whitespace().collect::<Vec<_>>().join(" ");

@@ -106,6 +106,8 @@ pub struct Taken {
     pub on_disk: Option<PathBuf>,
     /// The hash of its contents: BLAKE3, in hexadecimal.
     pub hash: String,
+    /// The requested paths of the files that name it, as a map names its image.
+    pub named_by: BTreeSet<PathBuf>,
 }
 
 /// The contents of files when they were first read, by the requested paths.
@@ -170,7 +172,16 @@ impl Files {
         if let Some(taken) = &self.taken {
             let hash = hash_of(bytes);
             let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
-            taken.insert(path.to_owned(), Taken { on_disk, hash });
+            let named_by = taken.remove(path).map(|earlier| earlier.named_by).unwrap_or_default();
+            taken.insert(path.to_owned(), Taken { on_disk, hash, named_by });
+        }
+    }
+
+    /// Lists that a file which was read is named by another one.
+    fn list_name(&self, path: &Path, by: &Path) {
+        if let Some(taken) = &self.taken {
+            let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
+            taken.get_mut(path).map(|taken| taken.named_by.insert(by.to_owned()));
         }
     }
 
@@ -246,8 +257,15 @@ impl Files {
 
     /// Reads a file and those that it names, which are looked up as it is itself.
     pub(crate) fn reading<'f>(&'f self, file: &Path) -> impl Fn(&Path) -> io::Result<Vec<u8>> + use<'f> {
-        let is_assigned = is_assigned(file);
-        move |path| if is_assigned { self.read(path) } else { self.read(unmarked(path)) }
+        let (is_assigned, file) = (is_assigned(file), file.to_owned());
+        move |path| {
+            let path = if is_assigned { path } else { unmarked(path) };
+            let bytes = self.read(path)?;
+            if path != file {
+                self.list_name(path, &file);
+            }
+            Ok(bytes)
+        }
     }
 
     /// The same files for a scenario that inherits from files in these folders, relative to its own.
@@ -397,10 +415,22 @@ impl Kind {
     /// is the path of a file on this disk or of a shipped one, or otherwise that of the shipped file with this name.
     #[must_use]
     pub fn path(self, argument: &Path, disk: &Disk) -> PathBuf {
+        self.named(argument, disk).unwrap_or_else(|| argument.to_owned())
+    }
+
+    /// The path of the shipped file that an argument names; none if the argument is a path.
+    #[must_use]
+    pub fn named(self, argument: &Path, disk: &Disk) -> Option<PathBuf> {
         let (folder, ending) = self.place();
         let named = PathBuf::from(format!("{folder}{}{ending}", argument.display()));
         let is_path = disk.is_file(argument) || shipped(argument).is_some();
-        if !is_path && shipped(&named).is_some() { named } else { argument.to_owned() }
+        Some(named).filter(|named| !is_path && shipped(named).is_some())
+    }
+
+    /// Whether an argument refers to a shipped file.
+    #[must_use]
+    pub fn is_shipped(self, argument: &Path, disk: &Disk) -> bool {
+        self.named(argument, disk).is_some() || !disk.is_file(argument) && shipped(argument).is_some()
     }
 
     /// The names of the shipped files of the kind, in alphabetical order.

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use diagnostics::{Span, Spanned};
 
 use super::{ReadyMadeKind, RunsEntry, ScenarioFile, Skill, WatchingMachine};
+use crate::faults::{Effect, Fault};
 use crate::files::{Files, is_assigned, shipped_paths, unmarked};
 
 /// A file that is not beside the scenario that names it.
@@ -18,8 +20,8 @@ pub struct Elsewhere {
 }
 
 /// The files that a scenario takes from elsewhere, in alphabetical order: those that come with the program because
-/// there is none beside the scenario, and those that an assignment names elsewhere. What a shipped scenario names is
-/// where it belongs, also if this one inherits it.
+/// there is none beside the scenario, and those that an assignment names elsewhere. What a shipped file names is where it
+/// belongs, also if this scenario inherits or uses it.
 pub(super) fn of(file: &ScenarioFile, skills: &BTreeMap<String, Skill>, files: &Files) -> Vec<Elsewhere> {
     if files.are_shipped() {
         return Vec::new();
@@ -27,7 +29,10 @@ pub(super) fn of(file: &ScenarioFile, skills: &BTreeMap<String, Skill>, files: &
     let taken = files.taken();
     let of_shipped = |span: &Span| !span.is_assignment() && shipped_paths().any(|path| path == span.source().name());
     let mut found: Vec<Elsewhere> = Vec::new();
-    for path in named(file, skills).filter(|(_, span)| !of_shipped(span)).map(|(path, _)| path) {
+    let map = |fault: &Arc<Fault>| if let Effect::Map(path) = fault.effect() { Some(path) } else { None };
+    let maps: Vec<Spanned<PathBuf>> = file.faults.iter().filter_map(map).collect();
+    let of_faults = maps.iter().map(|map| (map.value.as_path(), &map.span));
+    for path in named(file, skills).chain(of_faults).filter(|(_, span)| !of_shipped(span)).map(|(path, _)| path) {
         let Some(taken) = taken.get(path) else { continue };
         let beside = || files.on_disk(unmarked(path)).and_then(|path| path.canonicalize().ok());
         let is_beside = match &taken.on_disk {
@@ -36,6 +41,13 @@ pub(super) fn of(file: &ScenarioFile, skills: &BTreeMap<String, Skill>, files: &
         };
         if !is_beside {
             found.push(Elsewhere { path: unmarked(path).to_owned(), on_disk: taken.on_disk.clone() });
+        }
+    }
+    // What a file on disk names in turn, such as the image of a map.
+    for (path, missing) in taken.iter().filter(|(_, taken)| taken.on_disk.is_none()) {
+        let is_on_disk = |by: &PathBuf| taken.get(by).is_some_and(|by| by.on_disk.is_some());
+        if missing.named_by.iter().any(is_on_disk) {
+            found.push(Elsewhere { path: unmarked(path).to_owned(), on_disk: None });
         }
     }
     found.sort_by(|one, other| one.path.cmp(&other.path));
