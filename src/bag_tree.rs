@@ -9,7 +9,6 @@ use diagnostics::Disk;
 use editor::named_files;
 use recording::{BagTree, Recording};
 use reports::html::quoted;
-use scenarios::files::Kind;
 
 /// The tree of a bag that Nav2 wrote.
 #[derive(Clone, Debug, Default, Args)]
@@ -45,9 +44,9 @@ impl BagTreeArgs {
         Ok(Some(BagTree { topic: topic.clone(), ..named_files::tree(&Disk::default(), file)?.into() }))
     }
 
-    /// The path of its file, which may be shipped.
-    pub(crate) fn path(&self) -> Option<PathBuf> {
-        self.tree.as_ref().map(|tree| Kind::Tree.path(&tree.file, &Disk::default()))
+    /// Its file, or the name of a shipped one.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        self.tree.as_ref().map(|tree| tree.file.as_path())
     }
 
     /// Whether one is named.

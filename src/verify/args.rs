@@ -97,9 +97,12 @@ impl VerifyArgs {
     /// Finds the files by which the logs are judged by their names in diagnostics. A shipped property or tree is none
     /// of them, even if a file beside the scenario has its name.
     pub(super) fn on_disk(&self) -> impl Fn(&str) -> Option<String> {
-        let properties = self.properties.iter().map(|file| Kind::Properties.path(file, &Disk::default()));
-        let named = properties.chain(self.tree.path());
-        let (on_disk, shipped): (Vec<PathBuf>, Vec<PathBuf>) = named.partition(|file| file.is_file());
+        let disk = Disk::default();
+        let properties = self.properties.iter().map(|file| (Kind::Properties, file.as_path()));
+        let named = properties.chain(self.tree.file().map(|file| (Kind::Tree, file)));
+        let (shipped, on_disk): (Vec<_>, Vec<_>) = named.partition(|(kind, file)| kind.is_shipped(file, &disk));
+        let [shipped, on_disk] =
+            [shipped, on_disk].map(|named| named.iter().map(|(kind, file)| kind.path(file, &disk)).collect::<Vec<_>>());
         let scenario = self.scenario.iter().map(Path::new);
         let files = on_disk.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
         let on_disk = results::on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());

@@ -13,9 +13,14 @@ use scenarios::Error;
 use scenarios::files::{Files, Kind};
 use skills::{Chart, Strictness};
 
-/// Where they are all looked up: in the current folder of this disk, then among the shipped files.
+/// Where they are looked up by their paths: in the current folder of this disk, then among the shipped files.
 fn files(disk: &Disk) -> Files {
     Files::beside("").on(disk)
+}
+
+/// Where an argument and what it names are looked up: a name means the shipped file, whatever the current folder has.
+fn files_of(disk: &Disk, kind: Kind, argument: &Path) -> Files {
+    if kind.named(argument, disk).is_some() { Files::shipped() } else { files(disk) }
 }
 
 /// The text of a file, or nothing if it cannot be read.
@@ -29,7 +34,7 @@ pub(crate) fn text(disk: &Disk, path: &Path) -> Option<String> {
 /// If it cannot be read, with the names of the shipped files.
 pub fn read(disk: &Disk, kind: Kind, argument: &Path) -> Result<(PathBuf, String), Error> {
     let path = kind.path(argument, disk);
-    let text = files(disk).read_text(&path).map_err(|error| {
+    let text = files_of(disk, kind, argument).read_text(&path).map_err(|error| {
         let name = argument.display().to_string();
         let meant = diagnostics::did_you_mean(&name, kind.names()).map_or_else(String::new, |meant| meant + " Or ");
         let names: Vec<&str> = kind.names().filter(|name| !name.contains('/')).collect();
@@ -69,7 +74,8 @@ pub fn tree_with(
 ) -> Result<Tree, Error> {
     let (path, text) = read(disk, Kind::Tree, argument)?;
     let loader = Loader::default().leaves(leaves).constants(constants);
-    loader.load_with(path, &text, |path| files(disk).read_text(path)).map_err(Error::bad_input)
+    let files = files_of(disk, Kind::Tree, argument);
+    loader.load_with(path, &text, |path| files.read_text(path)).map_err(Error::bad_input)
 }
 
 /// Loads a machine.
@@ -78,7 +84,7 @@ pub fn tree_with(
 /// Everything that is wrong with it.
 pub fn machine(disk: &Disk, argument: &Path, strictness: Strictness) -> Result<Arc<Chart>, Error> {
     let (path, text) = read(disk, Kind::Skill, argument)?;
-    let chart = match files(disk).on_disk(&path) {
+    let chart = match files_of(disk, Kind::Skill, argument).on_disk(&path) {
         // It may name files beside it.
         Some(path) => Chart::open_on(disk, &path, strictness),
         None => Chart::load_with(&path.to_string_lossy(), &text, strictness),
@@ -92,7 +98,8 @@ pub fn machine(disk: &Disk, argument: &Path, strictness: Strictness) -> Result<A
 /// Everything that is wrong with it.
 pub fn map(disk: &Disk, argument: &Path) -> Result<(OccupancyGrid, Vec<Problem>), Error> {
     let (path, _) = read(disk, Kind::Map, argument)?;
-    maps::load_map_with_concerns(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+    let files = files_of(disk, Kind::Map, argument);
+    maps::load_map_with_concerns(&path, &|path: &Path| files.read(path)).map_err(Error::bad_input)
 }
 
 /// Loads places.
@@ -101,7 +108,8 @@ pub fn map(disk: &Disk, argument: &Path) -> Result<(OccupancyGrid, Vec<Problem>)
 /// Everything that is wrong with them.
 pub fn places(disk: &Disk, argument: &Path) -> Result<PlacesFile, Error> {
     let (path, _) = read(disk, Kind::Places, argument)?;
-    PlacesFile::load(&path, &|path: &Path| files(disk).read(path)).map_err(Error::bad_input)
+    let files = files_of(disk, Kind::Places, argument);
+    PlacesFile::load(&path, &|path: &Path| files.read(path)).map_err(Error::bad_input)
 }
 
 /// Loads a mapping, and what is known of it without a bag or a robot.
