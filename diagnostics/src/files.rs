@@ -52,8 +52,9 @@ pub fn text_from_disk(path: &Path) -> io::Result<String> {
 /// Bytes as text, without the byte order mark.
 ///
 /// # Errors
-/// [`io::ErrorKind::InvalidData`] if they are not UTF-8.
+/// [`io::ErrorKind::FileTooLarge`] for more than 16 MiB; [`io::ErrorKind::InvalidData`] if they are not UTF-8.
 pub fn text(bytes: Vec<u8>) -> io::Result<String> {
+    let bytes = of_text(bytes)?;
     let not_text = |_| io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text");
     String::from_utf8(bytes).map(without_mark).map_err(not_text)
 }
@@ -94,6 +95,11 @@ fn bounded(from: impl Read, max_bytes: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > max_bytes { Err(too_large(max_bytes)) } else { Ok(bytes) }
 }
 
+/// The bytes of a text, which are not too many, whoever has read them.
+fn of_text(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
+    if bytes.len() as u64 > MAX_TEXT_BYTES { Err(too_large(MAX_TEXT_BYTES)) } else { Ok(bytes) }
+}
+
 pub(crate) fn too_large(max_bytes: u64) -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than {} MiB", max_bytes >> 20))
 }
@@ -105,9 +111,9 @@ fn without_mark(text: String) -> String {
 /// Reads a text file through `read`, without the byte order mark that some editors write.
 ///
 /// # Errors
-/// [`Error::Read`] if it cannot be read; [`Error::Problems`] with the first byte that is not UTF-8.
+/// [`Error::Read`] if it cannot be read, or has more than 16 MiB; [`Error::Problems`] with the first byte that is not UTF-8.
 pub fn read_text(path: &Path, read: ReadFile<'_>) -> Result<String, Error> {
-    let bytes = read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let bytes = read(path).and_then(of_text).map_err(|source| Error::Read { path: path.into(), source })?;
     let text = String::from_utf8(bytes).map_err(|error| not_text(path, &error))?;
     Ok(without_mark(text))
 }
@@ -122,4 +128,19 @@ fn not_text(path: &Path, error: &std::string::FromUtf8Error) -> FileProblems {
         .problem("the file is not UTF-8 text")
         .with_label("this byte is not part of a character")
         .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_limited_whoever_reads_its_bytes() {
+        let bytes = |more: usize| vec![b'a'; MAX_TEXT_BYTES as usize + more];
+        let read = |more: usize| read_text(Path::new("a.toml"), &|_| Ok(bytes(more)));
+        assert!(text(bytes(0)).is_ok() && read(0).is_ok());
+        assert_eq!(text(bytes(1)).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        let Err(Error::Read { source, .. }) = read(1) else { panic!("it is too large") };
+        assert_eq!(source.to_string(), "larger than 16 MiB");
+    }
 }
