@@ -114,6 +114,10 @@ impl ResultsArgs {
         if errors.is_empty() {
             return Ok(Some(all));
         }
+        if all.is_empty() && errors.len() == 1 {
+            let (argument, error) = errors.remove(0);
+            return self.or_refused(command, &[argument], Err(error));
+        }
         for (argument, error) in &errors {
             complain_of(format!("{argument}:\n"));
             complain(error);

@@ -212,16 +212,21 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     options.results.begin()?;
     let found = options.results.or_refused(COMMAND, &args.scenarios, select::select(&args.scenarios, &args.filter))?;
-    if let [only] = found.as_slice() {
-        return alone(only, options, &args.beside, &args.serve);
-    }
+    let found = match <[_; 1]>::try_from(found) {
+        Ok([(argument, only)]) => {
+            let only = options.results.or_refused(COMMAND, &[argument], only)?;
+            return alone(&only, options, &args.beside, &args.serve);
+        }
+        Err(found) => found,
+    };
     if args.serve.is_given() {
         return Err(Error::refused("`--serve-groot` is for a single run", "name one scenario"));
     }
     options.refuse_for_several(found.len(), "scenarios")?;
-    let loaded = found.iter().map(|found| (found.argument.clone(), Job::load(found, options, true)));
+    let arguments: Vec<String> = found.iter().map(|(argument, _)| argument.clone()).collect();
+    let load = |found: Found| Job::load(&found, options, true).map_err(Error::from);
+    let loaded = found.into_iter().map(|(argument, found)| (argument, found.and_then(load)));
     let Some(jobs) = options.results.all_or_refused(COMMAND, loaded)? else { return Ok(ExitCode::from(2)) };
-    let arguments: Vec<String> = found.iter().map(|found| found.argument.clone()).collect();
     let folders = jobs.iter().map(|job| (job.scenario.origin.argument.as_str(), job.folder.clone()));
     options.results.or_refused(COMMAND, &arguments, select::check_folders(folders))?;
     several(&jobs, options)
@@ -293,13 +298,13 @@ impl Job {
             gif: options.gif.as_deref().map(Path::to_owned),
             ..Outputs::default()
         };
+        // A run starts the programs of its components.
+        outputs.check()?;
         let run = Run::among(Arc::clone(&self.scenario), self.seed, !options.no_monitors, others)?;
         ready(run.warnings());
         if serve.is_given() {
             serve::check(&run.header())?;
         }
-        // A run starts the programs of its components.
-        outputs.check()?;
         let mut audience = serve.open()?.map(|server| (serve::teller(server), serve::real_time()));
         let tell = |view: &RunView| {
             if let Some((tell, wait)) = &mut audience {

@@ -12,16 +12,21 @@ use scenarios::scenario::{Found, RunsEntry, ScenarioFile, find};
 use crate::output::note;
 
 /// The requested scenarios, each once, as far as they pass the filters; without names, all that come with the program.
-pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
-    let mut found: Vec<Found> = match names {
-        [] => shipped(|_| true)?,
-        names => names.iter().map(|name| meant(name)).collect::<Result<Vec<_>, _>>()?.concat(),
+/// One that is not found has an error in its place, under the name that was requested.
+pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<(String, Result<Found, Error>)>, Error> {
+    let known = |found: Vec<Found>| found.into_iter().map(|one| (one.argument.clone(), Ok(one))).collect();
+    let of_name = |name: &String| meant(name).map_or_else(|error| vec![(name.clone(), Err(error))], known);
+    let mut found: Vec<(String, Result<Found, Error>)> = match names {
+        [] => known(shipped(|_| true)?),
+        names => names.iter().flat_map(of_name).collect(),
     };
-    found.retain(|one| filters.is_empty() || filters.iter().any(|text| one.argument.contains(text.as_str())));
+    found.retain(|(argument, one)| {
+        one.is_err() || filters.is_empty() || filters.iter().any(|text| argument.contains(text.as_str()))
+    });
     let mut seen = Vec::new();
-    found.retain(|one| {
-        !seen.contains(&one.argument) && {
-            seen.push(one.argument.clone());
+    found.retain(|(argument, _)| {
+        !seen.contains(argument) && {
+            seen.push(argument.clone());
             true
         }
     });
@@ -35,10 +40,10 @@ pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>,
 /// The scenarios to which one argument refers.
 pub(crate) fn meant(name: &str) -> Result<Vec<Found>, Error> {
     let path = Path::new(name);
-    if path.is_dir() {
+    let is_one = path.is_file() || find::shipped(name).is_some();
+    if path.is_dir() && !is_one {
         return in_folder(path);
     }
-    let is_one = path.is_file() || find::shipped(name).is_some();
     let folder = format!("{}/", name.trim_end_matches('/'));
     if !is_one && shipped_names().any(|shipped| shipped.starts_with(&folder)) {
         return shipped(|name| name.starts_with(&folder));
