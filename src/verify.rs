@@ -59,8 +59,8 @@ const MOST_NOTES: usize = 5;
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let folders = folders(args);
     logs::check_outputs(args, &folders)?;
-    let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     args.results.begin()?;
+    let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
     if args.follow {
         if several {
@@ -217,11 +217,11 @@ fn verify_event_log(
         Some(_) => Ground::Complete,
         None => described.ground(),
     };
-    let doubts = Doubts::new(&properties, &system.topology).on(&ground);
     let gaps = RefCell::default();
     let events = events_of(&mut log, (&system.topology, &ground), refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
+    let doubts = Doubts::new(&properties, &system.topology).on(&ground);
     let about = match tree_log {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
@@ -279,20 +279,20 @@ impl Gaps {
 }
 
 /// The events of a log, and its gaps, which are also noted.
-fn events_of<R: BufRead>(
-    log: &mut EventLog<R>,
 ///
 /// Messages on channels that the topology does not have show that the log is of another system. So nothing vouches that
 /// this one's other channels were in it, except those of which a message has come.
+fn events_of<R: BufRead>(
+    log: &mut EventLog<R>,
+    (topology, ground): (&Topology, &Ground),
     refused: impl Fn(LogError) -> Error,
     gaps: &RefCell<Gaps>,
-    (topology, ground): (&Topology, &Ground),
 ) -> impl Iterator<Item = Result<Found, Error>> {
     let (mut ahead, mut is_over) = (None, false);
-    std::iter::from_fn(move || {
-        if ahead.is_none() && !is_over {
     let mut unheard: BTreeSet<ChannelId> = topology.channels().collect();
     let (mut is_foreign, mut vouched) = (false, VecDeque::new());
+    std::iter::from_fn(move || {
+        if ahead.is_none() && !is_over {
             match log.next_event() {
                 Ok(event) => (is_over, ahead) = (event.is_none(), event),
                 Err(error) => {
@@ -300,8 +300,6 @@ fn events_of<R: BufRead>(
                     return Some(Err(refused(error)));
                 }
             }
-        }
-        if let Some(gap) = log.next_gap() {
             if log.is_foreign() && !std::mem::replace(&mut is_foreign, true) {
                 let why = "none is in the log, which has messages on channels that the scenario does not have";
                 vouched.extend(unheard.iter().map(|channel| (*channel, Ground::Missing(why.to_owned()))));
@@ -313,6 +311,8 @@ fn events_of<R: BufRead>(
         }
         if let Some((channel, ground)) = vouched.pop_front() {
             return Some(Ok(Found::Vouched(channel, ground)));
+        }
+        if let Some(gap) = log.next_gap() {
             gaps.borrow_mut().note(&gap.why);
             return Some(Ok(Found::LeftOut(gap)));
         }
@@ -542,13 +542,6 @@ mod tests {
         assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");
     }
 
-    #[test]
-    fn a_log_is_checked_against_the_shipped_properties() {
-        let mut file = tempfile::NamedTempFile::new().expect("a file");
-        let lines = [
-            r#"{"scenario":"battery_fault","seed":1}"#,
-            r#"{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}"#,
-            r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#,
     /// Such as those of a scenario that names a process otherwise.
     #[test]
     fn messages_on_other_channels_leave_no_verdict_about_channels_that_may_not_have_been_in_the_log() {
@@ -575,6 +568,13 @@ mod tests {
         assert_eq!(judged(file.path()), ("satisfied", String::new()));
     }
 
+    #[test]
+    fn a_log_is_checked_against_the_shipped_properties() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let lines = [
+            r#"{"scenario":"battery_fault","seed":1}"#,
+            r#"{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}"#,
+            r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#,
         ];
         writeln!(file, "{}", lines.join("\n")).expect("room for three lines");
         let verdict = |name: &str| format!("{:?}", verify(&args(file.path(), name)).expect("a readable log"));

@@ -256,7 +256,6 @@ fn several_logs_are_a_table_a_page_and_test_cases() {
 }
 
 #[test]
-#[test]
 fn no_report_of_several_logs_is_written_over_one_of_them() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -279,6 +278,7 @@ fn no_report_of_several_logs_is_written_over_one_of_them() {
     }
 }
 
+#[test]
 fn a_recording_is_judged_by_its_own_properties() {
     let out = tempdir().unwrap();
     let scenario = out.path().join("own.toml");

@@ -330,20 +330,6 @@ pub(super) fn in_words(lines: &[Line]) -> String {
     text
 }
 
-/// Writes the page that leads to the reports.
-pub(super) fn write_index(lines: &[Line], folder: &Path) -> Result<(), Error> {
-    let rows: Vec<LogRow> = lines.iter().map(|line| row(line, folder)).collect();
-    Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows, &days(lines)))?)
-}
-
-fn row(Line { log, folder: page, result, .. }: &Line, folder: &Path) -> LogRow {
-    let page = page.as_ref().and_then(|page| page.strip_prefix(folder).ok());
-    let row = LogRow { log: log.display().to_string(), ..LogRow::default() };
-    match result {
-        Ok(checked) => LogRow {
-            page: page.map(|page| page.join(html::FILE).display().to_string()),
-            begins: checked.begins(),
-            lasts: format!("{} s", seconds(checked.end)),
 /// Checks before any log is judged that none of them is overwritten, and that no bag gets a file that is not its own.
 pub(super) fn check_outputs(args: &VerifyArgs, folders: &[Option<PathBuf>]) -> Result<(), Error> {
     let Some(out) = &args.out else { return Ok(()) };
@@ -387,6 +373,20 @@ fn check_apart(folder: &Path, bag: &Path) -> Result<(), Error> {
     Err(Error::refused(message, "name another folder with `--out`"))
 }
 
+/// Writes the page that leads to the reports.
+pub(super) fn write_index(lines: &[Line], folder: &Path) -> Result<(), Error> {
+    let rows: Vec<LogRow> = lines.iter().map(|line| row(line, folder)).collect();
+    Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows, &days(lines)))?)
+}
+
+fn row(Line { log, folder: page, result, .. }: &Line, folder: &Path) -> LogRow {
+    let page = page.as_ref().and_then(|page| page.strip_prefix(folder).ok());
+    let row = LogRow { log: log.display().to_string(), ..LogRow::default() };
+    match result {
+        Ok(checked) => LogRow {
+            page: page.map(|page| page.join(html::FILE).display().to_string()),
+            begins: checked.begins(),
+            lasts: format!("{} s", seconds(checked.end)),
             verdicts: checked
                 .verdicts
                 .iter()

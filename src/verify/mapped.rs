@@ -69,9 +69,9 @@ impl Mapped<'_> {
             false => source.receive(body),
         });
         let Self { mapping, folder, .. } = self;
+        folder.map_or(Ok(()), check_violations)?;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
-        folder.map_or(Ok(()), check_violations)?;
         let system = System::new(compiled.topology.clone(), mapping.tick);
         let mut properties = match self.robots {
             [] => load(self.properties, &system)?,
@@ -169,9 +169,6 @@ fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Resul
     Ok(all)
 }
 
-/// Writes the violations, at their times in the bag, for tools that show the bag.
-fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
-    let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
 /// Checks before the work begins that the file with the violations is to be replaced, if there is one: it is by this
 /// program, and the command does not need it.
 pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
@@ -183,6 +180,9 @@ pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
     Ok(diagnostics::check_unread(&path)?)
 }
 
+/// Writes the violations, at their times in the bag, for tools that show the bag.
+fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
+    let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
     let monitors = properties.iter().filter_map(|property| Some((&*property.name, property.scope_monitor()?)));
     let violations = monitors.flat_map(|(name, monitor)| {
         let all = monitor.violations().into_iter().flat_map(|all| all.first.clone());
