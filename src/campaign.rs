@@ -283,7 +283,8 @@ fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suit
     };
     Suite {
         name: summary.campaign.clone(),
-        facts: vec![("version", summary.version.clone()), ("runs", runs.to_string())],
+        provenance: Some(summary.provenance.clone()),
+        facts: vec![("runs", runs.to_string())],
         cases: std::iter::once(of_runs).chain(summary.properties.iter().map(of_property)).chain(of_goal).collect(),
         findings: violated.map(finding).collect(),
         file: file_of(&summary.campaign),
@@ -316,6 +317,7 @@ fn repeat(plan: &Plan, k: u64, folder: &Path) -> Result<(Arc<Scenario>, Report),
     let run = plan.run(k);
     let scenario = Arc::new(Scenario::load(plan.scenario(), &run.overrides(plan))?);
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
+    outputs.check()?;
     let _ = interrupt::listen();
     let run = Run::new(Arc::clone(&scenario), run.seed, true)?;
     let report = run_and_report(run, Detail::Full, &outputs, None, |_| {}, |_| interrupt::flow())?;

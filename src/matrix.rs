@@ -42,7 +42,8 @@ fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Ve
 /// is about the runs without a fault.
 fn suites(matrix: &Matrix, page: Option<&Path>, scenarios: &[Arc<Scenario>], fault_free: &Scenario) -> Vec<Suite> {
     let about = |scenario: &Scenario, suite: Suite| {
-        let suite = Suite { file: places(scenario).file, page: page.map(Path::to_owned), ..suite };
+        let provenance = Some(scenario.origin.provenance(recording::commit()));
+        let suite = Suite { provenance, file: places(scenario).file, page: page.map(Path::to_owned), ..suite };
         suite.with_paths(on_disk(&[&scenario.origin.argument]))
     };
     let rows = matrix.rows.iter().zip(scenarios).map(|(row, scenario)| about(scenario, of_row(matrix, row, scenario)));
@@ -170,8 +171,8 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let Some(mut scenarios) = loaded else { return Ok(ExitCode::from(2)) };
     let fault_free = scenarios.pop().expect("the last one is that without faults");
     scenarios.iter().chain([&fault_free]).for_each(|scenario| note_elsewhere(scenario));
-    let bar = CountProgress::new(args.quiet || args.json, "runs");
     args.results.or_refused("matrix", &names, Matrix::check(&args.out))?;
+    let bar = CountProgress::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
     let counts = Mutex::default();
     let stories = args.results.have_stories();

@@ -9,6 +9,7 @@ mod description;
 #[cfg(test)]
 mod disorder;
 pub(crate) mod growing;
+pub(crate) mod inputs;
 pub(crate) mod judge;
 pub(crate) mod live_page;
 mod logs;
@@ -236,6 +237,7 @@ fn verify_event_log(
         stories,
         about,
         mapping: String::new(),
+        inputs: args.inputs(path),
         system: &system,
         around: &Around { answers, lacks_ticks: tree_log.is_some(), ..Around::default() },
         announcer: args.announcer(),
@@ -474,7 +476,12 @@ pub(crate) fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
             "unheard": unheard[index],
         })
     };
-    let mut inspected = json!({ "log": log.display().to_string(), "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>() });
+    let mut inspected = json!({
+        "log": log.display().to_string(),
+        "version": env!("CARGO_PKG_VERSION"),
+        "provenance": verified.provenance(),
+        "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>(),
+    });
     inspected["notes"] = verified.nothing().map(str::to_owned).chain(notes.iter().cloned()).collect();
     if let Some(start_ns) = start_ns {
         inspected["start_s"] = bags::seconds(*start_ns).into();

@@ -28,6 +28,7 @@ use crate::verify::announcer::{Alarm, Announcer, Reactions};
 use crate::verify::args::RobotsArgs;
 use crate::verify::bag::contents;
 use crate::verify::growing::pause;
+use crate::verify::inputs::inputs;
 use crate::verify::mapped::{Mapped, await_topics, load_mapping};
 use crate::verify::{self, bag};
 use black_box::Kept;
@@ -153,6 +154,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         way: None,
         announcer: Some(Announcer::new(args.json, reactions)),
         board: Some(&args.board).filter(|board| board.is_live()),
+        inputs: &|| inputs(&args.properties, &[]),
     };
     let verified = mapped.judge(&survey, source, &is_to_end)?;
     let written = recorded

@@ -254,6 +254,24 @@ fn results_say_what_they_were_made_from() {
     assert_eq!(inputs(&summary["provenance"]).len(), 4);
     let dataset = fs::read(path.join("out/c/dataset.parquet")).expect("it was written");
     assert!(String::from_utf8_lossy(&dataset).contains("steward.provenance"));
+    // What judges a recording, in every form.
+    let forms = ["r.xml", "r.sarif", "r.md"].map(|file| ["--results", file]).concat();
+    let judge = ["verify", "run.rec", "--property", "a/properties.scope", "--json"];
+    let judged = call(path, &[&judge[..], &forms].concat());
+    let judged: Value = serde_json::from_slice(&judged.stdout).expect("JSON");
+    let found = inputs(&judged["provenance"]);
+    let names: Vec<&str> = found.iter().map(|(path, _)| path.as_str()).collect();
+    assert_eq!((names, &judged["provenance"]["commit"]), (vec!["a/properties.scope", "run.rec"], &made["commit"]));
+    let read = |file: &str| fs::read_to_string(path.join(file)).expect("it was written");
+    let sarif: Value = serde_json::from_str(&read("r.sarif")).expect("JSON");
+    for (index, (file, hash)) in found.iter().enumerate() {
+        let hash = hash.as_str().expect("a hash");
+        assert!(read("r.xml").contains(&format!("<property name=\"blake3 of {file}\" value=\"{hash}\"/>")));
+        assert!(read("r.md").contains(&hash[..16]));
+        let artifact = &sarif["runs"][0]["artifacts"][index];
+        let named = (&artifact["location"]["uri"], &artifact["hashes"]["blake3"]);
+        assert_eq!(named, (&Value::from(file.as_str()), &Value::from(hash)));
+    }
     // The version names the commit, as results do.
     let version = String::from_utf8_lossy(&call(path, &["--version"]).stdout).into_owned();
     let commit =

@@ -239,7 +239,8 @@ fn several_logs_are_a_table_a_page_and_test_cases() {
     let text = String::from_utf8(output.stdout).unwrap();
     let (_, table) = text.split_once("\n\n").unwrap();
     assert!(
-        table.starts_with("3 logs: 0 fine, 2 with a property violated or unsure, 1 that could not be checked\n"),
+        table.starts_with("3 logs: 0 with all properties satisfied, 2 with a property violated, unsure or without a verdict, 1 that could \
+             not be checked\n"),
         "{table}"
     );
     assert!(table.contains(&format!("  {first}  51.0 s: phi1 violated, 2 satisfied\n")), "{table}");

@@ -277,7 +277,7 @@ impl Findings {
         let unreached = unreached.into_iter().flatten().filter(|_| lists_unreached).map(never);
         Suite {
             name: scenario.name.clone(),
-            facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
+            provenance: Some(scenario.origin.provenance(recording::commit())),
             notes: words(&self.proof.assumptions()).into_iter().chain(simulated).collect(),
             cases: cases.collect(),
             findings: warnings(scenario).into_iter().chain(mistakes).chain(unreached).collect(),
@@ -297,6 +297,8 @@ impl Findings {
         let wrong = |Mistake { place, message }: &Mistake| json!({ "place": place, "message": message });
         json!({
             "scenario": self.proof.scenario().name,
+            "version": env!("CARGO_PKG_VERSION"),
+            "provenance": self.proof.scenario().origin.provenance(recording::commit()),
             "assumptions": words(&self.proof.assumptions()),
             "properties": properties.chain(self.unsearched.iter().map(Unsearched::as_json)).collect::<Vec<_>>(),
             "errors": Self::mistakes(&self.findings).into_iter().map(wrong).collect::<Vec<_>>(),

@@ -194,6 +194,8 @@ impl Mutants {
         let properties = self.proof.questions().iter().filter(counts).map(|question| &question.property);
         json!({
             "scenario": self.proof.scenario().name,
+            "version": env!("CARGO_PKG_VERSION"),
+            "provenance": self.proof.scenario().origin.provenance(recording::commit()),
             "assumptions": words(&self.proof.assumptions()),
             "properties": properties.collect::<Vec<_>>(),
             "mutants": self.mutants.iter().map(of).collect::<Vec<_>>(),
@@ -224,7 +226,7 @@ impl Mutants {
         });
         Suite {
             name: self.proof.scenario().name.clone(),
-            facts: vec![("version", env!("CARGO_PKG_VERSION").to_owned())],
+            provenance: Some(self.proof.scenario().origin.provenance(recording::commit())),
             notes: words(&self.proof.assumptions()),
             cases: self.mutants.iter().map(case).chain(unsearched).collect(),
             file: places(self.proof.scenario()).file,

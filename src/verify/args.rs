@@ -6,10 +6,12 @@ use bags::Remapping;
 use campaigns::Error;
 use clap::Args;
 use diagnostics::Disk;
+use recording::InputFile;
 use reports::html::quoted;
 use scenarios::files::Kind;
 
 use super::announcer::{Announcer, Reactions};
+use super::inputs::inputs;
 use crate::bag_tree::BagTreeArgs;
 use crate::results::{self, ResultsArgs};
 use crate::ros_names::{namespace, remapping};
@@ -107,6 +109,15 @@ impl VerifyArgs {
         let files = on_disk.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
         let on_disk = results::on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());
         move |name| if shipped.iter().any(|file| file == Path::new(name)) { None } else { on_disk(name) }
+    }
+
+    /// The files that a log is judged by, if they are shown. They have been read by now.
+    pub(super) fn inputs(&self, log: &Path) -> Vec<InputFile> {
+        if !self.json && self.out.is_none() && !self.results.are_wanted() {
+            return Vec::new();
+        }
+        let others = self.logs.iter().map(PathBuf::as_path).filter(|other| self.follow || *other != log);
+        inputs(&self.properties, &others.collect::<Vec<_>>())
     }
 
     /// The command line that checks one of the logs.

@@ -57,6 +57,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         way,
         announcer: args.announcer(),
         board: None,
+        inputs: &|| args.inputs(path),
     };
     let is_to_end = || args.follow && interrupt::flow().is_break();
     let mut verified = mapped.judge(&survey, source, &is_to_end)?;

@@ -10,7 +10,9 @@ use campaigns::{Error, refuse_campaign};
 use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Certainty, Doubts, Evidence, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
+use recording::{
+    Certainty, Doubts, Evidence, Follower, Header, InputFile, Judge, Monitor, Origin, Provenance, Recording, RunView,
+};
 use reports::file_place::FilePlace;
 use reports::{Outputs, Presentation};
 use runs::FITS;
@@ -52,6 +54,8 @@ pub(crate) struct Verified {
     pub(crate) knows_ticks: bool,
     /// What is missing from the log or was not judged, in words.
     pub(crate) notes: Vec<String>,
+    /// The files that it was judged by, if results are wanted.
+    pub(crate) inputs: Vec<InputFile>,
 }
 
 /// The properties that the run of a recording watched, and the names of those that cannot be judged again, because no
@@ -83,7 +87,7 @@ impl Verified {
 
     /// The same of a log about which nothing else is known.
     pub(super) fn judged(properties: Vec<Property>, judgment: Judgment, notes: Vec<String>) -> Self {
-        let Judgment { end, evidence, stories, .. } = judgment;
+        let Judgment { end, evidence, stories, inputs, .. } = judgment;
         Self {
             unheard: vec![None; properties.len()],
             properties,
@@ -96,6 +100,7 @@ impl Verified {
             start_ns: None,
             knows_ticks: false,
             notes,
+            inputs,
         }
     }
 
@@ -137,6 +142,12 @@ impl Verified {
         no_events.into_iter().chain(no_property)
     }
 
+    /// What the verdicts were made from.
+    pub(super) fn provenance(&self) -> Provenance {
+        let scenario = self.header.origin.argument.clone();
+        Provenance { scenario, ..Provenance::of_files(self.inputs.clone()) }
+    }
+
     /// The exit status: 2 if a property has no verdict, 1 if one is violated, or its verdict is unsure.
     pub(crate) fn status(&self) -> u8 {
         let of = |(index, evidence): (usize, &Evidence)| match evidence.certainty() {
@@ -169,6 +180,7 @@ pub(super) struct Judgment {
     pub(super) evidence: Vec<Evidence>,
     /// The stories of violations, if they are told.
     pub(super) stories: Vec<Vec<String>>,
+    inputs: Vec<InputFile>,
     later: Vec<Option<String>>,
 }
 
@@ -176,7 +188,13 @@ impl Judgment {
     fn of(end: LogEnd, doubts: &Doubts, properties: &[Property]) -> Self {
         let evidence = properties.iter().enumerate().map(|(index, property)| doubts.evidence(index, property));
         let later = doubts.later().map(|why| why.map(str::to_owned)).collect();
-        Self { end, evidence: evidence.collect(), stories: vec![Vec::new(); properties.len()], later }
+        Self {
+            end,
+            evidence: evidence.collect(),
+            stories: vec![Vec::new(); properties.len()],
+            inputs: Vec::new(),
+            later,
+        }
     }
 
     /// Which violations after the first are unsure, in words.
@@ -229,6 +247,8 @@ pub(super) struct Judged<'l> {
     pub(super) about: String,
     /// The text of its mapping.
     pub(super) mapping: String,
+    /// The files that it is judged by, if results are wanted.
+    pub(super) inputs: Vec<InputFile>,
     pub(super) system: &'l System,
     pub(super) around: &'l Around,
     /// Reports verdicts as they are reached, if that is wanted.
@@ -247,10 +267,11 @@ impl Judged<'_> {
         doubts: Doubts,
     ) -> Result<Judgment, Error> {
         let announcer = self.announcer.take();
-        match (self.folder, self.board) {
+        let judgment = match (self.folder, self.board) {
             (None, None) if !self.stories => judge_in_words(events, properties, doubts, self.around, announcer),
             _ => self.show(events, properties, doubts, announcer),
-        }
+        }?;
+        Ok(Judgment { inputs: self.inputs, ..judgment })
     }
 
     /// The same with all records, for those who look at them.
@@ -270,7 +291,7 @@ impl Judged<'_> {
         let outputs = Outputs { folder, stories: self.stories, ..Outputs::default() };
         refuse_campaign(&outputs)?;
         let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
-        let origin = Origin { text, recorded, ..Origin::default() };
+        let origin = Origin { text, recorded, inputs: self.inputs.clone(), ..Origin::default() };
         let about = [self.name.clone(), self.about.clone()];
         let (mut judge, mut header, start) =
             Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);

@@ -8,7 +8,7 @@ use std::time::Duration;
 use campaigns::Error;
 use editor::counted;
 use monitors::Property;
-use recording::{Certainty, Evidence};
+use recording::{Certainty, Evidence, Provenance};
 use reports::REPORT;
 use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
@@ -47,6 +47,7 @@ struct Checked {
     /// The properties that could not be judged.
     unjudged: Vec<Case>,
     notes: Vec<String>,
+    provenance: Provenance,
 }
 
 /// The verdict of a property.
@@ -95,6 +96,10 @@ impl Line {
         self.result.as_ref().is_ok_and(|checked| checked.verdicts.iter().any(Judgment::is_bad))
     }
 
+    fn is_undecided(&self) -> bool {
+        self.result.as_ref().is_ok_and(|checked| checked.verdicts.iter().any(|it| it.verdict == "inconclusive"))
+    }
+
     /// A log that was refused, as JSON.
     pub(super) fn refused(log: &Path, error: &Error) -> Value {
         json!({ "log": log.display().to_string(), "refused": error.reasons() })
@@ -107,9 +112,11 @@ impl Line {
         let file = self.log.exists().then(|| FilePlace::whole(&name));
         match &self.result {
             Ok(checked) => {
+                let provenance = Some(checked.provenance.clone());
                 let facts = vec![("messages", checked.messages.to_string()), ("seconds", seconds(checked.end))];
                 Suite {
                     name,
+                    provenance,
                     facts,
                     notes: checked
                         .notes
@@ -166,6 +173,7 @@ impl Checked {
             verdicts: verdicts.collect(),
             unjudged: verified.unjudged.iter().map(|name| Case::not_judged(name, NO_FORMULA, &places)).collect(),
             notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).chain(changed).collect(),
+            provenance: verified.provenance(),
         }
     }
 
@@ -293,9 +301,15 @@ fn days(lines: &[Line]) -> Vec<Day> {
 pub(super) fn in_words(lines: &[Line]) -> String {
     let refused = lines.iter().filter(|line| line.result.is_err()).count();
     let bad = lines.iter().filter(|line| line.is_bad()).count();
-    let fine = lines.len() - bad - refused;
-    let mut text = format!("\n{}: {fine} fine", counted(lines.len(), "log"));
-    for (count, what) in [(bad, "with a property violated or unsure"), (refused, "that could not be checked")] {
+    let undecided = lines.iter().filter(|line| !line.is_bad() && line.is_undecided()).count();
+    let satisfied = lines.len() - bad - undecided - refused;
+    let mut text = format!("\n{}: {satisfied} with all properties satisfied", counted(lines.len(), "log"));
+    let others = [
+        (bad, "with a property violated, unsure or without a verdict"),
+        (undecided, "with a property undecided"),
+        (refused, "that could not be checked"),
+    ];
+    for (count, what) in others {
         if count > 0 {
             let _ = write!(text, ", {count} {what}");
         }

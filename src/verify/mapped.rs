@@ -12,7 +12,7 @@ use campaigns::Error;
 use diagnostics::from_disk;
 use editor::System;
 use monitors::{Property, Violation};
-use recording::{Doubts, Header, Origin};
+use recording::{Doubts, Header, InputFile, Origin};
 use trials::replay::sight::Sight;
 use trials::replay::way::Way;
 
@@ -50,6 +50,8 @@ pub(crate) struct Mapped<'m> {
     pub(crate) announcer: Option<Announcer>,
     /// The page that shows everything meanwhile, if there is one.
     pub(crate) board: Option<&'m BoardArgs>,
+    /// The files that they are judged by, once they have been read, if results are wanted.
+    pub(crate) inputs: &'m dyn Fn() -> Vec<InputFile>,
 }
 
 impl Mapped<'_> {
@@ -106,6 +108,7 @@ impl Mapped<'_> {
             stories: self.stories,
             about: self.about,
             mapping: self.text,
+            inputs: (self.inputs)(),
             system: &system,
             around: &around,
             announcer: self.announcer,

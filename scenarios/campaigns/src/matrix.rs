@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use monitors::Outcome;
-use recording::Detail;
+use recording::{Detail, Provenance};
 use reports::Outputs;
 use reports::report::{MonitorReport, Report};
 use runs::Run;
@@ -52,6 +52,8 @@ pub struct Row {
     pub scenario: String,
     /// The root seed.
     pub seed: u64,
+    /// What the run was made from.
+    pub provenance: Provenance,
     /// Whether the scenario has faults. If not, the row says nothing about their detection.
     pub has_fault: bool,
     /// What its faults do, in words; null if none took effect.
@@ -133,6 +135,8 @@ pub enum AboutFault {
 pub struct FaultFree {
     /// The scenario.
     pub scenario: String,
+    /// What the runs were made from.
+    pub provenance: Provenance,
     /// The number of runs, with root seeds starting at 1.
     pub runs: u64,
     /// The properties that were violated in some of them. They need no fault for that, so they detect none.
@@ -193,7 +197,8 @@ impl Matrix {
         let alarms = sound.iter().filter_map(Alarm::of).collect();
         let is_violated = |name: &&String| sound.iter().any(|report| violated(report).any(|found| found == *name));
         let violated = properties.iter().filter(is_violated).cloned().collect();
-        let fault_free = FaultFree { scenario: fault_free.name.clone(), runs, violated, alarms };
+        let provenance = fault_free.origin.provenance(recording::commit());
+        let fault_free = FaultFree { scenario: fault_free.name.clone(), provenance, runs, violated, alarms };
         Ok(Self { properties, rows, fault_free })
     }
 
@@ -309,6 +314,7 @@ impl Row {
         Self {
             scenario: report.scenario.clone(),
             seed: report.seed,
+            provenance: report.provenance.clone(),
             has_fault,
             fault: first.is_some().then(|| effects(report)),
             onset,

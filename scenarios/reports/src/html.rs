@@ -58,6 +58,8 @@ pub use markup::{command, row, section, table, text};
 
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
+/// How the names of charts begin.
+pub(crate) const CHART: &str = "sequence-";
 
 /// A page should open quickly on a phone: pictures beyond this total size are linked, not shown.
 const MOST_BYTES: usize = 780_000;
@@ -92,7 +94,7 @@ pub(crate) fn stories(view: &RunView, timeline: &Timeline) -> impl Iterator<Item
 pub fn write_charts(folder: &Staging, view: &RunView, timeline: &Timeline) -> Result<(), Error> {
     let renderer = Renderer::new();
     for (property, [svg, embedded]) in violations::pictures(view, timeline) {
-        let name = format!("sequence-{}", file_name(&property));
+        let name = format!("{CHART}{}", file_name(&property));
         folder.write(format!("{name}.svg"), svg)?;
         folder.write(format!("{name}.png"), renderer.png(&embedded)?)?;
     }

@@ -55,12 +55,16 @@ impl fmt::Display for Counts {
     }
 }
 
-fn of_suite(Suite { name, facts, notes, cases, .. }: &Suite) -> String {
+fn of_suite(suite: &Suite) -> String {
+    let Suite { name, notes, cases, .. } = suite;
     let name = attribute(name);
     let counts = Counts::of(cases);
-    let fact =
-        |(name, value): &(&str, String)| format!("      <property name=\"{name}\" value=\"{}\"/>\n", attribute(value));
-    let facts: String = facts.iter().map(fact).collect();
+    let fact = |name: &str, value: &str| {
+        format!("      <property name=\"{}\" value=\"{}\"/>\n", attribute(name), attribute(value))
+    };
+    let facts: String = suite.all_facts().iter().map(|(name, value)| fact(name, value)).collect();
+    let inputs: String =
+        suite.inputs().iter().map(|input| fact(&format!("blake3 of {}", input.path), &input.blake3)).collect();
     let cases: String = cases.iter().map(|case| of_case(case, &name)).collect();
     let notes = match notes.as_slice() {
         [] => String::new(),
@@ -70,7 +74,7 @@ fn of_suite(Suite { name, facts, notes, cases, .. }: &Suite) -> String {
         }
     };
     format!(
-        "  <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}    </properties>\n{cases}{notes}  </testsuite>\n"
+        "  <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}{inputs}    </properties>\n{cases}{notes}  </testsuite>\n"
     )
 }
 

@@ -15,6 +15,8 @@ const MOST_BYTES: usize = (1 << 20) - 1024;
 const MOST_TEXT: usize = 2000;
 /// No more findings of a suite than this are listed.
 const MOST_FINDINGS: usize = 100;
+/// Of the hash of a file, so many digits are shown.
+const HASH: usize = 16;
 
 /// How the title begins.
 const TITLE: &str = "# steward ";
@@ -89,9 +91,14 @@ fn write_suite(text: &mut String, suite: &Suite, folder: &Path) -> std::fmt::Res
     let page = suite.page.iter().map(|page| ("report", page.as_path()));
     let pictures = suite.pictures.iter().map(|(picture, about)| (about.as_str(), picture.as_path()));
     write_links(text, page.chain(pictures), folder)?;
-    let facts = suite.facts.iter().map(|(name, value)| format!("{} {}", escaped(name), escaped(value)));
-    if !suite.facts.is_empty() {
-        writeln!(text, "\n{}", facts.collect::<Vec<_>>().join(" · "))?;
+    let facts = suite.all_facts().into_iter().map(|(name, value)| format!("{} {}", escaped(name), escaped(&value)));
+    writeln!(text, "\n{}", facts.collect::<Vec<_>>().join(" · "))?;
+    let inputs = suite.inputs().iter();
+    let inputs =
+        inputs.map(|input| format!("{} {}", escaped(&input.path), input.blake3.get(..HASH).unwrap_or_default()));
+    let inputs: Vec<String> = inputs.collect();
+    if !inputs.is_empty() {
+        writeln!(text, "\nmade from {}", inputs.join(" · "))?;
     }
     writeln!(text)?;
     suite.notes.iter().try_for_each(|note| writeln!(text, "- {}", prose(note)))?;

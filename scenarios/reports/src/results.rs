@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use monitors::{Outcome, Sighting, Witness};
-use recording::Expected;
+use recording::{Expected, InputFile, Provenance};
 
 use crate::WitnessReport;
 use crate::file_place::FilePlace;
@@ -46,7 +46,9 @@ impl Results {
 pub struct Suite {
     /// Its name.
     pub name: String,
-    /// Facts about it: what they are about, and what they are.
+    /// What it was made from; none if the command names its files itself.
+    pub provenance: Option<Provenance>,
+    /// Further facts about it: what they are about, and what they are.
     pub facts: Vec<(&'static str, String)>,
     /// What the answers leave open: sentences without a full stop.
     pub notes: Vec<String>,
@@ -284,11 +286,9 @@ impl Suite {
         let others = report.snapshots.iter().filter(|picture| picture.violated.is_none() && !picture.by_clock);
         Self {
             name: report.scenario.clone(),
+            provenance: Some(report.provenance.clone()),
             facts: vec![
                 ("seed", report.seed.to_string()),
-                ("version", report.version.clone()),
-                ("commit", report.provenance.commit.clone().unwrap_or_else(|| "unknown".to_owned())),
-                ("set", report.provenance.set.join(" ")),
                 ("sim_time_s", report.sim_time_s.to_string()),
                 ("ticks", report.ticks.to_string()),
                 ("trace_hash", report.trace_hash.clone()),
@@ -313,7 +313,21 @@ impl Suite {
             .flat_map(|case| case.trail.iter_mut().filter_map(|step| step.place.as_mut()).chain(&mut case.place));
         let findings = self.findings.iter_mut().filter_map(|finding| finding.place.as_mut());
         trails.chain(findings).chain(&mut self.file).for_each(|place| place.find(&path));
+        for input in self.provenance.iter_mut().flat_map(|made| &mut made.inputs).filter(|input| !input.shipped) {
+            input.path = path(&input.path).unwrap_or_else(|| std::mem::take(&mut input.path));
+        }
         self
+    }
+
+    /// Everything that is known of it: version, commit and settings come first.
+    pub(crate) fn all_facts(&self) -> Vec<(&'static str, String)> {
+        let made = self.provenance.clone().unwrap_or_else(|| Provenance::of_files(Vec::new()));
+        made.facts().into_iter().chain(self.facts.iter().cloned()).collect()
+    }
+
+    /// The files that it was made from.
+    pub(crate) fn inputs(&self) -> &[InputFile] {
+        self.provenance.as_ref().map_or(&[], |made| &made.inputs)
     }
 
     /// Whether the findings say what its cases only count: what is wrong in files.

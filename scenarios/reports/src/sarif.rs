@@ -11,6 +11,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Component, Path};
 
+use recording::InputFile;
 use serde_json::{Value, json};
 
 use crate::file_place::{FilePlace, TextRegion};
@@ -140,6 +141,8 @@ struct SarifLog {
     found: Vec<SarifResult>,
     /// What is about no file.
     notifications: Vec<(Level, String)>,
+    /// The files that the results were made from, with their hashes.
+    inputs: Vec<InputFile>,
     has_error: bool,
     steps: usize,
 }
@@ -148,6 +151,7 @@ impl SarifLog {
     fn add(&mut self, suite: &Suite) {
         let notes = suite.notes.iter().map(|note| (Level::Note, format!("{}: {note}", suite.name)));
         self.notifications.extend(notes);
+        self.inputs.extend(suite.inputs().iter().cloned());
         for FileFinding { kind, message, help, place } in &suite.findings {
             let help = help.as_ref().map_or_else(String::new, |help| format!("\n\nHelp: {help}"));
             let marked = place.as_ref().and_then(|place| place.region.as_ref()).map_or("", |region| &region.text);
@@ -234,6 +238,13 @@ impl SarifLog {
             result
         };
         let results: Vec<Value> = self.found.iter().map(&mut result).collect();
+        self.inputs.sort_by(|one, other| (one.shipped, &one.path).cmp(&(other.shipped, &other.path)));
+        self.inputs.dedup();
+        let input = |InputFile { path, blake3, shipped }: &InputFile| {
+            let place = FilePlace { is_shipped: *shipped, ..FilePlace::whole(path) };
+            json!({ "location": address(&place), "hashes": { "blake3": blake3 } })
+        };
+        let commit = recording::commit().map_or_else(String::new, |commit| format!(" (commit {commit})"));
         let notification = |(level, words): &(Level, String)| json!({ "level": level.name(), "message": text(words) });
         let document = json!({
             "$schema": "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json",
@@ -241,7 +252,7 @@ impl SarifLog {
             "runs": [{
                 "tool": { "driver": {
                     "name": "steward",
-                    "version": env!("CARGO_PKG_VERSION"),
+                    "version": format!("{}{commit}", env!("CARGO_PKG_VERSION")),
                     "semanticVersion": env!("CARGO_PKG_VERSION"),
                     "rules": rules.keys().map(rule).collect::<Vec<_>>(),
                 } },
@@ -256,6 +267,7 @@ impl SarifLog {
                     "executionSuccessful": !self.has_error,
                     "toolExecutionNotifications": self.notifications.iter().map(notification).collect::<Vec<_>>(),
                 }],
+                "artifacts": self.inputs.iter().map(input).collect::<Vec<_>>(),
                 "results": results,
             }],
         });

@@ -1,0 +1,25 @@
+//! The files that a log is judged by.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::Disk;
+use editor::named_files;
+use recording::InputFile;
+use scenarios::files::Kind;
+
+/// What this process has read, and the shipped ones of these property files. A file is hashed as it is now; one that is
+/// in `others`, or a folder there, belongs to another log, or still grows.
+pub(crate) fn inputs(properties: &[PathBuf], others: &[&Path]) -> Vec<InputFile> {
+    let is_other = |file: &Path| others.iter().any(|other| file.starts_with(other));
+    let read = diagnostics::files_read().into_iter().filter(|file| !is_other(file));
+    // One that is gone by now has no hash any more.
+    let on_disk = read.filter_map(|file| InputFile::on_disk(&file).ok());
+    let shipped = properties.iter().filter_map(|name| {
+        let disk = Disk::default();
+        let (path, text) = named_files::read(&disk, Kind::Properties, name).ok()?;
+        Kind::Properties.is_shipped(name, &disk).then(|| InputFile::shipped(&path, &text))
+    });
+    let mut all: Vec<InputFile> = on_disk.chain(shipped).collect();
+    all.sort_by(|one, other| one.path.cmp(&other.path));
+    all
+}
