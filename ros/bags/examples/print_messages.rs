@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use bags::{Bag, Definitions};
+use bags::{Bag, Definitions, Source as _};
 use ros_messages::{Base, Decoder, Layout, Value, Want};
 use serde_json::{Map, json};
 
@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         writeln!(out, "{}", json!({ "topic": topic, "type": kind, "log_ns": head.log_ns, "message": message }))?;
     }
     out.flush()?;
-    bag.survey().lost.iter().chain(messages.lost()).for_each(|lost| eprintln!("{lost}"));
+    let missing = messages.survey().missing.iter().map(|(_, missing)| missing);
+    bag.survey().lost.iter().chain(messages.lost()).chain(missing).for_each(|lost| eprintln!("{lost}"));
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use bags::{Bag, Contents, Definitions, Error, Survey, is_bag};
 
 use crate::messages::{ODD, TWIST, twist};
-use crate::reading::{nothing, times};
+use crate::reading::{nothing, read_with, times};
 use crate::writer::{Written, written};
 
 #[test]
@@ -281,6 +281,25 @@ fn messages_that_a_file_counts_and_does_not_have_are_missing() {
         let lost = lost(&bytes);
         assert!(!lost.is_empty(), "with statistics: {statistics}");
     }
+}
+
+#[test]
+fn what_is_missing_from_a_topic_makes_a_gap_in_its_channel() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.mcap");
+    let (mut bytes, records) = numbered(mcap::WriteOptions::new().use_chunks(false).calculate_data_section_crc(false));
+    bytes[records[6].start] = 0x85;
+    fs::write(&path, bytes).expect("room for a file");
+    let mapping =
+        "[[messages]]\ntopic = \"/cmd_vel\"\nfrom = \"a\"\nto = \"b\"\nLOSSY\nfields = { x = \"linear.x\" }\n";
+    let bag = Bag::open(&path).expect("a bag");
+    let counted = format!("{} counts 12 messages on /cmd_vel, and 11 are there", path.display());
+    let (events, notes) = read_with(&bag, &mapping.replace("LOSSY", ""));
+    assert!(events.len() == 13 && events.contains(&counted), "{events:?}");
+    assert_eq!(notes, [counted.as_str()]);
+    // Only those matter that are there.
+    let (events, notes) = read_with(&bag, &mapping.replace("LOSSY", "lossy = true"));
+    assert_eq!((events.len(), notes), (12, vec![counted]));
 }
 
 #[test]
