@@ -115,7 +115,7 @@ fn messages_before_the_damage_are_checked() {
     fs::write(copies.join("bag_1.mcap"), &whole[..whole.len() / 2]).unwrap();
     let (_, _, said) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert!(unwrapped(&said).contains("bag_0.mcap and bag_1.mcap have the same messages"), "{said}");
-    let list = "relative_file_paths:\n- bag_0.mcap\n- bag_1.mcap\n";
+    let list = "relative_file_paths:\n- bag_0.mcap\n- bag_1.mcap\nduration: 1\n";
     fs::write(copies.join("metadata.yaml"), list).unwrap();
     let (status, said, noted) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert_eq!(status, Some(1));

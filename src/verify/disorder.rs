@@ -222,7 +222,7 @@ fn check(runs: u64, seed: u64) -> Counts {
             write(&format!("split/{name}"), &file(part, random.next_u32()));
         }
         let list: String = names.iter().map(|name| format!("    - {name}\n")).collect();
-        write("split/metadata.yaml", format!("info:\n  relative_file_paths:\n{list}").as_bytes());
+        write("split/metadata.yaml", format!("info:\n  relative_file_paths:\n{list}  duration: 1\n").as_bytes());
         write("split/copy.mcap", &file(&sent, random.next_u32()));
         write("split/bag_0.db3", b"SQLite format 3\0");
         assert_eq!(of_bag(&path("split"), &by_log), truth, "{parts:?}");
