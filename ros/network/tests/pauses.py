@@ -46,8 +46,8 @@ def pause(watching, how, which, seconds):
         (group / "freezer.state").write_text("FROZEN")
         time.sleep(seconds)
         (group / "freezer.state").write_text("THAWED")
-        for pid in pids:
-            (FREEZER / "cgroup.procs").write_text(str(pid))
+        for pid in (group / "cgroup.procs").read_text().split():
+            (FREEZER / "cgroup.procs").write_text(pid)
         group.rmdir()
     else:
         for pid in pids:
