@@ -58,9 +58,10 @@ const MOST_NOTES: usize = 5;
 /// Checks each log. Status 2 if one cannot be checked, or a property has no verdict, otherwise 1 if a property is
 /// violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
-    let folders = folders(args);
-    logs::check_outputs(args, &folders)?;
     args.results.begin()?;
+    let folders = folders(args);
+    let names: Vec<String> = args.logs.iter().map(|log| log.display().to_string()).collect();
+    args.results.or_refused("verify", &names, logs::check_outputs(args, &folders))?;
     let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
     if args.follow {
