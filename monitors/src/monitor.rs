@@ -299,8 +299,10 @@ impl ScopeMonitor {
                 Obligation::Passes { last, .. } if *last < u64::MAX => Some(*last),
                 _ => None,
             });
-            let until = ends.collect::<Option<Vec<u64>>>().and_then(|ends| ends.into_iter().max());
-            self.record.open(0, Some(clause), what, until.map(|until| until.saturating_add(start)), words.is_timed)
+            let until = ends.clone().collect::<Option<Vec<u64>>>().and_then(|ends| ends.into_iter().max());
+            let until = until.map(|until| until.saturating_add(start));
+            let open = self.record.open(0, Some(clause), what, until, words.is_timed);
+            OpenObligation { has_deadline: ends.flatten().next().is_some(), ..open }
         });
         open.collect()
     }

@@ -126,6 +126,40 @@ fn an_answer_in_time_ends_the_obligation() {
     assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
 }
 
+/// The end of a run that is final decides what has no deadline, unless an alternative with a deadline can still meet it.
+#[test]
+fn what_a_deadline_can_still_meet_has_a_deadline() {
+    let [x, y] = ["(BatteryReader, BatteryLevel, level < 5)", "(Navigation, GoToDestination, m[2] = <failure>)"];
+    let high = "(BatteryReader, BatteryLevel, level > 50)";
+    let soon = format!("time_until {y} < 3");
+    for (property, before, after) in [
+        (format!("eventually {x} or {soon}"), &[true][..], &[false][..]),
+        (format!("timed property q := eventually {x} or {soon} s"), &[true], &[false]),
+        (format!("always ({high} implies eventually {x} or {soon})"), &[true], &[false]),
+        (format!("eventually ({high} and {soon})"), &[true], &[false]),
+        (format!("eventually {x} or time_until {y} >= 3"), &[false], &[false]),
+        (format!("always ({high} implies eventually {x})"), &[false], &[false]),
+    ] {
+        let mut watch = match property.strip_prefix("timed property q := ") {
+            Some(formula) => Watch::timed(formula),
+            None => Watch::new(&property),
+        };
+        let owed =
+            |watch: &Watch| watch.monitor().open_obligations().iter().map(|owed| owed.has_deadline).collect::<Vec<_>>();
+        watch.tick();
+        watch.level(80.0);
+        assert_eq!(owed(&watch), before, "{property}");
+        for _ in 0..3 {
+            watch.tick();
+        }
+        assert_eq!(owed(&watch), after, "{property}");
+    }
+    let mut both = Watch::new(&format!("eventually {x} and {soon}"));
+    both.tick();
+    let open = both.monitor().open_obligations();
+    assert!(open.len() == 2 && open.iter().any(|owed| !owed.has_deadline), "{open:?}");
+}
+
 #[test]
 fn being_at_the_station_satisfies_the_variant() {
     let mut watch = Watch::shipped("phi2_or_there");

@@ -149,7 +149,8 @@ pub struct OpenObligation {
     pub since: Option<EventTime>,
     /// The last tick at which it can be met, if there is one; for a timed property, `what` gives the time.
     pub until_tick: Option<u64>,
-    /// Whether there is a last moment at which it can be met.
+    /// Whether an answer with a deadline would meet it, alone or as one of several alternatives. Otherwise, the end of
+    /// the run decides: nothing that is still due can meet it.
     pub has_deadline: bool,
 }
 

@@ -12,24 +12,24 @@ pub(crate) fn is_the_end(ended: &Ended) -> bool {
     }
 }
 
-/// The violation of a property by the end of a run at this time, if something is pending that has no deadline;
-/// `formula` is the property's.
+/// The violation of a property by the end of a run at this time, if something is pending that no deadline after the
+/// end can still meet; `formula` is the property's.
 pub(crate) fn violation(monitor: &dyn Monitor, formula: &str, at: EventTime) -> Option<Decision> {
     if monitor.verdict_at_end() != Verdict::Inconclusive || !monitor.is_open() {
         return None;
     }
     let open = scope_monitor(monitor).map(ScopeMonitor::open_obligations).unwrap_or_default();
-    let endless = open.iter().find(|owed| !owed.has_deadline);
     // Any other monitor does not tell what it waits for.
-    if endless.is_none() && !open.is_empty() {
-        return None;
-    }
+    let endless = match open.is_empty() {
+        true => None,
+        false => Some(open.into_iter().find(|owed| !owed.has_deadline)?),
+    };
     let witness = endless.map(|OpenObligation { what, since, .. }| Witness {
         clause: formula.to_owned(),
         messages: Vec::new(),
-        since: *since,
+        since,
         deadline_tick: None,
-        missing: Some(what.clone()),
+        missing: Some(what),
         settled: at,
     });
     let event = Event { step: at.step, tick: at.tick, time: at.time, kind: EventKind::Tick };

@@ -145,13 +145,15 @@ impl Property {
         };
         let mut pick = |most: usize| rng.random_range(0..most);
         let first = word(leaf, &mut pick);
-        let kind = match pick(4) {
+        let asked = ("BT".to_owned(), leaf.clone(), ["tick", "halt"][pick(2)].to_owned());
+        let kind = match pick(7) {
             0 => Kind::Ban(first),
             1 => Kind::Never(first),
             2 => Kind::Eventually(first),
+            3 => Kind::Answered(asked, first),
             _ => {
-                let request = ["tick", "halt"][pick(2)].to_owned();
-                Kind::Answered(("BT".to_owned(), leaf.clone(), request), first)
+                let soon = word(leaf, &mut pick);
+                Kind::Either(asked, first, soon, [1, 4, 100][pick(3)])
             }
         };
         Self { name: name.to_owned(), text: format!("property {name} := {}", kind.formula()), kind }

@@ -22,6 +22,8 @@ pub(crate) enum Kind {
     Eventually(Word),
     /// After each of the first, some time, the second.
     Answered(Word, Word),
+    /// After each of the first, some time the second, or the third within fewer than so many ticks.
+    Either(Word, Word, Word, u64),
 }
 
 impl Kind {
@@ -32,6 +34,12 @@ impl Kind {
             Self::Never(word) => format!("not eventually {}", event(word)),
             Self::Eventually(word) => format!("eventually {}", event(word)),
             Self::Answered(asked, answer) => format!("always ({} implies eventually {})", event(asked), event(answer)),
+            Self::Either(asked, answer, soon, ticks) => format!(
+                "always ({} implies eventually {} or time_until {} < {ticks})",
+                event(asked),
+                event(answer),
+                event(soon)
+            ),
         }
     }
 }
@@ -53,6 +61,10 @@ struct Line {
     tick: u64,
     /// None for a tick.
     word: Option<Word>,
+}
+
+fn is(line: &Line, word: &Word) -> bool {
+    line.word.as_ref() == Some(word)
 }
 
 /// The event log of a run.
@@ -92,7 +104,7 @@ impl Log {
     }
 
     fn all<'l>(&'l self, word: &'l Word) -> impl Iterator<Item = &'l Line> {
-        self.lines.iter().filter(move |line| line.word.as_ref() == Some(word))
+        self.lines.iter().filter(move |line| is(line, word))
     }
 
     /// The leaves that did not answer a request within the two seconds that a tree waits for them.
@@ -122,17 +134,28 @@ impl Log {
     pub(crate) fn count(&self, property: &Property, is_final: bool) -> Found {
         let satisfied = Found { verdict: "satisfied", at: None, violations: 0, lasted: None };
         let last_tick = self.ticks().saturating_sub(1);
-        let open = || match is_final {
+        let open = |is_final| match is_final {
             true => Found { verdict: "violated", at: Some((self.end, last_tick)), violations: 1, lasted: None },
-            false => Found { verdict: "inconclusive", ..Found { verdict: "", at: None, violations: 0, lasted: None } },
+            false => Found { verdict: "inconclusive", at: None, violations: 0, lasted: None },
         };
         match &property.kind {
             Kind::Ban(word) | Kind::Never(word) => self.stretches(word).unwrap_or(satisfied),
             Kind::Eventually(word) if self.all(word).next().is_some() => satisfied,
-            Kind::Eventually(_) => open(),
+            Kind::Eventually(_) => open(is_final),
             Kind::Answered(asked, answer) => {
                 let place = |word: &Word| self.lines.iter().rposition(|line| line.word.as_ref() == Some(word));
-                if place(asked) > place(answer) { open() } else { satisfied }
+                if place(asked) > place(answer) { open(is_final) } else { satisfied }
+            }
+            Kind::Either(asked, answer, soon, ticks) => {
+                let after = |place: usize, word| self.lines[place..].iter().filter(move |line| is(line, word));
+                let owed = (0..self.lines.len()).filter(|place| is(&self.lines[*place], asked));
+                let owed = owed.filter(|place| {
+                    let due = self.lines[*place].tick + ticks;
+                    after(*place, answer).next().is_none() && !after(*place, soon).any(|line| line.tick < due)
+                });
+                let owed: Vec<u64> = owed.map(|place| self.lines[place].tick).collect();
+                let is_late = owed.iter().any(|tick| tick + ticks <= last_tick);
+                if owed.is_empty() { satisfied } else { open(is_final && is_late) }
             }
         }
     }
@@ -165,7 +188,9 @@ impl Log {
     /// Whether a satisfied property demanded nothing.
     pub(crate) fn is_vacuous(&self, property: &Property, verdict: &str) -> bool {
         match &property.kind {
-            Kind::Answered(asked, _) => verdict == "satisfied" && self.all(asked).next().is_none(),
+            Kind::Answered(asked, _) | Kind::Either(asked, ..) => {
+                verdict == "satisfied" && self.all(asked).next().is_none()
+            }
             Kind::Ban(_) | Kind::Never(_) | Kind::Eventually(_) => false,
         }
     }
