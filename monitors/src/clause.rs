@@ -49,6 +49,17 @@ impl Vocabulary {
         self.events.iter().any(|event| !remembered_by(event).is_empty())
     }
 
+    /// These events, followed by the formula's others.
+    pub(crate) fn with_all_of(&self, formula: &Formula) -> Self {
+        let mut all = self.clone();
+        formula.events(&mut |event| {
+            if !all.events.contains(event) {
+                all.events.push(event.clone());
+            }
+        });
+        all
+    }
+
     /// The names that an event compares with.
     pub(crate) fn names(&self, event: EventId) -> Vec<Arc<str>> {
         let mut names = Vec::new();
@@ -292,7 +303,7 @@ pub(crate) fn normal_form(formula: &Formula) -> Result<(Form, Vocabulary), Formu
 }
 
 /// Collects the events of a form.
-fn events(form: &Form, all: &mut BTreeSet<EventId>) {
+pub(crate) fn events(form: &Form, all: &mut BTreeSet<EventId>) {
     for literal in form.iter().flatten() {
         match literal {
             Literal::Event { event, .. }
@@ -314,6 +325,11 @@ pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form
     let form = form(formula, true, Shape::Clauses, vocabulary)?;
     vocabulary.check(&form, &[], false)?;
     Ok(form)
+}
+
+/// The products of a formula: it holds if all literals of one of them do.
+pub(crate) fn products(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form, FormulaError> {
+    form(formula, true, Shape::Products, vocabulary)
 }
 
 /// The form of a formula, or of its negation.

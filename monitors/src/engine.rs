@@ -31,6 +31,6 @@ pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub use limits::Limits;
 pub(crate) use obligations::{Clause, Obligation, Obligations};
 pub(crate) use operators::{Operators, State};
-pub(crate) use past::{LetterTrigger, Memory, Past};
+pub(crate) use past::{Bits, LetterTrigger, Memory, Past};
 pub(crate) use progression::Progression;
 pub(crate) use situation::Situation;

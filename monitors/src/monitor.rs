@@ -142,7 +142,7 @@ impl ScopeMonitor {
             is_disordered: false,
             verdict: run.verdict(),
             record: Record::new(&synthesis),
-            watches: Watch::of(&synthesis, &formula),
+            watches: Watch::of(&synthesis, &formula, topology),
             silent: mentioned(&formula),
             formula: Arc::new(formula),
             world: OwnWorld::of_events(
@@ -313,7 +313,7 @@ impl ScopeMonitor {
         if self.verdict == Verdict::False {
             return Vec::new();
         }
-        self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
+        self.watches.iter().filter_map(Watch::vacuity).collect()
     }
 
     /// Whether messages are letters to it: the formula measures no time, remembers no values and does not calculate.
@@ -451,7 +451,7 @@ impl ScopeMonitor {
         };
         self.record.see(event, letter, message, &self.synthesis.past, now.saturating_sub(self.now));
         for watch in &mut self.watches {
-            watch.see(event, letter, self.record.last());
+            watch.see(event, letter, self.record.memory(), now);
         }
         if self.verdict == Verdict::True {
             // Only the antecedents are still of interest.
@@ -551,7 +551,7 @@ impl Monitor for ScopeMonitor {
                 return self.record.doom(&observation);
             }
             Verdict::False if !self.violations().is_some_and(|violations| violations.goes_on) => return,
-            Verdict::True if self.watches.iter().all(Watch::has_held) => return,
+            Verdict::True if self.watches.iter().all(Watch::is_settled) => return,
             _ => {}
         }
         let letter = match &event.kind {

@@ -541,6 +541,80 @@ fn silence_satisfies_a_ban_and_makes_a_condition_vacuous() {
     assert_eq!(never_came.monitor().outcome(), Outcome::Inconclusive);
 }
 
+/// A condition is what is on the left of an implication, whatever it looks like and whatever is demanded: a property of
+/// which no condition occurred is vacuous, and it is not if one did.
+#[test]
+fn a_condition_that_never_occurred_is_vacuous_whatever_it_looks_like() {
+    // Of e, the level 4, messages come if `occurs`; others come anyway.
+    let [e, f] = ["(BatteryReader, BatteryLevel, level < 5)", "(Navigation, GoToDestination, m[2] = <failure>)"];
+    let high = "(BatteryReader, BatteryLevel, level > 50)";
+    for (condition, demand) in [
+        (format!("fresh {e}"), format!("not {f}")),
+        (format!("previous {e}"), format!("not {f}")),
+        (format!("once {e}"), format!("not {f}")),
+        (format!("once[< 30] {e}"), format!("not {f}")),
+        (format!("({high} since {e})"), format!("not {f}")),
+        (format!("not {high}"), format!("not {f}")),
+        (format!("not {high}"), format!("time_until {e} < 9")),
+        (format!("not not {e}"), format!("not eventually {f}")),
+        (format!("next {e}"), format!("not next {f}")),
+        (format!("time_until {e} < 2"), format!("not {f}")),
+    ] {
+        for occurs in [false, true] {
+            let mut watch = Watch::new(&format!("always ({condition} implies {demand})"));
+            watch.tick();
+            for level in [80.0, if occurs { 4.0 } else { 80.0 }, if occurs { 4.0 } else { 80.0 }, 80.0] {
+                watch.level(level);
+                watch.running();
+                watch.tick();
+            }
+            let vacuous = watch.monitor().vacuous();
+            assert_eq!(watch.monitor().outcome(), Outcome::Satisfied, "{condition} implies {demand}");
+            assert_eq!(vacuous.is_empty(), occurs, "{condition} implies {demand}: {vacuous:?}");
+        }
+    }
+    for property in [
+        format!("eventually {e} implies (not {f} until {e})"),
+        format!("next {e} implies next {f}"),
+        format!("always historically {e}"),
+        format!("always not once not {e}"),
+    ] {
+        let mut watch = Watch::new(&property);
+        watch.tick();
+        watch.tick();
+        assert_eq!(watch.monitor().outcome(), Outcome::Satisfied, "{property}");
+        assert_eq!(watch.monitor().vacuous().len(), 1, "{property}");
+    }
+}
+
+/// The deadline itself, though nothing happens then, and whatever the relation.
+#[test]
+fn the_time_of_a_missed_deadline_is_the_deadline() {
+    let (high, failure) =
+        ("(BatteryReader, BatteryLevel, level > 50)", "(Navigation, GoToDestination, m[2] = <failure>)");
+    for relation in ["<", "<=", "="] {
+        for (property, due) in [
+            (format!("time_until {failure} {relation} 1.5 s"), 2.5),
+            (format!("always ({high} implies time_until {failure} {relation} 1.5 s)"), 2.501),
+            (format!("time_until {failure} {relation} 2 s and time_until {high} {relation} 1.5 s"), 2.5),
+        ] {
+            let mut watch = Watch::timed(&property);
+            watch.tick();
+            if !property.contains(" and ") {
+                watch.level(80.0);
+            }
+            watch.tick();
+            watch.tick();
+            watch.tick();
+            let due = Duration::from_secs_f64(due);
+            let violations = watch.monitor().violations().unwrap_or_else(|| panic!("{property} is violated"));
+            let witness = watch.monitor().witness().expect("it is violated");
+            assert_eq!((violations.first[0].from.time, witness.settled.time), (due, due), "{property}");
+            assert_eq!(violations.first[0].from.tick, 2, "{property}");
+        }
+    }
+}
+
 /// The condition of `a implies not b` is a; whether b came without it does not matter.
 #[test]
 fn the_condition_of_a_ban_is_what_is_on_the_left() {

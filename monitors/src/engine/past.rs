@@ -93,17 +93,23 @@ struct Asked {
 
 /// The literals of a part: what must hold, and what must not.
 #[derive(Clone, Copy, Debug)]
-struct Bits {
-    yes: u64,
-    no: u64,
+pub(crate) struct Bits {
+    pub(crate) yes: u64,
+    pub(crate) no: u64,
 }
 
 impl Bits {
+    fn of(bits: impl Iterator<Item = (u64, bool)>) -> Self {
+        let mut all = Self { yes: 0, no: 0 };
+        bits.for_each(|(bit, holds)| *(if holds { &mut all.yes } else { &mut all.no }) |= bit);
+        all
+    }
+
     fn one_holds(self, last: u64) -> bool {
         last & self.yes != 0 || !last & self.no != 0
     }
 
-    fn all_hold(self, last: u64) -> bool {
+    pub(crate) fn all_hold(self, last: u64) -> bool {
         !last & self.yes == 0 && last & self.no == 0
     }
 }
@@ -270,15 +276,22 @@ impl Past {
     }
 
     fn bits(&self, part: &LiteralSet) -> Bits {
-        let mut bits = Bits { yes: 0, no: 0 };
-        for literal in part {
-            let (bit, holds) = match literal {
-                Literal::Event { event, holds } => (1 << event.0, *holds),
-                literal => self.bit(literal).unwrap_or((0, true)),
-            };
-            *(if holds { &mut bits.yes } else { &mut bits.no }) |= bit;
+        Bits::of(part.iter().filter_map(|literal| self.bit_now(literal)))
+    }
+
+    /// The literals of a part; `None` if one of them looks ahead or compares values.
+    pub(crate) fn all_bits(&self, part: &LiteralSet) -> Option<Bits> {
+        let bits: Option<Vec<(u64, bool)>> = part.iter().map(|literal| self.bit_now(literal)).collect();
+        Some(Bits::of(bits?.into_iter()))
+    }
+
+    fn bit_now(&self, literal: &Literal) -> Option<(u64, bool)> {
+        match literal {
+            Literal::Event { event, holds } => {
+                self.known.words.names(*event).is_empty().then_some((1 << event.0, *holds))
+            }
+            literal => self.bit(literal),
         }
-        bits
     }
 }
 
