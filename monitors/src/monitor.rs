@@ -520,9 +520,9 @@ fn follow(
     now: u64,
     verdict: Verdict,
 ) {
-    let is_violated = verdict == Verdict::False;
-    if let Some(recurrence) = recurrence.as_mut().filter(|recurrence| is_violated || !recurrence.is_idle()) {
-        recurrence.follow(Position { observation, letter, memory: record.memory(), now }, is_violated);
+    let settled = record.witness().filter(|_| verdict == Verdict::False).map(|witness| witness.settled);
+    if let Some(recurrence) = recurrence.as_mut().filter(|recurrence| settled.is_some() || !recurrence.is_idle()) {
+        recurrence.follow(Position { observation, letter, memory: record.memory(), now }, settled);
     }
 }
 

@@ -805,7 +805,7 @@ fn what_was_seen_before_a_violation_still_counts_after_it() {
     let lasted = Duration::from_millis(within_a_tick_ms + two_ticks_ms + to_the_end_ms);
     assert_eq!(all.lasting(Duration::from_secs(9)), lasted);
     let words = all.in_words(Duration::from_secs(9)).expect("more than one");
-    assert_eq!(words, "violated 3 times, for 5.00 s in all, the last time from 6.01 s to the end");
+    assert_eq!(words, "violated 3 times, for 5.00 s in all, without a break from 6.01 s to the end");
 }
 
 #[test]

@@ -301,7 +301,14 @@ impl CompactRun {
             let passes = (0..u64::BITS)
                 .filter(|event| events >> event & 1 == 1)
                 .map(EventId)
-                .map(|event| Obligation::Passes { event, holds, first: 0, last, values: Values::default() })
+                .map(|event| Obligation::Passes {
+                    event,
+                    holds,
+                    first: 0,
+                    last,
+                    before: false,
+                    values: Values::default(),
+                })
                 .map(Obligations::one);
             let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
             passes.fold(Obligations::constant(!holds), combine)
@@ -348,7 +355,8 @@ impl CompactRun {
         self.now = now;
         for (index, rule) in self.compact.rules.iter().enumerate() {
             let late = matches!(rule.timing, Timing::Within { .. }) && now >= self.ticks[index];
-            if late && self.broken.is_none() {
+            // Of several deadlines that have passed, the first.
+            if late && self.broken.is_none_or(|broken| self.ticks[index] < self.ticks[broken]) {
                 self.broken = Some(index);
             }
         }

@@ -24,12 +24,23 @@ pub(crate) enum Obligation {
         first: u64,
         /// The last tick of the window.
         last: u64,
+        /// Whether the deadline is the moment after `last`, since a timed property says `<`. Without time, windows that
+        /// are equal are the same, however they are written.
+        before: bool,
         /// The values that the event compares with.
         values: Values,
     },
 }
 
 impl Obligation {
+    /// The moment at which it is too late for the event, in the words of the property, if there is one.
+    pub(crate) fn deadline(&self) -> Option<u64> {
+        match self {
+            Self::Passes { last, before, .. } if *last < u64::MAX => Some(last + u64::from(*before)),
+            _ => None,
+        }
+    }
+
     /// The obligation with another window, if it has one.
     pub(crate) fn within(&self, new_first: u64, new_last: u64) -> Self {
         let mut changed = self.clone();
@@ -43,13 +54,14 @@ impl Obligation {
     pub(crate) fn implies(&self, other: &Self) -> bool {
         match (self, other) {
             (
-                Self::Passes { event, holds, first, last, values },
+                Self::Passes { event, holds, first, last, values, before: _ },
                 Self::Passes {
                     event: other_event,
                     holds: other_holds,
                     first: other_first,
                     last: other_last,
                     values: other_values,
+                    before: _,
                 },
             ) if event == other_event && holds == other_holds && values == other_values => {
                 if *holds {
@@ -126,12 +138,25 @@ impl Obligations {
     }
 
     /// The clause that could only be met by messages until `last`, if there is one: it is missed when τ passes `last`.
+    /// Of several, the first that was missed.
     pub(crate) fn ending_by(&self, last: u64) -> Option<&Clause> {
-        let ends = |obligation: &Obligation| match obligation {
-            Obligation::Passes { holds: true, last: end, .. } => *end <= last,
-            _ => false,
+        let end = |obligation: &Obligation| match obligation {
+            Obligation::Passes { holds: true, last: end, .. } if *end <= last => Some(*end),
+            _ => None,
         };
-        self.clauses.iter().find(|clause| !clause.is_empty() && clause.iter().all(ends))
+        let ends = self.clauses.iter().filter_map(|clause| {
+            let ends: Option<Vec<u64>> = clause.iter().map(end).collect();
+            Some((ends?.into_iter().max()?, clause))
+        });
+        ends.min_by_key(|(end, _)| *end).map(|(_, clause)| clause)
+    }
+
+    /// The deadline that is missed when τ becomes `now`.
+    pub(crate) fn missed_at(&self, now: u64) -> u64 {
+        let ends = self.clauses.iter().flatten().filter(
+            |obligation| matches!(obligation, Obligation::Passes { last, .. } if last.checked_add(1) == Some(now)),
+        );
+        ends.filter_map(Obligation::deadline).max().unwrap_or(now)
     }
 
     /// These obligations and a clause.

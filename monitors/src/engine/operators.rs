@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use channels::{ChannelId, Message};
+use channels::{ChannelId, Message, Relation};
 
 use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, trigger};
 use crate::data::{Remembered, Values};
@@ -62,6 +62,8 @@ enum Compiled {
         event: EventId,
         bound: Bound,
         holds: bool,
+        /// Whether the property is timed and says `<`.
+        before: bool,
     },
     Operator(u32),
 }
@@ -270,7 +272,9 @@ impl Operators {
                 let is_so = state.data.is_some_and(|data| data.holds_now(open, values, &self.past.known));
                 Obligations::constant(is_so == holds)
             }
-            Compiled::Time { event, bound, holds } => self.awaited(event, bound, holds, state, values),
+            Compiled::Time { event, bound, holds, before } => {
+                self.awaited((event, bound, before), holds, state, values)
+            }
             Compiled::Operator(operator) => {
                 let values = values.only(&self.names[operator as usize]);
                 match self.operators[operator as usize] {
@@ -286,7 +290,13 @@ impl Operators {
 
     /// The obligation that an event passes within a bound, or that it does not. In each window it may; without the
     /// event, all windows must stay empty.
-    fn awaited(&self, event: EventId, bound: Bound, holds: bool, state: State<'_>, values: &Values) -> Obligations {
+    fn awaited(
+        &self,
+        (event, bound, before): (EventId, Bound, bool),
+        holds: bool,
+        state: State<'_>,
+        values: &Values,
+    ) -> Obligations {
         let passes = self.passes(event, state, values);
         let values = if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() };
         let windows = bound.windows().map(|window| {
@@ -295,7 +305,7 @@ impl Operators {
             }
             let first = if window.first == 0 { 0 } else { state.now.saturating_add(window.first) };
             let last = state.now.saturating_add(window.last);
-            Obligations::one(Obligation::Passes { event, holds, first, last, values: values.clone() })
+            Obligations::one(Obligation::Passes { event, holds, first, last, before, values: values.clone() })
         });
         let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
         windows.fold(Obligations::constant(!holds), combine)
@@ -382,7 +392,10 @@ impl Compiler<'_> {
                 self.open(Literal::Event { event: *event, holds: true }, *holds)
             }
             Literal::Event { event, holds } => Compiled::Event { bit: 1 << event.0, holds: *holds },
-            Literal::Time { event, bound, holds } => Compiled::Time { event: *event, bound: *bound, holds: *holds },
+            Literal::Time { event, bound, holds } => {
+                let before = self.vocabulary.is_timed && bound.relation == Relation::Less;
+                Compiled::Time { event: *event, bound: *bound, holds: *holds, before }
+            }
             literal => match (self.past.bit(literal), literal.past()) {
                 (Some((bit, holds)), _) => Compiled::Event { bit, holds },
                 (None, Some((open, holds))) => self.open(open, holds),

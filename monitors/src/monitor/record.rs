@@ -48,18 +48,18 @@ impl Observation<'_> {
         self.event.tick.saturating_sub(u64::from(before))
     }
 
-    /// When the verdict was reached: when the last moment for an answer had passed, even if nothing happened then.
-    fn settled(&self, last: Option<u64>) -> EventTime {
-        last.map_or(EventTime::of(self.event), |last| self.just_after(last))
+    /// When the verdict was reached: at the deadline that has passed, even if nothing happened then.
+    fn settled(&self, deadline: Option<u64>) -> EventTime {
+        deadline.map_or(EventTime::of(self.event), |deadline| self.at(deadline))
     }
 
-    /// The moment just after `last`, which counts from the first state: in a timed property, it may lie before this
-    /// event. Otherwise, time passes only with events.
-    pub(crate) fn just_after(&self, last: u64) -> EventTime {
+    /// A deadline that has passed, which counts from the first state: in a timed property, it may lie before this event.
+    /// Otherwise, time passes only with events.
+    pub(crate) fn at(&self, deadline: u64) -> EventTime {
         let mut at = EventTime::of(self.event);
         if self.synthesis.vocabulary.is_timed {
-            at.time = at.time.min(Duration::from_nanos(last.saturating_add(self.start).saturating_add(1)));
-            at.tick = self.tick(last.saturating_add(1));
+            at.time = at.time.min(Duration::from_nanos(deadline.saturating_add(self.start)));
+            at.tick = self.tick(deadline);
         }
         at
     }
@@ -261,7 +261,8 @@ impl Record {
             messages: sightings(&sorted(messages), observation.topology),
             deadline_tick: deadline.map(|last| observation.tick(last)),
             missing: (!missing.is_empty()).then(|| missing.join(" or ")),
-            settled: observation.settled(deadline),
+            settled: observation
+                .settled(missed.and_then(|clause| clause.iter().filter_map(Obligation::deadline).max())),
         }
     }
 
@@ -321,19 +322,20 @@ impl Record {
         let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, observation));
         let since = messages.last().cloned();
         let window = clause.iter().find_map(|literal| match literal {
-            Literal::Time { bound, holds, .. } => bound.end().map(|end| (end, *holds)),
+            Literal::Time { bound, holds, .. } => bound.end().map(|end| (end, *bound, *holds)),
             _ => None,
         });
         let due = |last: u64| {
             let since = since.as_ref().map(|event| words.tau(event).max(start) - start);
             since.map(|since| since.saturating_add(last))
         };
-        let awaited = window.filter(|(_, holds)| *holds);
+        let awaited = window.filter(|(_, _, holds)| *holds);
         if channel(event).is_some() && awaited.is_none() && !messages.contains(event) {
             messages.push(event.clone());
         }
         let missing = describe::answers(clause, words, topology);
-        let due = awaited.and_then(|(last, _)| due(last));
+        let deadline = awaited.and_then(|(_, bound, _)| due(bound.ticks));
+        let due = awaited.and_then(|(last, ..)| due(last));
         Witness {
             clause: describe::clause(clause, words, topology),
             since: since.as_ref().map(EventTime::of),
@@ -341,7 +343,7 @@ impl Record {
             deadline_tick: due.map(|last| observation.tick(last)),
             // If a clause has a single literal, what is missing is the clause itself; its moment may lie between ticks.
             missing: ((clause.len() > 1 || words.is_timed) && !missing.is_empty()).then(|| missing.join(" or ")),
-            settled: observation.settled(due),
+            settled: observation.settled(deadline),
         }
     }
 

@@ -22,9 +22,8 @@ use crate::synthesis::Synthesis;
 /// - A clause about the present and the past fails there and then. Such clauses of a property are violated in
 ///   stretches: one violation lasts until each of them that has failed was checked again and held.
 /// - A clause that looks ahead makes an obligation at each position. Each obligation that is missed is a violation,
-///   from the moment at which nothing can meet it: its deadline, or the message that must not come. It lasts until a
-///   message comes for which the clause waits, or to the end of the run; if the clause waits for none, it is over at
-///   once.
+///   from the moment at which nothing can meet it: its deadline, or the message that must not come. A missed
+///   `time_until` lasts until its message comes, or to the end of the run; any other violation is over at once.
 ///
 /// Any other property is violated once and for good.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,7 +76,7 @@ impl Violations {
                     words += &format!(", for {lasted_s:.2} s in all");
                 }
                 if let Some(since) = since {
-                    words += &format!(", the last time from {:.2} s to the end", since.time.as_secs_f64());
+                    words += &format!(", without a break from {:.2} s to the end", since.time.as_secs_f64());
                 }
                 Some(words)
             }
@@ -174,8 +173,9 @@ impl Recurrence {
         !self.clauses.iter().any(|clause| clause.looks_ahead)
     }
 
-    /// Processes a state. Clauses about the present are looked at only once the property is violated.
-    pub(super) fn follow(&mut self, position: Position<'_>, is_violated: bool) {
+    /// Processes a state. Clauses about the present are looked at only once the property is violated: first at the time
+    /// `settled`, by its witness.
+    pub(super) fn follow(&mut self, position: Position<'_>, settled: Option<EventTime>) {
         let Position { observation, letter, memory, now } = position;
         let state = State::present(letter, memory, now);
         let event = observation.event;
@@ -186,10 +186,10 @@ impl Recurrence {
         self.answer(state, event);
         self.clauses.iter_mut().for_each(|clause| clause.step(event, state, &mut failed));
         failed.into_iter().for_each(|failed| self.miss(failed));
-        if is_violated {
+        if let Some(settled) = settled {
             self.check(state, event);
             if self.violations.count == 0 {
-                let place = self.begin(EventTime::of(event));
+                let place = self.begin(settled);
                 self.foreseen = self.violations.goes_on.then_some(place);
             }
         }
@@ -285,12 +285,13 @@ impl Clause {
         let operators = &self.operators;
         self.pending.retain_mut(|pending| {
             let Some(first) = pending.owed.changes_at().filter(|first| *first <= now) else { return true };
-            // The moment at which it is broken, if it is: a window ends there.
+            // The first moment at which it is broken, if it is: a window has ended.
             let mut moment = first;
             loop {
+                let due = pending.owed.missed_at(moment);
                 pending.owed = operators.advance(std::mem::take(&mut pending.owed), moment);
                 if pending.owed.is_broken() {
-                    failed.push(pending.fails(observation.just_after(moment - 1)));
+                    failed.push(pending.fails(observation.at(due)));
                     return false;
                 }
                 match pending.owed.changes_at() {

@@ -98,8 +98,8 @@ pub struct Witness {
     pub deadline_tick: Option<u64>,
     /// The missing events, one of which should have held or passed.
     pub missing: Option<String>,
-    /// The state in which the verdict was reached. If a timed property was violated by silence, its time is just after
-    /// the deadline, its tick is the one that contains the deadline, and its step is that of the first event after it.
+    /// The state in which the verdict was reached. If a timed property was violated by silence, its time is the
+    /// deadline, its tick is the one that contains the deadline, and its step is that of the first event after it.
     pub settled: EventTime,
 }
 

@@ -26,6 +26,8 @@ struct Words {
     /// The shapes of the messages on each channel.
     shapes: BTreeMap<ChannelId, Vec<Shape>>,
     is_timed: bool,
+    /// The bounds of deadlines that are themselves in time, `<= D` and `= D`.
+    lasts: Vec<Bound>,
 }
 
 /// An atom or an operator without its negation.
@@ -53,6 +55,7 @@ impl Definition {
         words.shapes =
             topology.channels().map(|channel| (channel, topology.get(channel).domain.shapes().to_vec())).collect();
         let clauses = words.clauses(formula, true);
+        collect_lasts(formula, &mut words.lasts);
         Self { clauses, words }
     }
 
@@ -446,6 +449,15 @@ fn is_deep(atom: &Atom) -> bool {
     }
 }
 
+fn collect_lasts(formula: &Formula, lasts: &mut Vec<Bound>) {
+    match formula {
+        Formula::TimeUntil { bound, .. } if matches!(bound.relation, Relation::LessOrEqual | Relation::Equal) => {
+            lasts.push(*bound);
+        }
+        _ => formula.operands().into_iter().for_each(|operand| collect_lasts(operand, lasts)),
+    }
+}
+
 /// An order of violations by their beginnings.
 pub(crate) fn order_of(violation: &Violation) -> (Duration, u64, Option<Duration>) {
     (violation.from.time, violation.from.step, violation.until.map(|until| until.time))
@@ -496,9 +508,12 @@ impl Run<'_> {
             let before = n.checked_sub(1).filter(|before| *before >= i).map(|before| self.states[before].0);
             if let Some(before) = before.filter(|_| fails(n, time)) {
                 let moment = if self.words.is_timed { moment(before + 1, time, |time| fails(n, time)) } else { time };
+                // Within `<= D`, it is too late after D, which is the deadline.
+                let begins = |last: &Bound| self.states[..n].iter().any(|begin| begin.0 + last.ticks + 1 == moment);
+                let is_deadline = self.words.lasts.iter().any(begins);
                 let mut at = EventTime::of(events[n]);
-                if moment < time {
-                    at.time = Duration::from_nanos(moment);
+                if moment < time || is_deadline && self.words.is_timed {
+                    at.time = Duration::from_nanos(moment - u64::from(is_deadline));
                     // Before the first tick, there is none.
                     at.tick = at.tick.saturating_sub(u64::from(events[n].kind == EventKind::Tick));
                 }
