@@ -307,7 +307,7 @@ impl ScopeMonitor {
         open.collect()
     }
 
-    /// The clauses whose antecedent never held in a state in which it was checked; none if the property is violated.
+    /// The demands whose condition never occurred where they were checked; none if the property is violated.
     #[must_use]
     pub fn vacuous(&self) -> Vec<Vacuity> {
         if self.verdict == Verdict::False {
