@@ -26,6 +26,9 @@ const MOST_STEPS_OF_ALL: usize = 100_000;
 /// Longer messages are cut, in bytes.
 const MOST_TEXT: usize = 4000;
 
+/// What every file of ours has near its beginning: keys are in alphabetical order.
+const OURS: &str = "\"properties\": {\n    \"madeBy\": \"steward\"";
+
 /// How the name of every run begins.
 const ID: &str = "steward ";
 
@@ -37,7 +40,7 @@ const SHIPPED: &str = "STEWARD";
 /// Whether a file that begins like this is one of ours: no string in JSON has the end of a line.
 #[must_use]
 pub(crate) fn begins(text: &str) -> bool {
-    text.starts_with('{') && text.contains(&format!("\"automationDetails\": {{\n        \"id\": \"{ID}"))
+    text.starts_with('{') && text.contains(OURS)
 }
 
 /// Results as SARIF, and what is left out because of limits, in words.
@@ -249,6 +252,7 @@ impl SarifLog {
         let document = json!({
             "$schema": "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json",
             "version": "2.1.0",
+            "properties": { "madeBy": "steward" },
             "runs": [{
                 "tool": { "driver": {
                     "name": "steward",
