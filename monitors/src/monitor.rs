@@ -10,9 +10,7 @@ use std::any::Any;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{
-    ChannelId, Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict,
-};
+use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict};
 
 use crate::clause::Window;
 use crate::describe;
@@ -75,8 +73,6 @@ pub struct ScopeMonitor {
     verdict: Verdict,
     record: Record,
     watches: Vec<Watch>,
-    /// The channels that the formula mentions on which no message has come.
-    silent: Vec<ChannelId>,
     /// What the formula sees of the world.
     world: OwnWorld,
     /// All violations; none in a normal form, or after letters that were read in advance.
@@ -143,7 +139,6 @@ impl ScopeMonitor {
             verdict: run.verdict(),
             record: Record::new(&synthesis),
             watches: Watch::of(&synthesis, &formula, topology),
-            silent: mentioned(&formula),
             formula: Arc::new(formula),
             world: OwnWorld::of_events(
                 synthesis.vocabulary.ids().map(|event| synthesis.vocabulary.get(event)),
@@ -228,27 +223,9 @@ impl ScopeMonitor {
         Some(anew)
     }
 
-    /// Messages may be missing: from now on, no antecedent is known never to have held, and no channel to be silent.
+    /// Messages may be missing: from now on, no antecedent is known never to have held.
     pub fn give_up_vacuity(&mut self) {
         self.watches.clear();
-        self.silent.clear();
-    }
-
-    /// The channels of which the property speaks and on which no message has come at all. A property that only forbids
-    /// is satisfied by silence, not vacuously; whoever shows that should also show this.
-    #[must_use]
-    pub fn silent_channels(&self) -> &[ChannelId] {
-        &self.silent
-    }
-
-    /// The same in words, `no message from Camera to Safety in the whole run`; `None` if there is no such channel.
-    #[must_use]
-    pub fn silence_in_words(&self) -> Option<String> {
-        let ends = self.silent.iter().map(|channel| self.topology.ends(*channel));
-        let names: Vec<String> = ends.map(|(from, to)| format!("from {from} to {to}")).collect();
-        let (last, others) = names.split_last()?;
-        let all = if others.is_empty() { last.clone() } else { format!("{} or {last}", others.join(", ")) };
-        Some(format!("no message {all} in the whole run"))
     }
 
     /// The pending obligations if the run ends now, each with its beginning and deadline; empty unless the outcome is
@@ -500,17 +477,6 @@ impl ScopeMonitor {
     }
 }
 
-/// The channels that a formula mentions, each once.
-fn mentioned(formula: &Formula) -> Vec<ChannelId> {
-    let mut channels = Vec::new();
-    formula.events(&mut |event| {
-        if !channels.contains(&event.channel) {
-            channels.push(event.channel);
-        }
-    });
-    channels
-}
-
 /// Follows all violations through a state that has been read.
 fn follow(
     recurrence: &mut Option<Box<Recurrence>>,
@@ -536,11 +502,6 @@ impl Monitor for ScopeMonitor {
     }
 
     fn observe(&mut self, event: &Event) {
-        if let EventKind::Received { channel, .. } = &event.kind
-            && !self.silent.is_empty()
-        {
-            self.silent.retain(|silent| silent != channel);
-        }
         if self.is_disordered || !self.world.sees(&event.kind) {
             return;
         }
