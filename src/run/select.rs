@@ -11,12 +11,15 @@ use scenarios::scenario::{Found, RunsEntry, ScenarioFile, find};
 
 use crate::output::note;
 
+/// A requested scenario, under the name that was requested.
+pub(crate) type Selected = (String, Result<Found, Error>);
+
 /// The requested scenarios, each once, as far as they pass the filters; without names, all that come with the program.
-/// One that is not found has an error in its place, under the name that was requested.
-pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<(String, Result<Found, Error>)>, Error> {
+/// One that is not found has an error in its place.
+pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Selected>, Error> {
     let known = |found: Vec<Found>| found.into_iter().map(|one| (one.argument.clone(), Ok(one))).collect();
     let of_name = |name: &String| meant(name).map_or_else(|error| vec![(name.clone(), Err(error))], known);
-    let mut found: Vec<(String, Result<Found, Error>)> = match names {
+    let mut found: Vec<Selected> = match names {
         [] => known(shipped(|_| true)?),
         names => names.iter().flat_map(of_name).collect(),
     };

@@ -1,12 +1,13 @@
 //! Programs that do everything wrong: each fails with one clear message, and none of its processes is left running.
 
 use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
 use std::time::Duration;
 
 use channels::{Action, Process};
 use programs::{Limits, Program, ProgramProcess, Word};
 
-use crate::machine::{has_python, running};
+use crate::machine::has_python;
 use crate::stage::{Stage, keeper, say, sent};
 
 /// Enough for a program to fail, even when many tests run at once; tests of silence wait less.
@@ -369,6 +370,16 @@ fn what_keeps_a_program_may_stand_still_and_its_death_is_noticed() {
         assert_eq!(process.mishaps().len(), usize::from(kills), "{of}: {:?}", process.mishaps());
         assert_eq!(stage.left_over(), [""; 0], "{of}");
     }
+}
+
+/// The numbers of the processes that work in this folder.
+fn running(folder: &Path) -> Vec<u32> {
+    let number = |entry: std::io::Result<std::fs::DirEntry>| {
+        let process = entry.ok()?.path();
+        let works_there = std::fs::read_link(process.join("cwd")).is_ok_and(|place| place.starts_with(folder));
+        process.file_name()?.to_str()?.parse().ok().filter(|_| works_there)
+    };
+    std::fs::read_dir("/proc").into_iter().flatten().filter_map(number).collect()
 }
 
 fn env_number(name: &str, otherwise: u64) -> u64 {

@@ -22,14 +22,3 @@ pub(crate) fn left_over(folder: &Path) -> Vec<String> {
     };
     std::fs::read_dir("/proc").into_iter().flatten().filter_map(command_line).collect()
 }
-
-/// The numbers of the processes that work in this folder.
-#[allow(dead_code, reason = "the tests of the binary do not ask for them")]
-pub(crate) fn running(folder: &Path) -> Vec<u32> {
-    let number = |entry: std::io::Result<std::fs::DirEntry>| {
-        let process = entry.ok()?.path();
-        let works_there = std::fs::read_link(process.join("cwd")).is_ok_and(|place| place.starts_with(folder));
-        process.file_name()?.to_str()?.parse().ok().filter(|_| works_there)
-    };
-    std::fs::read_dir("/proc").into_iter().flatten().filter_map(number).collect()
-}
