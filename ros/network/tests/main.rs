@@ -266,6 +266,7 @@ fn silence_passes_no_time_unless_the_bridge_answers() {
 }
 
 #[test]
+#[expect(clippy::disallowed_methods, reason = "a process stands still in real time")]
 fn what_waited_for_a_process_that_stood_still_is_late() {
     let (address, served) = server(vec![info(), advertise(&[channel(7, "/a")]), data(0, 1, &[1]), data(0, 2, &[2])]);
     let mut bridge = Bridge::connect(&address, None).expect("a bridge");
