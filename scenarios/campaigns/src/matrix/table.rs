@@ -157,7 +157,9 @@ mod tests {
             false_alarm: false,
             vacuous: index == 1,
         };
+        let provenance = recording::Provenance::default();
         let row = Row {
+            provenance: provenance.clone(),
             scenario: "stuck".to_owned(),
             seed: 1,
             has_fault: true,
@@ -171,7 +173,8 @@ mod tests {
             collisions: None,
             arrived: true,
         };
-        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, violated: Vec::new(), alarms: Vec::new() };
+        let fault_free =
+            FaultFree { scenario: "errand".to_owned(), provenance, runs: 0, violated: Vec::new(), alarms: Vec::new() };
         Matrix { properties, rows: vec![row], fault_free }
     }
 
