@@ -93,7 +93,7 @@ fn verdicts_on_a_bag_fall_while_it_is_being_recorded() {
                 said.push(following.line());
             }
         });
-        let (last, status, notes) = following.end();
+        let (mut last, status, notes) = following.end();
         // It may look before a topic is there.
         let others: Vec<&str> = notes.lines().filter(|note| !note.starts_with("note: waiting for the topic")).collect();
         assert_eq!((status, others), (Some(1), vec![]));
@@ -102,7 +102,10 @@ fn verdicts_on_a_bag_fall_while_it_is_being_recorded() {
         assert!(said[0]["witness"]["words"].as_str().expect("words").contains("DISCHARGING"), "{}", said[0]);
         assert_eq!(what(&said[1]), ("slow_when_low".into(), "holds again".into(), 52.0.into()));
         let again = steward(&arguments);
-        assert_eq!(serde_json::from_slice::<Value>(&again.stdout).expect("JSON"), last, "of the finished bag");
+        let mut again: Value = serde_json::from_slice(&again.stdout).expect("JSON");
+        // A file that still grows has no hash.
+        [&mut again, &mut last].map(|verdicts| verdicts["provenance"]["inputs"].take());
+        assert_eq!(again, last, "of the finished bag");
     }
 }
 

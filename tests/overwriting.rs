@@ -356,8 +356,8 @@ impl Trial {
         Way { out, link }
     }
 
-    /// Tries each input at the place of the first file, and the first input at those of the others. Returns what was not
-    /// refused before anything ran.
+    /// Tries each input at the place of the first file, and the first input at those of the others. Returns what was
+    /// not refused before anything ran.
     fn found(&self, folder: &Path) -> Vec<String> {
         let files = if self.files.is_empty() { &[""] } else { self.files };
         let (first, others) = files.split_first().expect("there is one");

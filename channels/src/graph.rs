@@ -293,8 +293,8 @@ impl GraphBuilder {
     /// the one with that number here.
     ///
     /// # Errors
-    /// [`WiringError::Graph`] if a location or a variable was not declared here, if a term reads field 0, if there is no
-    /// initial location, or if the variables do not satisfy g₀ at the start.
+    /// [`WiringError::Graph`] if a location or a variable was not declared here, if a term reads field 0, if there is
+    /// no initial location, or if the variables do not satisfy g₀ at the start.
     pub fn build(mut self) -> Result<ProgramGraph, WiringError> {
         let problem = |problem: &str| WiringError::Graph { graph: self.name.clone(), problem: problem.to_owned() };
         if let Some(found) = self.problem() {

@@ -111,7 +111,8 @@ fn without_mark(text: String) -> String {
 /// Reads a text file through `read`, without the byte order mark that some editors write.
 ///
 /// # Errors
-/// [`Error::Read`] if it cannot be read, or has more than 16 MiB; [`Error::Problems`] with the first byte that is not UTF-8.
+/// [`Error::Read`] if it cannot be read, or has more than 16 MiB; [`Error::Problems`] with the first byte that is not
+/// UTF-8.
 pub fn read_text(path: &Path, read: ReadFile<'_>) -> Result<String, Error> {
     let bytes = read(path).and_then(of_text).map_err(|source| Error::Read { path: path.into(), source })?;
     let text = String::from_utf8(bytes).map_err(|error| not_text(path, &error))?;

@@ -63,7 +63,7 @@ impl PlacesFile {
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
         if Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ini")) {
-            return map2d::parse(name, text);
+            return map2d::parse(name, text).map(|(places, spans, concerns)| Self { places, spans, concerns });
         }
         Document::parse_toml(name, text)?.read(read_file)
     }

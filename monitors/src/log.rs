@@ -224,15 +224,16 @@ impl<R: BufRead> EventLog<R> {
         self.skipped
     }
 
-    /// Whether one of these shows that the log is of another system. What is true in the world is in a log if a property
-    /// of its run asked for it.
+    /// Whether one of these shows that the log is of another system. What is true in the world is in a log if a
+    /// property of its run asked for it.
     #[must_use]
     pub fn is_foreign(&self) -> bool {
         self.is_foreign
     }
 
     /// The next gap before the last event, or at the end: one that the log names, or that lines are missing or come
-    /// twice, where steps or ticks are not consecutive for the first time. A log whose end is missing cannot be recognized.
+    /// twice, where steps or ticks are not consecutive for the first time. A log whose end is missing cannot be
+    /// recognized.
     pub fn next_gap(&mut self) -> Option<Gap> {
         self.gaps.pop_front()
     }

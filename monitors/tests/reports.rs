@@ -126,7 +126,8 @@ fn an_answer_in_time_ends_the_obligation() {
     assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
 }
 
-/// The end of a run that is final decides what has no deadline, unless an alternative with a deadline can still meet it.
+/// The end of a run that is final decides what has no deadline, unless an alternative with a deadline can still meet
+/// it.
 #[test]
 fn what_a_deadline_can_still_meet_has_a_deadline() {
     let [x, y] = ["(BatteryReader, BatteryLevel, level < 5)", "(Navigation, GoToDestination, m[2] = <failure>)"];

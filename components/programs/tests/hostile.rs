@@ -307,8 +307,8 @@ fn draw(state: &mut u64, below: u64) -> u64 {
     *state % below
 }
 
-/// The program and what keeps it stand still, are frozen for a while or killed, `STOPS` times (8), while it is asked: it
-/// has received what it has answered, and a death is one failure.
+/// The program and what keeps it stand still for a while, or are killed, `STOPS` times (8), while it is asked: it has
+/// received what it has answered, and a death is one failure.
 #[test]
 #[expect(clippy::disallowed_methods, reason = "processes stand still in real time")]
 fn what_keeps_a_program_may_stand_still_and_its_death_is_noticed() {

@@ -16,7 +16,6 @@ use std::collections::BTreeMap;
 
 use diagnostics::{FileProblems, Problem, Source, Span, Spanned};
 
-use super::PlacesFile;
 use super::place::{area, heading_concern, near_enough, near_enough_text, point_at};
 use crate::{Place, Places, Point};
 
@@ -33,11 +32,14 @@ enum Section {
     Areas,
 }
 
-/// Reads a locations file: its places, and where each is written.
+/// Places, where each is written, and warnings about them.
+pub(super) type Read = (Places, BTreeMap<String, Span>, Vec<Problem>);
+
+/// Reads a locations file.
 ///
 /// # Errors
 /// Everything that is wrong with it.
-pub(super) fn parse(name: &str, text: &str) -> Result<PlacesFile, FileProblems> {
+pub(super) fn parse(name: &str, text: &str) -> Result<Read, FileProblems> {
     let source = Source::new(name, text);
     let mut reader = Map2dReader::default();
     let mut section = None;
@@ -73,7 +75,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<PlacesFile, FileProblems> 
             .into());
     }
     FileProblems::none_of(reader.problems)?;
-    Ok(PlacesFile { places: reader.places, spans: reader.spans, concerns: reader.concerns })
+    Ok((reader.places, reader.spans, reader.concerns))
 }
 
 /// The words of each line that is not blank.
@@ -207,7 +209,7 @@ mod tests {
     #[test]
     fn locations_become_points_and_areas_become_polygons() {
         for text in [HOUSE.to_owned(), HOUSE.replace('\n', "\r\n"), HOUSE.replace("Areas", "\n\nAreas")] {
-            let PlacesFile { places, spans, .. } = parse("locations.ini", &text).expect(&text);
+            let (places, spans, _) = parse("locations.ini", &text).expect(&text);
             let dock = places.get("dock").expect("a place");
             assert_eq!(dock.goal_position(), Point::new(-7.5, 9.0));
             let Place::Point { pose, .. } = dock else { panic!("a point") };

@@ -50,8 +50,8 @@ pub(super) fn near_enough_text() -> String {
 /// radians. Chosen, not measured.
 const ROUNDED: f64 = 0.007;
 
-/// The warning about a heading in degrees that looks like radians: like a multiple of 15°, with two or more digits after
-/// the point.
+/// The warning about a heading in degrees that looks like radians: like a multiple of 15°, with two or more digits
+/// after the point.
 #[must_use]
 pub fn heading_concern(heading_deg: f64, span: &Span) -> Option<Problem> {
     let steps = (heading_deg * 12.0 / PI).round();

@@ -53,8 +53,8 @@ impl Observation<'_> {
         deadline.map_or(EventTime::of(self.event), |deadline| self.at(deadline))
     }
 
-    /// A deadline that has passed, which counts from the first state: in a timed property, it may lie before this event.
-    /// Otherwise, time passes only with events.
+    /// A deadline that has passed, which counts from the first state: in a timed property, it may lie before this
+    /// event. Otherwise, time passes only with events.
     pub(crate) fn at(&self, deadline: u64) -> EventTime {
         let mut at = EventTime::of(self.event);
         if self.synthesis.vocabulary.is_timed {

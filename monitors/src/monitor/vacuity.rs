@@ -79,7 +79,7 @@ fn mentions_only(literal: &Literal, helps: bool) -> bool {
 /// Watches whether the condition of a demand occurs.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
-    condition: Condition,
+    condition: Asked,
     /// When the demand is checked.
     trigger: LetterTrigger,
     /// Whether it is checked again and again, not only in the first state.
@@ -91,7 +91,7 @@ pub(crate) struct Watch {
 }
 
 #[derive(Clone, Debug)]
-enum Condition {
+enum Asked {
     /// The events and operators that look back which hold, and those which do not, in one of these ways.
     Holds(Vec<Bits>),
     /// Its negation, which looks ahead or compares values, and what that owes since every state in which it was checked.
@@ -138,7 +138,7 @@ impl Maker<'_> {
         self.conditional(condition, what, is_always).into_iter().collect()
     }
 
-    fn watch(&self, condition: Condition, trigger: &Trigger, is_always: bool, words: [String; 2]) -> Watch {
+    fn watch(&self, condition: Asked, trigger: &Trigger, is_always: bool, words: [String; 2]) -> Watch {
         let trigger = LetterTrigger::new(trigger, &self.synthesis.alphabet);
         Watch { condition, trigger, is_always, asked: 0, has_held: false, words: Arc::new(words) }
     }
@@ -156,11 +156,11 @@ impl Maker<'_> {
         let ways = products(&condition, &self.words).ok().filter(|ways| self.knows(ways))?;
         let holds: Option<Vec<Bits>> = ways.iter().map(|way| past.all_bits(way)).collect();
         let kind = match holds {
-            Some(ways) => Condition::Holds(ways),
+            Some(ways) => Asked::Holds(ways),
             None => {
                 let negation = self.form(&condition.clone().negated())?;
                 let operators = Operators::new(&negation, &self.words, alphabet, past);
-                Condition::Follows(Arc::new(operators), Obligations::met())
+                Asked::Follows(Arc::new(operators), Obligations::met())
             }
         };
         let words = [whole, condition].map(|formula| describe::text(formula, &self.words, self.topology));
@@ -183,7 +183,7 @@ impl Maker<'_> {
         let trigger = trigger(clause, words);
         let (condition, named) = match clause.iter().collect::<Vec<_>>()[..] {
             _ if yes != 0 && denied.len() < clause.len() => {
-                (Condition::Holds(vec![Bits { yes, no: 0 }]), describe::antecedent(clause, yes, words, topology))
+                (Asked::Holds(vec![Bits { yes, no: 0 }]), describe::antecedent(clause, yes, words, topology))
             }
             [Literal::Event { event, holds: true }] if words.names(*event).is_empty() => {
                 let EventAtom { channel, condition } = words.get(*event);
@@ -194,12 +194,12 @@ impl Maker<'_> {
                 };
                 let event = EventAtom { channel: *channel, condition };
                 let named = describe::event(&event, topology);
-                (Condition::Message(event), named)
+                (Asked::Message(event), named)
             }
             _ if !trigger.channels.is_empty() => {
                 let any = |channel| EventAtom { channel, condition: MessageCondition::True };
                 let events = trigger.channels.iter().map(|channel| describe::event(&any(*channel), topology));
-                (Condition::Any, events.collect::<Vec<_>>().join(" or "))
+                (Asked::Any, events.collect::<Vec<_>>().join(" or "))
             }
             _ => return None,
         };
@@ -227,7 +227,7 @@ impl Watch {
         let is_asked = if self.is_always { self.trigger.at(letter) } else { self.asked == 0 };
         self.asked += u64::from(is_asked);
         self.has_held = match (&mut self.condition, &event.kind) {
-            (Condition::Follows(operators, owed), _) if is_asked || !owed.is_met() => {
+            (Asked::Follows(operators, owed), _) if is_asked || !owed.is_met() => {
                 let state = State::present(letter, memory, now);
                 *owed = operators.step(operators.advance(std::mem::take(owed), now), state);
                 if is_asked {
@@ -236,11 +236,11 @@ impl Watch {
                 // Beyond the limit, it is not known never to have held.
                 owed.is_broken() || owed.clauses().len() > Self::MOST
             }
-            (Condition::Holds(ways), _) => is_asked && ways.iter().any(|way| way.all_hold(memory.last)),
-            (Condition::Message(event), EventKind::Received { channel, message }) => {
+            (Asked::Holds(ways), _) => is_asked && ways.iter().any(|way| way.all_hold(memory.last)),
+            (Asked::Message(event), EventKind::Received { channel, message }) => {
                 event.channel == *channel && event.condition.holds(message)
             }
-            (Condition::Any, EventKind::Received { .. }) => is_asked,
+            (Asked::Any, EventKind::Received { .. }) => is_asked,
             _ => false,
         };
     }
@@ -248,7 +248,7 @@ impl Watch {
     /// Whether nothing that comes makes a difference.
     pub(crate) fn is_settled(&self) -> bool {
         let is_over = || match &self.condition {
-            Condition::Follows(_, owed) => owed.is_met(),
+            Asked::Follows(_, owed) => owed.is_met(),
             _ => true,
         };
         self.has_held || (!self.is_always && self.asked > 0 && is_over())
@@ -258,7 +258,7 @@ impl Watch {
     pub(crate) fn vacuity(&self) -> Option<Vacuity> {
         // What is still pending of a condition counts as if the run ended now.
         let has_occurred = match &self.condition {
-            Condition::Follows(operators, owed) => self.has_held || !operators.met_at_the_end(owed),
+            Asked::Follows(operators, owed) => self.has_held || !operators.met_at_the_end(owed),
             _ => self.has_held,
         };
         let [clause, antecedent] = &*self.words;

@@ -396,8 +396,8 @@ impl<'r> Events<'r> {
         self.put_in_order(time_ns, Waiting::Message(entry, message));
     }
 
-    /// The time of a message is far from those that wait. Once the first event has been returned, it is left out. Before
-    /// that, the times with which fewer messages agree are wrong.
+    /// The time of a message is far from those that wait. Once the first event has been returned, it is left out.
+    /// Before that, the times with which fewer messages agree are wrong.
     fn oppose(&mut self, time_ns: i64, entry: (usize, usize), message: Message) {
         self.odd.push((time_ns, entry, message));
         if self.start_ns.is_some() {

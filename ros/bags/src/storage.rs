@@ -254,7 +254,7 @@ impl Messages {
     fn compare(&mut self) {
         for ((file, plan), read) in self.files.iter().zip(std::mem::take(&mut self.plans)).zip(&self.read) {
             if let Some(counts) = &plan.counts {
-                compare(&file.path, &plan.topics, [counts, read], &self.wanted, &mut self.survey);
+                self.wanted.compare(&file.path, &plan.topics, [counts, read], &mut self.survey);
             }
         }
     }
@@ -314,25 +314,6 @@ impl Messages {
     #[must_use]
     pub fn lost(&self) -> &[String] {
         &self.aside.lost
-    }
-}
-
-/// Compares how many messages a file counts on its wanted channels with how many have been read.
-fn compare(
-    file: &Path,
-    topics: &BTreeMap<u16, Topic>,
-    counts: [&BTreeMap<u16, u64>; 2],
-    wanted: &Wanted,
-    survey: &mut Survey,
-) {
-    for (channel, topic) in topics {
-        let [stated, found] = counts.map(|counts| counts.get(channel).copied().unwrap_or_default());
-        if stated != found
-            && let Some(index) = wanted.index(topic, survey)
-        {
-            let what = format!("{} counts {stated} messages on {}, and {found} are there", file.display(), topic.name);
-            survey.missing.push((index, what));
-        }
     }
 }
 

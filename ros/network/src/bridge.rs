@@ -68,10 +68,11 @@ const PORT: u16 = 8765;
 /// A connection to a bridge. It is a source of the messages on some topics, or on all.
 ///
 /// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
-/// bridge's stamp. If this process stood still, what waited for it meanwhile was late. It is quiet only as long as the bridge answers pings. A connection that breaks, or that answers no
-/// longer, is opened again, and what may have been missed meanwhile is lost. So is what a topic has while the bridge
-/// does not offer it, until its next message: a bridge notices a new publisher only after a while, so the first
-/// messages of a topic that it offers later than the others never reach it.
+/// bridge's stamp. If this process stood still, what waited for it meanwhile was late. It is quiet only as long as the
+/// bridge answers pings. A connection that breaks, or that answers no longer, is opened again, and what may have been
+/// missed meanwhile is lost. So is what a topic has while the bridge does not offer it, until its next message: a
+/// bridge notices a new publisher only after a while, so the first messages of a topic that it offers later than the
+/// others never reach it.
 pub struct Bridge {
     uri: Uri,
     connection: Option<Connection>,

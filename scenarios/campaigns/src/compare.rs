@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use monitors::Outcome;
 use serde::Serialize;
 
+use super::journal::SUMMARY;
 use super::journal::{JournalReader, Layout, ParameterLayout};
-use super::results::SUMMARY;
 use super::shard::Shard;
 use super::statistics::{Comparison, Confidence, Count, Paired};
 use super::summary::command;

@@ -14,7 +14,6 @@ use reports::REPORT;
 use serde::{Deserialize, Serialize};
 
 use super::file::MAX_RUNS;
-use super::results::MADE_OF_IT;
 use super::shard::Shard;
 use super::{Measure, Model, Parameter, ParameterDomain, ParameterValue, Plan, RunRecord};
 use crate::Error;
@@ -24,6 +23,11 @@ const FORMAT: u32 = 4;
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// The dataset made from the journal.
 pub(super) const DATASET: &str = "dataset.parquet";
+/// The summary and the page made from it.
+pub(super) const SUMMARY: &str = "summary.json";
+pub(super) const PAGE: &str = "report.html";
+/// The files that are made from a journal.
+const MADE_OF_IT: [&str; 3] = [DATASET, SUMMARY, PAGE];
 const TIMING: &str = "timing.csv";
 
 /// Whether `folder` has the journal of a campaign.

@@ -31,8 +31,6 @@ use plot::written;
 pub(super) use survey::Survey;
 use survey::{Pair, ParameterSurvey};
 
-/// The page's file.
-pub(super) const FILE: &str = "report.html";
 /// The confidence of the intervals in charts.
 const CONFIDENCE: f64 = 0.95;
 /// The maximum number of heat maps.

@@ -8,7 +8,7 @@ use diagnostics::{Staging, seconds};
 use monitors::Outcome;
 
 use super::dataset::DatasetWriter;
-use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, TimingReader};
+use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, PAGE, SUMMARY, TimingReader};
 use super::page::Survey;
 use super::shard::Shard;
 use super::statistics::{Confidence, Count};
@@ -16,11 +16,6 @@ use super::summary::{Estimate, Frequency, GoalReport, Named, Outcomes, Summary, 
 use super::{Plan, RunOutcome, RunRecord, page};
 use crate::Error;
 
-/// The summary's file.
-pub(super) const SUMMARY: &str = "summary.json";
-
-/// The files that are made from a journal.
-pub(super) const MADE_OF_IT: [&str; 3] = [DATASET, SUMMARY, page::FILE];
 /// How many runs of each kind the summary lists.
 const NAMED: usize = 10;
 /// The confidence of the summary's intervals.
@@ -50,8 +45,8 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
     let text = serde_json::to_string_pretty(&summary).expect("a summary is always JSON") + "\n";
     let staging = Staging::begin(folder)?;
     staging.write(SUMMARY, text)?;
-    staging.write(page::FILE, page)?;
-    staging.publish(&[SUMMARY, page::FILE])?;
+    staging.write(PAGE, page)?;
+    staging.publish(&[SUMMARY, PAGE])?;
     dataset.finish()?;
     Ok(summary)
 }

@@ -20,8 +20,8 @@ pub struct Elsewhere {
 }
 
 /// The files that a scenario takes from elsewhere, in alphabetical order: those that come with the program because
-/// there is none beside the scenario, and those that an assignment names elsewhere. What a shipped file names is where it
-/// belongs, also if this scenario inherits or uses it.
+/// there is none beside the scenario, and those that an assignment names elsewhere. What a shipped file names is where
+/// it belongs, also if this scenario inherits or uses it.
 pub(super) fn of(file: &ScenarioFile, skills: &BTreeMap<String, Skill>, files: &Files) -> Vec<Elsewhere> {
     if files.are_shipped() {
         return Vec::new();

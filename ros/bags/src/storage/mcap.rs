@@ -166,7 +166,7 @@ impl McapFollower {
         let Ok(mut walk) = Walk::open(&self.walk.path) else { return };
         let Some(summary) = walk.summary() else { return };
         let found = self.seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
-        super::compare(&self.walk.path, &walk.known.channels, [&summary.counts, &found], wanted, survey);
+        wanted.compare(&self.walk.path, &walk.known.channels, [&summary.counts, &found], survey);
     }
 }
 

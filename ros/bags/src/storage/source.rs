@@ -1,7 +1,8 @@
 //! Where messages come from, and which of them are wanted.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use channels::Ground;
 use ros_messages::CdrReader;
@@ -143,6 +144,26 @@ pub(super) enum Wanted {
 }
 
 impl Wanted {
+    /// Compares how many messages a file counts on its wanted channels with how many have been read.
+    pub(super) fn compare(
+        &self,
+        file: &Path,
+        topics: &BTreeMap<u16, Topic>,
+        [stated, found]: [&BTreeMap<u16, u64>; 2],
+        survey: &mut Survey,
+    ) {
+        for (channel, topic) in topics {
+            let [stated, found] = [stated, found].map(|counts| counts.get(channel).copied().unwrap_or_default());
+            if stated != found
+                && let Some(index) = self.index(topic, survey)
+            {
+                let what =
+                    format!("{} counts {stated} messages on {}, and {found} are there", file.display(), topic.name);
+                survey.missing.push((index, what));
+            }
+        }
+    }
+
     /// Whether a topic is wanted that has not appeared.
     fn awaits(&self, name: &str) -> bool {
         matches!(self, Self::Named(names) if names.contains(name))

@@ -295,8 +295,8 @@ impl Walk {
         record_head(&mut self.file).ok()?
     }
 
-    /// That the checksum of the whole data is not right, in words; nothing, if the file has none. To be asked at the end
-    /// of the data.
+    /// That the checksum of the whole data is not right, in words; nothing, if the file has none. To be asked at the
+    /// end of the data.
     pub(super) fn wrong_checksum(&mut self) -> Option<String> {
         let (op::DATA_END, DATA_END) = self.record_at(self.at)? else { return None };
         let stated = u32::from_le_bytes(self.bytes().ok()?);
