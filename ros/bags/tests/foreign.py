@@ -194,7 +194,7 @@ def damage(folder, store, plugins):
         parts += write(folder / f"part{part}", store, names, 30, StoragePlugin.MCAP)
         shutil.copy(next((folder / f"part{part}").glob("*.mcap")), split / f"split_{part}.mcap")
     files = "".join(f"  - split_{part}.mcap\n" for part in range(4))
-    (split / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{files}")
+    (split / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{files}  compression_mode: ''\n")
     ours, said = read(split)
     # The parts overlap: their messages come in the order of their times, those of one time in the order of the parts.
     parts.sort(key=lambda message: message["log_ns"])
