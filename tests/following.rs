@@ -104,7 +104,9 @@ fn verdicts_on_a_bag_fall_while_it_is_being_recorded() {
         let again = steward(&arguments);
         let mut again: Value = serde_json::from_slice(&again.stdout).expect("JSON");
         // A file that still grows has no hash.
-        [&mut again, &mut last].map(|verdicts| verdicts["provenance"]["inputs"].take());
+        for verdicts in [&mut again, &mut last] {
+            verdicts["provenance"]["inputs"] = Value::Null;
+        }
         assert_eq!(again, last, "of the finished bag");
     }
 }
