@@ -79,7 +79,7 @@ fn mentions_only(literal: &Literal, helps: bool) -> bool {
 /// Watches whether the condition of a demand occurs.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
-    condition: Asked,
+    condition: Precondition,
     /// When the demand is checked.
     trigger: LetterTrigger,
     /// Whether it is checked again and again, not only in the first state.
@@ -91,10 +91,11 @@ pub(crate) struct Watch {
 }
 
 #[derive(Clone, Debug)]
-enum Asked {
+enum Precondition {
     /// The events and operators that look back which hold, and those which do not, in one of these ways.
     Holds(Vec<Bits>),
-    /// Its negation, which looks ahead or compares values, and what that owes since every state in which it was checked.
+    /// Its negation, which looks ahead or compares values, and what that owes since every state in which it was
+    /// checked.
     Follows(Arc<Operators>, Obligations),
     /// A message that satisfies this event: the left of an `implies` inside the clause's only event.
     Message(EventAtom),
@@ -138,7 +139,7 @@ impl Maker<'_> {
         self.conditional(condition, what, is_always).into_iter().collect()
     }
 
-    fn watch(&self, condition: Asked, trigger: &Trigger, is_always: bool, words: [String; 2]) -> Watch {
+    fn watch(&self, condition: Precondition, trigger: &Trigger, is_always: bool, words: [String; 2]) -> Watch {
         let trigger = LetterTrigger::new(trigger, &self.synthesis.alphabet);
         Watch { condition, trigger, is_always, asked: 0, has_held: false, words: Arc::new(words) }
     }
@@ -156,11 +157,11 @@ impl Maker<'_> {
         let ways = products(&condition, &self.words).ok().filter(|ways| self.knows(ways))?;
         let holds: Option<Vec<Bits>> = ways.iter().map(|way| past.all_bits(way)).collect();
         let kind = match holds {
-            Some(ways) => Asked::Holds(ways),
+            Some(ways) => Precondition::Holds(ways),
             None => {
                 let negation = self.form(&condition.clone().negated())?;
                 let operators = Operators::new(&negation, &self.words, alphabet, past);
-                Asked::Follows(Arc::new(operators), Obligations::met())
+                Precondition::Follows(Arc::new(operators), Obligations::met())
             }
         };
         let words = [whole, condition].map(|formula| describe::text(formula, &self.words, self.topology));
@@ -183,7 +184,7 @@ impl Maker<'_> {
         let trigger = trigger(clause, words);
         let (condition, named) = match clause.iter().collect::<Vec<_>>()[..] {
             _ if yes != 0 && denied.len() < clause.len() => {
-                (Asked::Holds(vec![Bits { yes, no: 0 }]), describe::antecedent(clause, yes, words, topology))
+                (Precondition::Holds(vec![Bits { yes, no: 0 }]), describe::antecedent(clause, yes, words, topology))
             }
             [Literal::Event { event, holds: true }] if words.names(*event).is_empty() => {
                 let EventAtom { channel, condition } = words.get(*event);
@@ -194,12 +195,12 @@ impl Maker<'_> {
                 };
                 let event = EventAtom { channel: *channel, condition };
                 let named = describe::event(&event, topology);
-                (Asked::Message(event), named)
+                (Precondition::Message(event), named)
             }
             _ if !trigger.channels.is_empty() => {
                 let any = |channel| EventAtom { channel, condition: MessageCondition::True };
                 let events = trigger.channels.iter().map(|channel| describe::event(&any(*channel), topology));
-                (Asked::Any, events.collect::<Vec<_>>().join(" or "))
+                (Precondition::Any, events.collect::<Vec<_>>().join(" or "))
             }
             _ => return None,
         };
@@ -227,7 +228,7 @@ impl Watch {
         let is_asked = if self.is_always { self.trigger.at(letter) } else { self.asked == 0 };
         self.asked += u64::from(is_asked);
         self.has_held = match (&mut self.condition, &event.kind) {
-            (Asked::Follows(operators, owed), _) if is_asked || !owed.is_met() => {
+            (Precondition::Follows(operators, owed), _) if is_asked || !owed.is_met() => {
                 let state = State::present(letter, memory, now);
                 *owed = operators.step(operators.advance(std::mem::take(owed), now), state);
                 if is_asked {
@@ -236,11 +237,11 @@ impl Watch {
                 // Beyond the limit, it is not known never to have held.
                 owed.is_broken() || owed.clauses().len() > Self::MOST
             }
-            (Asked::Holds(ways), _) => is_asked && ways.iter().any(|way| way.all_hold(memory.last)),
-            (Asked::Message(event), EventKind::Received { channel, message }) => {
+            (Precondition::Holds(ways), _) => is_asked && ways.iter().any(|way| way.all_hold(memory.last)),
+            (Precondition::Message(event), EventKind::Received { channel, message }) => {
                 event.channel == *channel && event.condition.holds(message)
             }
-            (Asked::Any, EventKind::Received { .. }) => is_asked,
+            (Precondition::Any, EventKind::Received { .. }) => is_asked,
             _ => false,
         };
     }
@@ -248,7 +249,7 @@ impl Watch {
     /// Whether nothing that comes makes a difference.
     pub(crate) fn is_settled(&self) -> bool {
         let is_over = || match &self.condition {
-            Asked::Follows(_, owed) => owed.is_met(),
+            Precondition::Follows(_, owed) => owed.is_met(),
             _ => true,
         };
         self.has_held || (!self.is_always && self.asked > 0 && is_over())
@@ -258,7 +259,7 @@ impl Watch {
     pub(crate) fn vacuity(&self) -> Option<Vacuity> {
         // What is still pending of a condition counts as if the run ended now.
         let has_occurred = match &self.condition {
-            Asked::Follows(operators, owed) => self.has_held || !operators.met_at_the_end(owed),
+            Precondition::Follows(operators, owed) => self.has_held || !operators.met_at_the_end(owed),
             _ => self.has_held,
         };
         let [clause, antecedent] = &*self.words;

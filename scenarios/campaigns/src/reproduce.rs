@@ -28,6 +28,9 @@ use experiments::{Claim, EXPERIMENTS, Experiment, ExperimentRun};
 use film::{Film, Still};
 use observed::Observed;
 
+/// The files of the results.
+const FILES: [&str; 2] = ["reproduce.json", "index.html"];
+
 pub use table::table;
 
 /// How to run the experiments again.
@@ -179,7 +182,7 @@ impl Reproduction {
         };
         let scenarios: Vec<_> = EXPERIMENTS.iter().filter_map(load).collect();
         complaints.check()?;
-        page::check(folder)?;
+        FILES.iter().try_for_each(|name| diagnostics::check_unread(&folder.join(name)))?;
         let seeds = settings.seeds;
         // Results come in the order of the jobs, so the runs of an experiment are next to each other.
         let films = scenarios.iter().map(|scenario| Job::Film(Arc::clone(scenario)));

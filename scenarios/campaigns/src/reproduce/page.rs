@@ -11,19 +11,11 @@ use reports::html::{Drawing, Layout, NARROW, document, figure, picture, row, sec
 use super::deviations::{DEVIATIONS, Deviation};
 use super::film::SEED;
 use super::shots::{self, Shows};
-use super::{ClaimResult, ExperimentResult, FIGURE_MONITORS, Reproduction, Still};
+use super::{ClaimResult, ExperimentResult, FIGURE_MONITORS, FILES, Reproduction, Still};
 use crate::Error;
 
 const PAPER: &str = "Colledanchise, Cicala, Domenichelli, Natale, Tacchella: Formalizing the Execution Context of Behavior Trees \
                      for Runtime Verification of Deliberative Policies (IROS 2021)";
-
-/// The files of the results.
-const FILES: [&str; 2] = ["reproduce.json", "index.html"];
-
-/// Checks before the runs that the results overwrite no input.
-pub(super) fn check(folder: &Path) -> Result<(), Error> {
-    Ok(FILES.iter().try_for_each(|name| diagnostics::check_unread(&folder.join(name)))?)
-}
 
 impl Reproduction {
     /// Writes the results as `reproduce.json` and as a page, `index.html`, to a folder.
