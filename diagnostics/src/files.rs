@@ -95,7 +95,7 @@ fn bounded(from: impl Read, max_bytes: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > max_bytes { Err(too_large(max_bytes)) } else { Ok(bytes) }
 }
 
-/// The bytes of a text, which are not too many, whoever has read them.
+/// The bytes of a text, if they are not too many.
 fn of_text(bytes: Vec<u8>) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > MAX_TEXT_BYTES { Err(too_large(MAX_TEXT_BYTES)) } else { Ok(bytes) }
 }
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_text_is_limited_whoever_reads_its_bytes() {
+    fn a_text_is_limited_however_its_bytes_are_read() {
         let bytes = |more: usize| vec![b'a'; MAX_TEXT_BYTES as usize + more];
         let read = |more: usize| read_text(Path::new("a.toml"), &|_| Ok(bytes(more)));
         assert!(text(bytes(0)).is_ok() && read(0).is_ok());
