@@ -12,8 +12,8 @@ use crate::ids::DataId;
 use crate::{Chart, Datum};
 
 /// How to fix a machine that does too much with a text.
-const WAY_OUT: &str = "compare it with other texts by `==` and `!=`, or test whether it is empty; a proof tells texts \
-                       apart only by that";
+const WAY_OUT: &str = "compare it with other texts by `==` and `!=`, or test whether it is empty, and keep it in \
+                       `<data>`; a proof tells texts apart only by that";
 
 /// The results of `typeof`.
 const TYPES: [&str; 6] = ["undefined", "object", "boolean", "number", "string", "function"];
