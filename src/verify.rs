@@ -35,7 +35,7 @@ use campaigns::Error;
 use channels::{ChannelId, Event, EventKind, Gap, Ground, Topology};
 use editor::counted;
 use monitors::{Channels, EventLog, LogError, Property};
-use recording::{BagTree, Certainty, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
+use recording::{BagTree, Carried, Certainty, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
 use reports::report::ViolationsReport;
 use serde_json::json;
 
@@ -223,7 +223,11 @@ fn verify_event_log(
     let events = events_of(&mut log, (&system.topology, &ground), refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
-    let doubts = Doubts::new(&properties, &system.topology).on(&ground);
+    let carried = of_recording.as_ref().map(|header| Carried::by(&header.topology)).or(described.carried.clone());
+    let mut doubts = Doubts::new(&properties, &system.topology).on(&ground);
+    if let Some(carried) = carried {
+        doubts = doubts.only(&carried, &system.topology);
+    }
     let about = match tree_log {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),

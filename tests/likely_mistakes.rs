@@ -141,7 +141,7 @@ fn a_halt_is_lost_on_a_leaf_with_an_output_port() {
 }
 
 #[test]
-fn a_topic_that_nothing_reads_is_called_so() {
+fn a_property_can_be_about_a_topic_that_nothing_reads() {
     let folder = tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     write("tree.xml", &format!("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">{MAIN}</root>"));
@@ -153,21 +153,45 @@ fn a_topic_that_nothing_reads_is_called_so() {
         r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="on"><onentry><send event="s" delay="1s"/></onentry>
         <transition event="s" target="on"><send type="channel" event="charge"><param name="pct" expr="50"/></send></transition></state></scxml>"#,
     );
-    let scenario = |formula: &str| {
-        write(
-            "own.toml",
-            &format!(
-                "tree = \"tree.xml\"\nskills = \"skills\"\ncomponents.Meter.machine = \"Meter.scxml\"\n\
-                 components.Meter.interface = \"meter.toml\"\n[expect.satisfied]\nenough = \"{formula}\"\n"
-            ),
-        );
-        refusal(&["check", folder.path().join("own.toml").to_str().unwrap()])
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" ")
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (path, log) = (&*at("own.toml"), &*at("events.jsonl"));
+    let scenario = |event: &str, more: &str| {
+        write("enough.scope", &format!("property enough := always ({event})\n"));
+        let own = "tree = \"tree.xml\"\nskills = \"skills\"\nproperties = [\"enough.scope\"]\nexecution.max_time_s = 10\n\
+                   components.Meter.machine = \"Meter.scxml\"\ncomponents.Meter.interface = \"meter.toml\"\n";
+        write("own.toml", &format!("{own}{more}"));
     };
-    let said = scenario("always (Meter, *, pct > 20)");
-    assert!(said.contains("nothing reads the topic `charge` of Meter"), "{said}");
-    let said = scenario("always (Meter, Say, pct > 20)");
-    assert!(said.contains("Say does not read the topic `charge` of Meter"), "{said}");
+    let run = || {
+        let ran = steward(&["run", path, "--out", &at("out"), "--record", log]);
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        fs::read_to_string(log).unwrap()
+    };
+    // A run, its log, a proof: each judges the messages that no other process gets.
+    for (verdict, event) in [("satisfied", "Meter, *, pct > 20"), ("violated", "Meter, *, pct > 60")] {
+        scenario(event, &format!("[expect]\nenough = \"{verdict}\"\n"));
+        let events = run();
+        assert!((9..=10).contains(&events.matches(r#""to":"Subscriber""#).count()), "{events}");
+        let judged = steward(&["verify", log, "--scenario", path, "--property", &at("enough.scope")]);
+        assert_eq!(judged.status.code(), Some(i32::from(verdict == "violated")), "{judged:?}");
+        scenario(event, "[prove]\ncomponents.Meter.answers = \"anything\"\nexpect.enough = \"violated\"\n");
+        let proved = steward(&["prove", path, "--property", "enough"]);
+        assert!(proved.status.success(), "any value may come: {proved:?}");
+    }
+    scenario("Meter, Say, pct > 20", "");
+    let said = refusal(&["check", path]).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        said.contains("Say does not read the topic `charge` of Meter: `(Meter, *, …)` means whatever reads"),
+        "{said}"
+    );
+    // Without such a property, there is no such process, and nothing is known of the topic later.
+    scenario("TickGenerator, BT, m[1] = <tick>", "");
+    assert!(!run().contains("Subscriber"));
+    scenario("Meter, *, pct > 60", "");
+    let judged = steward(&["verify", log, "--scenario", path, "--property", &at("enough.scope")]);
+    assert_eq!(judged.status.code(), Some(2), "{judged:?}");
+    let judged = String::from_utf8_lossy(&judged.stdout).into_owned();
+    assert!(
+        judged.contains("messages from Meter to Subscriber: when this was recorded, there was no such"),
+        "{judged}"
+    );
 }

@@ -189,6 +189,15 @@ impl Topology {
         self.topics.iter().filter(move |(publisher, _)| *publisher == process).map(|(_, topic)| topic)
     }
 
+    /// The topics that a process publishes and no channel carries: nothing reads them.
+    pub fn unread_topics(&self, process: ProcessId) -> impl Iterator<Item = &Shape> {
+        let from_here = move |channel: &&Channel| channel.source == process;
+        let carried = move |topic: &Shape| {
+            self.channels.iter().filter(from_here).any(|channel| channel.domain.shapes().contains(topic))
+        };
+        self.topics(process).filter(move |topic| !carried(topic))
+    }
+
     /// Declares a request that the process understands from any process that has a channel for it.
     pub fn understand(&mut self, process: ProcessId, request: Shape) {
         self.requests.push((process, request));

@@ -1,6 +1,6 @@
 //! The names of the processes that every scenario has, besides the leaves of its tree.
 
-use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION};
+use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, SUBSCRIBER};
 use monitors::{MONITORS, WORLD};
 use recording::TREE;
 
@@ -14,8 +14,8 @@ pub const ROS: &str = "ROS";
 pub const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 
 /// The names of the processes other than leaves.
-pub const RESERVED: [&str; 8] =
-    [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD, WORLD, MONITORS];
+pub const RESERVED: [&str; 9] =
+    [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD, SUBSCRIBER, WORLD, MONITORS];
 
 /// The processes to which a skill may send.
 pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];

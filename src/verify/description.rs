@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use channels::Ground;
+use recording::Carried;
 use scenarios::scenario::find;
 
 use crate::output::note;
@@ -18,6 +19,8 @@ pub(super) struct Description {
     version: Option<String>,
     /// Time between ticks.
     pub(super) tick: Option<Duration>,
+    /// Which messages the run could carry.
+    pub(super) carried: Option<Carried>,
 }
 
 impl Description {
@@ -33,7 +36,8 @@ impl Description {
         let is_own = argument.is_some_and(|argument| find::shipped(argument).is_none());
         let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
         let tick = tick.filter(|tick| !tick.is_zero());
-        Self { scenario: text("scenario"), is_own, version: text("version"), tick }
+        let carried = Carried::read(&described["channels"]).ok();
+        Self { scenario: text("scenario"), is_own, version: text("version"), tick, carried }
     }
 
     /// Rejects a log of a newer format, which is unknown.
@@ -46,10 +50,14 @@ impl Description {
         Err(Error::refused(message, "use that version, or a newer one"))
     }
 
-    /// What vouches for the messages of the log: this program writes all of them.
+    /// What vouches for the messages of the log: this program writes all of them, and which these can be.
     pub(super) fn ground(&self) -> Ground {
         let what = "the log has every message of the scenario's channels";
-        if self.version.is_some() { Ground::Complete } else { Ground::Assumed(what.to_owned()) }
+        if self.version.is_some() && self.carried.is_some() {
+            Ground::Complete
+        } else {
+            Ground::Assumed(what.to_owned())
+        }
     }
 
     /// The scenario to which the log belongs, unless another one is given.

@@ -52,14 +52,13 @@ impl Resolver<'_> {
             let problem = Problem::new(format!("no channel is from {} to {}", event.source, event.target));
             vec![problem.at(event.span, "no such channel")]
         });
-        let unread = ends[0].flatten().map(|source| self.unread_topics(source)).unwrap_or_default();
+        let unread: Vec<&str> = match ends[0].flatten() {
+            Some(source) => topology.unread_topics(source).flat_map(Shape::heads).map(Symbol::name).collect(),
+            None => Vec::new(),
+        };
         if let Some(last) = reasons.pop_if(|_| !unread.is_empty()) {
-            let source = &event.source;
-            let help = format!(
-                "nothing reads {} of {source}, so no message of it arrives anywhere; a property sees what arrives: {}",
-                topics_in_words(&unread),
-                "let a leaf, a component or a machine among the monitors read it"
-            );
+            let (topics, source) = (topics_in_words(&unread), &event.source);
+            let help = format!("nothing reads {topics} of {source} here, so no message of it arrives anywhere");
             reasons.push(last.with_help(help));
         }
         self.problems.extend(reasons);
@@ -122,21 +121,13 @@ impl Resolver<'_> {
         paths.join(", ") + &others
     }
 
-    /// The topics that a process publishes and that no channel carries.
-    fn unread_topics(&self, process: ProcessId) -> Vec<&str> {
-        let topology = self.topology;
-        let of_process = topology.channels().map(|channel| topology.get(channel)).filter(|one| one.source == process);
-        let carried: Vec<&Shape> = of_process.flat_map(|channel| channel.domain.shapes()).collect();
-        let unread = topology.topics(process).filter(|topic| !carried.contains(topic));
-        unread.flat_map(Shape::heads).map(Symbol::name).collect()
-    }
-
     /// The channels that may have been meant: the opposite direction, or those of the sender.
     fn other_channels(&self, source: &str, target: &str) -> String {
         let topics = self.topology.find_process(source).map(|source| self.topology.topics(source));
         let topics: Vec<&str> = topics.into_iter().flatten().flat_map(Shape::heads).map(Symbol::name).collect();
         if !topics.is_empty() {
-            return format!("{target} does not read {} of {source}", topics_in_words(&topics));
+            let topics = topics_in_words(&topics);
+            return format!("{target} does not read {topics} of {source}: `({source}, *, …)` means whatever reads it");
         }
         if self.topology.find_channel(target, source).is_some() {
             return format!("did you mean `({target}, {source}, …)`? The sender comes first");

@@ -8,7 +8,7 @@ use channels::{ChannelId, Event, Flaw, Gap, Ground, Monitor, Topology, Verdict};
 use monitors::{Formula, Outcome, PossibleStates, Property, ScopeMonitor};
 
 use crate::grounds::{Circumstances, Watched};
-use crate::{Certainty, Evidence, Grounds};
+use crate::{Carried, Certainty, Evidence, Grounds};
 
 /// How sure the verdicts of properties are, by the index of the property. What the source of the events vouches for
 /// grants it, and what is missing takes it away.
@@ -90,6 +90,16 @@ impl Doubts {
     #[must_use]
     pub fn on(mut self, ground: &Ground) -> Self {
         self.grounds.vouch_for_all(ground);
+        self
+    }
+
+    /// The source had no channels for other messages than these.
+    #[must_use]
+    pub fn only(mut self, carried: &Carried, topology: &Topology) -> Self {
+        for channel in carried.missing(topology) {
+            let why = "when this was recorded, there was no such channel, or not with all of its messages";
+            self.grounds.vouch(channel, Ground::Missing(why.to_owned()));
+        }
         self
     }
 

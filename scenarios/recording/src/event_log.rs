@@ -7,7 +7,7 @@ use diagnostics::seconds;
 use monitors::WORLD;
 use serde_json::json;
 
-use crate::{Follower, Happening, RunView};
+use crate::{Carried, Follower, Happening, RunView};
 
 /// An event as a line of the event log, without the newline.
 #[must_use]
@@ -101,6 +101,7 @@ impl<W: Write> EventLogWriter<W> {
             "version": header.version,
             "provenance": header.provenance(),
             "tick_s": seconds(header.tick),
+            "channels": Carried::by(view.topology()).written(),
         });
         writeln!(log.output, "{description}")?;
         log.follow(view)?;

@@ -87,6 +87,7 @@
 //! `mcap` writes the file.
 
 mod archive;
+mod carried;
 mod chunk;
 mod decimals;
 mod doubts;
@@ -125,6 +126,7 @@ mod violations_file;
 pub mod words;
 
 pub use archive::Archive;
+pub use carried::Carried;
 pub use decimals::{decimals, length};
 pub use doubts::Doubts;
 pub use end::{End, Ended, MonitorEnd, SkillError};

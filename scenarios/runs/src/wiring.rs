@@ -10,7 +10,7 @@ use channels::{
 };
 use components::{
     BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
-    Processes,
+    Processes, SUBSCRIBER, Subscriber,
 };
 use devices::DeviceProcess;
 use diagnostics::Spanned;
@@ -65,15 +65,15 @@ pub fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
 
 /// The same, with these components offered to nodes of ROS 2.
 pub(crate) fn wire_for(scenario: &Scenario, streams: &Streams, offered: &Arc<[Offered]>) -> Result<Wired, Error> {
-    wire_with(scenario, streams, offered, Scenario::declare_truths)
+    wire_with(scenario, streams, offered, Scenario::declare_observed)
 }
 
-/// Wires a scenario whose world shows this to monitors.
+/// Wires a scenario whose system has this for monitors.
 fn wire_with(
     scenario: &Scenario,
     streams: &Streams,
     offered: &Arc<[Offered]>,
-    truths: fn(&Scenario, &mut Topology) -> Result<Option<Truths>, WiringError>,
+    declare_for_monitors: fn(&Scenario, &mut Topology) -> Result<Option<Truths>, WiringError>,
 ) -> Result<Wired, Error> {
     let tree = match &scenario.behavior {
         Behavior::Tree(tree) => tree,
@@ -83,7 +83,7 @@ fn wire_with(
     let mut topology = Topology::default();
     let (ids, robot) = scenario.declare(tree, offered, &mut topology).map_err(refused)?;
     let mut processes = tree_processes(scenario, tree, &mut topology, ids).map_err(refused)?;
-    let truths = truths(scenario, &mut topology).map_err(refused)?;
+    let truths = declare_for_monitors(scenario, &mut topology).map_err(refused)?;
     // All processes and channels are declared before the first process is made: it looks up those that it uses.
     let topology = Arc::new(topology);
 
@@ -113,6 +113,9 @@ fn wire_with(
         processes.push((id, Box::new(RemoteClients::new(&topology, id, Arc::clone(offered)))));
     }
     processes.extend(builtin_components(scenario, &topology, robot).map_err(refused)?);
+    if let Some(id) = topology.find_process(SUBSCRIBER) {
+        processes.push((id, Box::new(Subscriber::new(&topology, id))));
+    }
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
@@ -167,12 +170,12 @@ pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
     Ok(Arc::clone(wired.system.topology()))
 }
 
-/// The same with everything that the scenario's world can show to monitors, for properties that it does not have yet.
+/// The same with everything that the system can have for monitors, for properties that it does not have yet.
 ///
 /// # Errors
 /// [`Error::BadInput`] with everything that does not fit together.
 pub fn topology_for_properties(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
-    let wired = wire_with(scenario, &Streams::new(scenario.file.seed), &Arc::default(), Scenario::declare_all_truths)?;
+    let wired = wire_with(scenario, &Streams::new(scenario.file.seed), &Arc::default(), Scenario::declare_observable)?;
     Ok(Arc::clone(wired.system.topology()))
 }
 

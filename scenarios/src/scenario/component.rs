@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::Symbol;
+use components::SUBSCRIBER;
 use devices::{DeviceKind, DeviceSettings};
 use diagnostics::{Problem, Span, Spanned};
 use interfaces::Interface;
@@ -162,7 +163,7 @@ impl FileReader<'_> {
     fn interface(&mut self, entry: &ComponentEntry, places: &[Symbol]) -> Option<Interface> {
         let name = &entry.name;
         // Unlike these, the built-in components can be replaced: their names are free.
-        if [TICK_GENERATOR, TREE, WORLD, MONITORS].contains(&name.value.as_str()) {
+        if [TICK_GENERATOR, TREE, SUBSCRIBER, WORLD, MONITORS].contains(&name.value.as_str()) {
             let problem = name.span.problem(format!("a component cannot be named `{}`", name.value));
             let help = "that is the name of another process";
             self.complaints.push(problem.with_label("this component").with_help(help));

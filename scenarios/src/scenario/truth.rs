@@ -1,10 +1,12 @@
-//! What is true in the simulated world, as properties speak of it: the fields of the message that the world shows to
-//! monitors, `(World, Monitors, level_pct < 20)`. No process of the system receives it, so it changes no run.
+//! What a system has for its properties alone: what is true in the simulated world, as the fields of the message that
+//! the world shows to monitors, `(World, Monitors, level_pct < 20)`, which no process of the system receives, so it
+//! changes no run; and topics that no other process reads, which the process Subscriber then reads.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use channels::{Capacity, ChannelId, Domain, FieldKind, Shape, Topology, WiringError};
+use channels::{Capacity, ChannelId, Domain, FieldKind, ProcessId, Shape, Topology, WiringError};
+use components::SUBSCRIBER;
 use diagnostics::Spanned;
 use maps::Zone;
 use monitors::{EventAtom, MONITORS, MessageField, WORLD};
@@ -151,26 +153,43 @@ fn as_word(name: &str) -> String {
 }
 
 impl Scenario {
-    /// Declares what the world shows to monitors, if anybody asks for it: a message of the fields that properties,
-    /// monitors and faults mention. After all processes and channels of the system.
+    /// Declares what the system has for monitors alone, if a property, monitor or fault is about it: the topics that no
+    /// other process reads, and the world's message with the fields that are mentioned. After all processes and
+    /// channels of the system.
     ///
     /// # Errors
-    /// [`WiringError`] if a process has one of the two names.
-    pub fn declare_truths(&self, topology: &mut Topology) -> Result<Option<Truths>, WiringError> {
-        if !self.texts().any(|text| text.contains(WORLD)) {
+    /// [`WiringError`] if a process has one of the names.
+    pub fn declare_observed(&self, topology: &mut Topology) -> Result<Option<Truths>, WiringError> {
+        let mention = |what: &str| self.texts().any(|text| text.contains(what));
+        let (of_topics, of_world) = (mention("*") || mention(SUBSCRIBER), mention(WORLD));
+        if !of_topics && !of_world {
             return Ok(None);
         }
         let mut all = topology.clone();
-        let Some(Truths { channel, .. }) = self.declare_all_truths(&mut all)? else { return Ok(None) };
-        let used = self.mentioned(channel, &all);
+        if of_topics {
+            declare_unread(&mut all, |_| true)?;
+        }
+        let truths = if of_world { self.declare_fields(&mut all, |_| true)? } else { None };
+        let mentioned = self.mentioned(&all);
+        if of_topics {
+            let is_read = |from: ProcessId| {
+                let channel = all.find_channel(all.name(from), SUBSCRIBER);
+                let is_on = |event: &EventAtom| Some(event.channel) == channel;
+                mentioned.as_ref().is_none_or(|events| events.iter().any(is_on))
+            };
+            declare_unread(topology, is_read)?;
+        }
+        let Some(Truths { channel, .. }) = truths else { return Ok(None) };
+        let used = mentioned.and_then(|events| fields(&events, channel));
         self.declare_fields(topology, |number| used.as_ref().is_none_or(|used| used.contains(&number)))
     }
 
-    /// Declares everything that the world can show to monitors, whether or not anybody asks for it.
+    /// Declares everything that the system can have for monitors, whether or not anything is about it.
     ///
     /// # Errors
-    /// [`WiringError`] if a process has one of the two names.
-    pub fn declare_all_truths(&self, topology: &mut Topology) -> Result<Option<Truths>, WiringError> {
+    /// [`WiringError`] if a process has one of the names.
+    pub fn declare_observable(&self, topology: &mut Topology) -> Result<Option<Truths>, WiringError> {
+        declare_unread(topology, |_| true)?;
         self.declare_fields(topology, |_| true)
     }
 
@@ -209,26 +228,45 @@ impl Scenario {
         faults.chain(rules.map(|rule| &rule.when))
     }
 
-    /// The numbers of the fields that are mentioned on a channel; `None` if all are needed: because a text is wrong,
-    /// and its problems name them, or because a field is called by its number.
-    fn mentioned(&self, channel: ChannelId, topology: &Topology) -> Option<BTreeSet<usize>> {
-        let mut used = BTreeSet::new();
-        let mut by_number = false;
-        let mut look = |event: &EventAtom| {
-            if event.channel == channel {
-                event.condition.fields(&mut |MessageField { number, name, .. }: &MessageField| {
-                    used.insert(*number);
-                    by_number |= name.is_none();
-                });
-            }
-        };
+    /// The events that are mentioned. `None` because a text is wrong, and its problems name what there is.
+    fn mentioned(&self, topology: &Topology) -> Option<Vec<EventAtom>> {
+        let mut mentioned = Vec::new();
         for (name, text) in &self.properties {
             let formulas = monitors::formulas(name, text, topology, self.file.execution.tick).ok()?;
-            formulas.iter().for_each(|(_, formula)| formula.events(&mut look));
+            formulas.iter().for_each(|(_, formula)| formula.events(&mut |event| mentioned.push(event.clone())));
         }
         for text in self.events() {
-            monitors::occurrences("event", &text.value, topology).ok()?.iter().for_each(&mut look);
+            mentioned.extend(monitors::occurrences("event", &text.value, topology).ok()?);
         }
-        (!used.is_empty() && !by_number).then_some(used)
+        Some(mentioned)
     }
+}
+
+/// The numbers of the fields that are mentioned on a channel. `None` if all are needed, because one is called by its
+/// number.
+fn fields(events: &[EventAtom], channel: ChannelId) -> Option<BTreeSet<usize>> {
+    let mut used = BTreeSet::new();
+    let mut by_number = false;
+    for event in events.iter().filter(|event| event.channel == channel) {
+        event.condition.fields(&mut |MessageField { number, name, .. }: &MessageField| {
+            used.insert(*number);
+            by_number |= name.is_none();
+        });
+    }
+    (!used.is_empty() && !by_number).then_some(used)
+}
+
+/// Declares the process that reads the topics that nothing reads, of the processes that are meant, if they have some.
+fn declare_unread(topology: &mut Topology, is_meant: impl Fn(ProcessId) -> bool) -> Result<(), WiringError> {
+    let unread = |process| (process, topology.unread_topics(process).cloned().collect::<Vec<_>>());
+    let unread = topology.processes().map(unread).filter(|(process, topics)| !topics.is_empty() && is_meant(*process));
+    let unread: Vec<_> = unread.collect();
+    if unread.is_empty() {
+        return Ok(());
+    }
+    let subscriber = topology.process(SUBSCRIBER)?;
+    for (publisher, topics) in unread {
+        topology.channel(publisher, subscriber, Capacity::One, Domain::new(topics))?;
+    }
+    Ok(())
 }
