@@ -171,9 +171,9 @@ fn counted(condition: &MessageCondition, message: Named<'_>, names: &Names) -> O
         }
     });
     let holds = |place: usize| {
-        // For what is missing, no relation holds but `!=`: nothing is compared with such a symbol.
+        // For what is missing, no relation holds but `!=`, as for a list, even between two of them.
         let at = |value: &Value| match value {
-            Value::List(items) => items.get(place).cloned().unwrap_or_else(|| Value::symbol("(missing)")),
+            Value::List(items) => items.get(place).cloned().unwrap_or_else(|| Value::List([].into())),
             value => value.clone(),
         };
         let items = Message::new(message.message.fields().iter().map(at));
