@@ -313,6 +313,29 @@ assert all(by_verdict.values()), (by_verdict, lost, counts, report["notes"])
 print(f"of {total} messages through a network that lost {counts['lost']}, sent {counts['twice']} twice and {counts['late']} late, "
       f"exactly the {lost} that came too late or never are counted; verdicts as for what was sent: {by_verdict}")
 
+# Over the same network, reliable messages are sent again: a request may come after its answer.
+(FOLDER / "pairs.toml").write_text("reorder_s = 0.1\n" + "".join(
+    COUNT.replace("/count", f"/{name}").replace("counter", name) for name in ["asked", "answered"]))
+(FOLDER / "pairs.scope").write_text("".join(
+    f"timed property {name} := always ((asked, base, m.x as n and {which}) implies time_until (answered, base, m.x = n) < 1 s)\n"
+    for name, which in [("most", " and ".join(f"m.x != {number}" for number in range(399, 2000, 400))), ("all", "true")]))
+relay = Peer(sys.executable, "relay.py", "from", "to", network=between.inside)
+robot = Peer(CYCLONE, "cyclone.py", 0, 2000, "pairs", network=robots.inside)
+watching = watch("pairs.toml", "pairs.scope", "pairs.mcap", network=watchers.inside)
+robot.ask("go")
+time.sleep(3)
+_, _, report = end(watching)
+robot.kill()
+counts, found = relay.end(), verdicts(report)
+assert counts["lost"] and found["most"][0] in ("satisfied", "unsure"), (counts, report)
+verdict, witness, _ = found["all"]
+assert verdict == "unsure" or verdict == "violated" and any(number % 400 == 399 for [number] in witness), (counts, report)
+pairs = [(topic, struct.unpack_from("<i", data, 4)[0]) for topic, data, _ in records(FOLDER / "pairs.mcap") if "ed" in topic]
+answered = [number for topic, number in pairs if topic == "/answered"]
+late = sum(pairs.index(("/answered", number)) < pairs.index(("/asked", number)) for number in answered)
+print(f"of 2000 requests and their answers, {counts['lost']} datagrams were lost: {late} requests came after their answers, "
+      f"verdicts {found['most'][0]} and {found['all'][0]}")
+
 # Its lease ends before it announces itself again, as if an announcement were lost.
 LATE = "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration><SPDPInterval>4s</SPDPInterval></Discovery></Domain></CycloneDDS>"
 robot = Peer(CYCLONE, "cyclone.py", 0, 20000, CYCLONEDDS_URI=LATE)

@@ -103,6 +103,8 @@ pub(super) struct Hearing {
     finding_ns: i64,
     begun_ns: i64,
     newest_ns: i64,
+    /// The writer of the last message that was told, and when that was received.
+    newest: Option<([u8; 16], i64)>,
     quiet_ns: i64,
     /// Until when it is known that messages could be received.
     alive_ns: i64,
@@ -183,6 +185,7 @@ impl Hearing {
             finding_ns: i64::MIN,
             begun_ns: 0,
             newest_ns: 0,
+            newest: None,
             quiet_ns: 0,
             alive_ns: 0,
         }
@@ -407,13 +410,19 @@ impl Hearing {
                     let count = is_counted.then_some(missing);
                     self.ready.push_back((Received::Lost { topic, count, since_ns }, Vec::new()));
                 }
-                let guid = sample.writer;
+                let (guid, was_sent_again, received_ns) = (sample.writer, sample.by_ns.is_some(), sample.received_ns);
+                let (told_ns, newest) = (self.newest_ns, self.newest.replace((guid, received_ns)));
                 if is_there {
                     self.tell(topic, sample, is_latched);
                     let at_ns = self.newest_ns;
                     let of = self.writers.get_mut(&guid).or_else(|| self.gone.get_mut(&guid));
-                    // Time has passed without what was held back, or had to be sent again.
-                    let late_ns = due_ns.filter(|due_ns| *due_ns < at_ns.saturating_sub(HELD_BACK_NS));
+                    // Time has passed without what was held back, or had to be sent again, or others came before it; of
+                    // those in one datagram, it is not known which was sent first.
+                    let soonest_ns =
+                        if was_sent_again { at_ns } else { told_ns.max(at_ns.saturating_sub(HELD_BACK_NS)) };
+                    let came_together = newest.is_some_and(|(other, at_ns)| other != guid && at_ns == received_ns);
+                    let is_late = |due_ns: &i64| came_together || *due_ns < soonest_ns;
+                    let late_ns = due_ns.filter(is_late).map(|due_ns| due_ns - i64::from(came_together));
                     if let Some(last) = of.and_then(|known| known.last.as_mut()) {
                         (last.at_ns, last.due_ns) = (at_ns, late_ns.unwrap_or(at_ns));
                     }

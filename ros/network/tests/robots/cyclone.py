@@ -1,7 +1,8 @@
 """The same robot without a node, on Cyclone DDS (packages as for cyclone_ros.py, and mcap): its topics as ROS 2 names
 them. With a second argument, it sends so many numbered messages on /count instead, one each millisecond, with best
 effort. With a third, as JSON, it sends `burst` of them each millisecond, begins anew as another participant after each
-`restart`, sends `answers` instead of some numbers, and records what it sends in the file `record`.
+`restart`, sends `answers` instead of some numbers, and records what it sends in the file `record`. With a third, `pairs`,
+it sends each number reliably on /asked, and but for each 400th, 2 ms later, on /answered.
 """
 import json, sys, time
 
@@ -48,6 +49,15 @@ def send_numbers(total, burst=1, restart=0, answers={}, record="/dev/null"):
     return {"done": total}
 
 
+def send_pairs(total):
+    for number in range(total):
+        asked.write(Int32(data=number))
+        time.sleep(0.002)
+        if number % 400 != 399:
+            answered.write(Int32(data=number))
+    return {"done": total}
+
+
 def send_levels(steps):
     for step in range(steps):
         stop.write(Bool(data=step == 40))
@@ -59,15 +69,19 @@ def send_levels(steps):
 def go():
     if is_robot:
         return send_levels(int(sys.argv[1]))
+    if has_pairs:
+        return send_pairs(int(sys.argv[2]))
     return send_numbers(int(sys.argv[2]), **json.loads("".join(sys.argv[3:]) or "{}"))
 
 
-is_robot = len(sys.argv) == 2
+is_robot, has_pairs = len(sys.argv) == 2, sys.argv[3:] == ["pairs"]
 if is_robot:
     level = made(DataWriter, "rt/level", Int32)
     stop = made(DataWriter, "rt/stop", Bool, lossy, Policy.History.KeepLast(5))
     name = made(DataWriter, "rt/map_name", String, *LATCHED)
     name.write(String(data="house"))
+elif has_pairs:
+    asked, answered = (made(DataWriter, f"rt/{name}", Int32) for name in ["asked", "answered"])
 else:
     count = counter()
 answer(go)

@@ -112,7 +112,7 @@ fn a_publisher_that_is_given_up_may_have_gone_on() {
     assert_eq!(told(&mut hearing), ["1", "?"]);
     assert!(hearing.notes[0].contains("on /a, was given up") && hearing.notes[1].contains("stopped publishing on /b"));
     // What it had said is heard, and its numbers tell what it says until it is back.
-    hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS));
+    hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS + 1));
     hearing.hear(writers(&[writer(1, "rt/a", false)], &[]));
     hearing.hear(sample(1, "rt/a", 4, 3 * SECOND_NS));
     assert_eq!(told(&mut hearing), ["1", "-2", "4"]);
@@ -183,7 +183,7 @@ fn when_dds_fails_every_topic_has_a_gap_until_each_publisher_is_heard_again() {
     let known = [writer(1, "rt/a", false), writer(2, "rt/b", false), writer(3, "rt/b", false)];
     let mut hearing = watching(&known);
     hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
-    hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS));
+    hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS + 1));
     hearing.hear(Heard::Alive(3 * SECOND_NS));
     assert_eq!(told(&mut hearing), ["1", "1"]);
     hearing.hear(Heard::Died("why".to_owned()));
@@ -330,6 +330,22 @@ fn a_message_that_took_longer_than_others_was_due_before_and_so_may_others_that_
         "{:?}",
         hearing.ready
     );
+}
+
+#[test]
+fn however_shortly_a_message_was_held_back_it_may_come_after_others_that_it_preceded() {
+    let mut hearing = watching(&[writer(1, "rt/a", false), writer(2, "rt/b", false)]);
+    hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
+    hearing.hear(sample(2, "rt/b", 1, 2 * SECOND_NS + 2_000_000));
+    // It was sent again within 5 ms, and the next one had to wait for it.
+    let Heard::Sample(again) = sample(1, "rt/a", 2, 2 * SECOND_NS + 7_000_000) else { unreachable!() };
+    hearing.hear(Heard::Sample(Sample { by_ns: Some(2 * SECOND_NS + 4_000_000), ..again }));
+    hearing.hear(sample(1, "rt/a", 3, 2 * SECOND_NS + 4_000_000));
+    assert_eq!(told(&mut hearing), ["1", "1", "2", "late since 2000", "3", "late since 2004"]);
+    // These came in one datagram.
+    hearing.hear(sample(1, "rt/a", 4, 2 * SECOND_NS + 9_000_000));
+    hearing.hear(sample(2, "rt/b", 2, 2 * SECOND_NS + 9_000_000));
+    assert_eq!(told(&mut hearing), ["4", "2", "late since 2008"]);
 }
 
 #[test]
