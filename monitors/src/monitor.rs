@@ -246,8 +246,7 @@ impl ScopeMonitor {
                 });
                 owed.collect()
             }
-            (RunningMonitor::Automaton(run), None) => self.open_clauses(run.owed().as_ref(), start),
-            (RunningMonitor::Progression(run), None) => self.open_clauses(run.owed(), start),
+            (run, None) => self.open_clauses(run.owed().as_deref(), start),
         }
     }
 
@@ -454,7 +453,7 @@ impl ScopeMonitor {
             self.verdict = self.run.verdict();
         }
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
-        self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict);
+        self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict, (letter, self.now));
         follow(&mut self.recurrence, &observation, letter, &self.record, self.now, self.verdict);
     }
 

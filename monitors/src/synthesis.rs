@@ -1,13 +1,14 @@
 //! Turns a formula into its monitor.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use channels::{ChannelId, Message, Topology};
 
 use crate::clause::{Form, Vocabulary, always, is_prompt, normal_form};
 use crate::engine::{
-    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, Limits, MAX_EVENTS, Memory, Operators,
-    Past, Progression, Situation,
+    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, Limits, MAX_EVENTS, Memory, Obligations,
+    Operators, Past, Progression, Situation,
 };
 use crate::formula::{Formula, FormulaError};
 
@@ -266,6 +267,15 @@ impl RunningMonitor {
             Self::Compact(run) => run.verdict(),
             Self::Automaton(run) => run.verdict(),
             Self::Progression(run) => run.verdict(),
+        }
+    }
+
+    /// The obligations, counted from the first state; none before it, nor for rules, which are obligations themselves.
+    pub(crate) fn owed(&self) -> Option<Cow<'_, Obligations>> {
+        match self {
+            Self::Compact(_) => None,
+            Self::Automaton(run) => run.owed().map(Cow::Owned),
+            Self::Progression(run) => run.owed().map(Cow::Borrowed),
         }
     }
 

@@ -19,9 +19,12 @@ struct Watch {
 
 impl Watch {
     fn new(formula: &str) -> Self {
+        Self::of(&format!("property p := {formula}"))
+    }
+
+    fn of(text: &str) -> Self {
         let topology = topology();
-        let text = format!("property p := {formula}");
-        let file = monitors::load("p.scope", &text, &topology, Duration::from_secs(1));
+        let file = monitors::load("p.scope", text, &topology, Duration::from_secs(1));
         let property = file.unwrap_or_else(|error| panic!("{:?}", error.problems())).properties.remove(0);
         Self { topology, property, step: 0, tick: 0 }
     }
@@ -821,4 +824,62 @@ fn what_cannot_be_violated_again_is_violated_once() {
     }
     let all = watch.monitor().violations().expect("it was violated");
     assert_eq!((all.count, all.goes_on, all.in_words(Duration::MAX)), (1, false, None));
+}
+
+#[test]
+fn each_open_obligation_has_its_own_beginning() {
+    let running = "(Navigation, GoToDestination, m[2] = <running>)";
+    let level = "(BatteryReader, BatteryLevel, m[2] > 50)";
+    let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
+    let texts = [
+        format!("timed property p := always ({running} implies time_until {level} = 5002 ms)"),
+        format!("timed property p := next {running} and always ({running} implies time_until {level} = 5002 ms)"),
+        format!("property p := always ({running} implies time_until {level} = 5)"),
+        format!("property p := next {running} and always ({running} implies time_until {level} = 5)"),
+        // Without an automaton, which would be too large.
+        format!("property p := always ({running} implies time_until {level} = 5 and time_until {start} != 40)"),
+    ];
+    for text in texts {
+        let mut watch = Watch::of(&text);
+        watch.start();
+        let begun = |watch: &Watch| -> Vec<u64> {
+            let open = watch.monitor().open_obligations().into_iter();
+            let open = open.filter(|open| !open.what.contains("start_navigation"));
+            open.map(|open| open.since.expect("it began").step).collect()
+        };
+        watch.tick();
+        watch.running();
+        watch.tick();
+        watch.tick();
+        watch.running();
+        assert_eq!(begun(&watch), [2, 3], "{text}");
+        (0..3).for_each(|_| assert_eq!(watch.tick(), Verdict::Inconclusive));
+        watch.level(80.0);
+        assert_eq!(begun(&watch), [3], "{text}: the answer to the first says nothing of the second");
+        (0..3).for_each(|_| {
+            watch.tick();
+        });
+        assert_eq!(
+            watch.monitor().witness().and_then(|witness| witness.since).map(|since| since.step),
+            Some(3),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn an_obligation_that_one_of_two_answers_can_meet_began_before_the_deadline_of_the_other() {
+    let running = "(Navigation, GoToDestination, m[2] = <running>)";
+    let level = "(BatteryReader, BatteryLevel, m[2] > 50)";
+    let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
+    for (timed, bound) in [("", "= 2"), ("timed ", "= 2 s"), ("timed ", "< 2 s")] {
+        let mut watch = Watch::of(&format!(
+            "{timed}property p := always ({running} implies time_until {level} {bound} or eventually {start})"
+        ));
+        watch.tick();
+        watch.running();
+        (0..4).for_each(|_| assert_eq!(watch.tick(), Verdict::Inconclusive));
+        let open = watch.monitor().open_obligations();
+        assert_eq!((open.len(), open[0].since.map(|since| since.step), open[0].has_deadline), (1, Some(1), false));
+    }
 }

@@ -1,15 +1,16 @@
 //! The messages that a monitor remembers in order to explain its verdict: the last one on each channel, and those that
 //! caused an obligation.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Message, Topology, Verdict};
 
-use crate::clause::{EventId, Form, Literal, LiteralSet, bounds, trigger};
+use crate::clause::{Form, Literal, LiteralSet, trigger};
 use crate::describe;
-use crate::engine::{Anticipation, Clause, CompactRun, Letter, Memory, Obligation, Obligations, Operators, Past};
-use crate::formula::Bound;
+use crate::engine::{
+    Anticipation, Clause, CompactRun, Letter, Memory, Obligation, Obligations, Operators, Past, State,
+};
 use crate::monitor::witness::{EventTime, OpenObligation, Sighting, Witness};
 use crate::synthesis::{RunningMonitor, Synthesis};
 
@@ -30,7 +31,7 @@ pub(crate) struct Record {
     memory: Memory,
     /// For each operator that looks back, its bit, and the last messages at which its operand held.
     reasons: Vec<(u64, VecDeque<Event>)>,
-    /// If values are remembered: the pending clauses, each with the messages from which it began.
+    /// Without rules: the pending clauses in their order, each with the messages from which it began.
     begun: Vec<(Clause, Vec<Event>)>,
     /// For each rule, or for the formula as a whole: the messages that caused its pending obligation, if any.
     causes: Vec<Option<Vec<Event>>>,
@@ -144,6 +145,7 @@ impl Record {
         run: &RunningMonitor,
         rules: Option<&CompactRun>,
         verdict: Verdict,
+        (letter, now): (Letter, u64),
     ) {
         let rules = match run {
             RunningMonitor::Compact(run) => Some(run),
@@ -159,7 +161,7 @@ impl Record {
             None => {
                 // Without distinguishable clauses, there is one cause: the last messages when the formula
                 // ceased to hold.
-                self.note_beginnings(observation, run);
+                self.note_beginnings(observation, run, letter, now);
                 self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| {
                     record.everything(observation.event)
                 })
@@ -175,27 +177,36 @@ impl Record {
         }
     }
 
-    /// Notes the messages from which the obligations of remembered values began; those of obligations that have ended
-    /// are kept until the next state, where they may explain a verdict.
-    fn note_beginnings(&mut self, observation: &Observation, run: &RunningMonitor) {
-        let RunningMonitor::Progression(run) = run else { return };
-        if !observation.synthesis.vocabulary.has_data() || run.verdict() != Verdict::Inconclusive {
-            return;
-        }
-        let pending: Vec<Clause> = run.owed().into_iter().flat_map(Obligations::clauses).map(begun).collect();
-        self.begun.retain(|(clause, _)| pending.contains(clause));
+    /// Notes the messages from which the pending clauses began: the present ones, or those of the clause that has become
+    /// this one. The clauses before a verdict are kept, because they may explain it.
+    fn note_beginnings(&mut self, observation: &Observation, run: &RunningMonitor, letter: Letter, now: u64) {
+        let Some(owed) = run.owed().filter(|_| run.verdict() == Verdict::Inconclusive) else { return };
+        let pending = owed.clauses();
+        let over: Vec<_> = self.begun.extract_if(.., |(clause, _)| pending.binary_search(clause).is_err()).collect();
+        let operators = &observation.synthesis.operators;
+        let state = State::present(letter, &self.memory, now);
+        let became = |clause: &Clause| {
+            operators.step(operators.advance(Obligations::any(clause.clone()), now), state).clauses().to_vec()
+        };
+        let over: Vec<_> = over.into_iter().map(|(clause, messages)| (became(&clause), messages)).collect();
         for clause in pending {
-            if !self.begun.iter().any(|(known, _)| *known == clause) {
-                let messages = self.everything(observation.event);
-                self.begun.push((clause, messages));
+            if let Err(place) = self.place(clause) {
+                let before = over.iter().find(|(became, _)| became.contains(clause));
+                let messages =
+                    before.map_or_else(|| self.everything(observation.event), |(_, messages)| messages.clone());
+                self.begun.insert(place, (clause.clone(), messages));
             }
         }
     }
 
-    /// The messages from which a clause began, if it is one of remembered values.
+    /// Where a clause is among those that are pending, or would be.
+    fn place(&self, clause: &Clause) -> Result<usize, usize> {
+        self.begun.binary_search_by(|(known, _)| known.cmp(clause))
+    }
+
+    /// The messages from which a clause began, if it is pending.
     fn beginning(&self, clause: &Clause) -> Option<&Vec<Event>> {
-        let clause = begun(clause);
-        self.begun.iter().find(|(known, _)| *known == clause).map(|(_, messages)| messages)
+        self.place(clause).ok().map(|place| &self.begun[place].1)
     }
 
     fn note_cause(&mut self, rule: usize, owed: bool, cause: impl FnOnce(&Self) -> Vec<Event>) {
@@ -242,16 +253,7 @@ impl Record {
         let cause = missed.and_then(|missed| self.beginning(missed)).or(self.causes[0].as_ref());
         let cause = cause.cloned().unwrap_or_default();
         let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
-        let since = match missed.map(Vec::as_slice) {
-            // The missed obligation need not be the first pending one: its window decides.
-            Some([Obligation::Passes { event, last, .. }]) => {
-                let window = length(&observation.synthesis.form, *event);
-                let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + observation.start);
-                cause.last().filter(|first| Some(words.tau(first)) == begun)
-            }
-            Some(_) => None,
-            None => cause.last(),
-        };
+        let since = cause.last();
         let missing: Vec<String> = missed.into_iter().flatten().filter_map(|owed| name(owed, observation)).collect();
         let mut messages = cause.clone();
         messages.extend(self.everything(observation.event).into_iter().filter(|event| !cause.contains(event)));
@@ -368,15 +370,6 @@ impl Record {
     }
 }
 
-/// A clause without the beginnings of its windows, which change as time passes.
-fn begun(clause: &Clause) -> Clause {
-    let begun = |obligation: &Obligation| match obligation {
-        Obligation::Passes { last, .. } => obligation.within(0, *last),
-        other => other.clone(),
-    };
-    clause.iter().map(begun).collect()
-}
-
 /// The last tick at which an obligation can be met.
 fn end(obligation: &Obligation) -> Option<u64> {
     match obligation {
@@ -394,12 +387,6 @@ fn name(obligation: &Obligation, observation: &Observation) -> Option<String> {
         )),
         _ => None,
     }
-}
-
-/// The length, in ticks, of the windows of a timed event; `None` if they differ.
-fn length(form: &Form, event: EventId) -> Option<u64> {
-    let mut ends: BTreeSet<u64> = bounds(form, event).into_iter().filter_map(Bound::end).collect();
-    ends.pop_first().filter(|_| ends.is_empty())
 }
 
 fn sightings(events: &[Event], topology: &Topology) -> Vec<Sighting> {
