@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt};
 
-use crate::brute_force::{Kind, Property};
+use crate::brute_force::{Kind, Limit, Property};
 
 /// A random application with its campaign: what was drawn, beside the files.
 pub(crate) struct Application {
@@ -146,16 +146,24 @@ impl Property {
         let mut pick = |most: usize| rng.random_range(0..most);
         let first = word(leaf, &mut pick);
         let asked = ("BT".to_owned(), leaf.clone(), ["tick", "halt"][pick(2)].to_owned());
-        let kind = match pick(7) {
+        let limit = Limit {
+            relation: ["<", "<=", "="][pick(3)],
+            ms: [20, 500, 700, 1000, 1300, 2000, 2100, 4000, 9000][pick(9)],
+        };
+        let kind = match pick(10) {
             0 => Kind::Ban(first),
             1 => Kind::Never(first),
             2 => Kind::Eventually(first),
             3 => Kind::Answered(asked, first),
+            4 => Kind::Within(first, limit),
+            5 => Kind::Provided(asked, first, limit),
+            6 => Kind::Guarded(asked, first, word(leaf, &mut pick), limit),
             _ => {
                 let soon = word(leaf, &mut pick);
                 Kind::Either(asked, first, soon, [1, 4, 100][pick(3)])
             }
         };
-        Self { name: name.to_owned(), text: format!("property {name} := {}", kind.formula()), kind }
+        let timed = if kind.is_timed() { "timed " } else { "" };
+        Self { name: name.to_owned(), text: format!("{timed}property {name} := {}", kind.formula()), kind }
     }
 }

@@ -24,11 +24,53 @@ pub(crate) enum Kind {
     Answered(Word, Word),
     /// After each of the first, some time the second, or the third within fewer than so many ticks.
     Either(Word, Word, Word, u64),
+    /// This in time from the first state on.
+    Within(Word, Limit),
+    /// This in time from the first state on, if the first ever comes.
+    Provided(Word, Word, Limit),
+    /// The second in time after each of the first, until the third.
+    Guarded(Word, Word, Word, Limit),
+}
+
+/// A limit of a timed property: `<`, `<=` or `=` so many milliseconds.
+#[derive(Clone, Copy)]
+pub(crate) struct Limit {
+    pub(crate) relation: &'static str,
+    pub(crate) ms: u64,
+}
+
+impl Limit {
+    fn is_kept(self, elapsed: u64) -> bool {
+        elapsed == self.due() && self.relation != "<" || elapsed < self.due() && self.relation != "="
+    }
+
+    /// Whether it is too late.
+    fn is_over(self, elapsed: u64) -> bool {
+        elapsed > self.due() || elapsed == self.due() && self.relation == "<"
+    }
+
+    fn due(self) -> u64 {
+        self.ms * 1_000_000
+    }
+}
+
+/// What became of an answer that is due.
+enum Due {
+    Met,
+    Open,
+    /// The time and the tick at which it was missed.
+    Missed((u64, u64)),
 }
 
 impl Kind {
+    pub(crate) fn is_timed(&self) -> bool {
+        matches!(self, Self::Within(..) | Self::Provided(..) | Self::Guarded(..))
+    }
+
     pub(crate) fn formula(&self) -> String {
         let event = |(from, to, word): &Word| format!("({from}, {to}, m[1] = <{word}>)");
+        let in_time =
+            |word: &Word, Limit { relation, ms }: &Limit| format!("time_until {} {relation} {ms} ms", event(word));
         match self {
             Self::Ban(word) => format!("always not {}", event(word)),
             Self::Never(word) => format!("not eventually {}", event(word)),
@@ -40,6 +82,13 @@ impl Kind {
                 event(answer),
                 event(soon)
             ),
+            Self::Within(answer, limit) => in_time(answer, limit),
+            Self::Provided(condition, answer, limit) => {
+                format!("eventually {} implies {}", event(condition), in_time(answer, limit))
+            }
+            Self::Guarded(asked, answer, goal, limit) => {
+                format!("({} implies {}) until {}", event(asked), in_time(answer, limit), event(goal))
+            }
         }
     }
 }
@@ -130,6 +179,12 @@ impl Log {
         leaves.filter(is_silent).collect()
     }
 
+    /// The ticks, and the messages on the channels of these words.
+    fn states(&self, words: &[&Word]) -> Vec<&Line> {
+        let is_on = |(from, to, _): &Word| words.iter().any(|word| (from, to) == (&word.0, &word.1));
+        self.lines.iter().filter(|line| line.word.as_ref().is_none_or(is_on)).collect()
+    }
+
     /// What is counted of a property.
     pub(crate) fn count(&self, property: &Property, is_final: bool) -> Found {
         let satisfied = Found { verdict: "satisfied", at: None, violations: 0, lasted: None };
@@ -138,6 +193,7 @@ impl Log {
             true => Found { verdict: "violated", at: Some((self.end, last_tick)), violations: 1, lasted: None },
             false => Found { verdict: "inconclusive", at: None, violations: 0, lasted: None },
         };
+        let missed = |at| Found { verdict: "violated", at: Some(at), violations: 1, lasted: None };
         match &property.kind {
             Kind::Ban(word) | Kind::Never(word) => self.stretches(word).unwrap_or(satisfied),
             Kind::Eventually(word) if self.all(word).next().is_some() => satisfied,
@@ -156,6 +212,33 @@ impl Log {
                 let owed: Vec<u64> = owed.map(|place| self.lines[place].tick).collect();
                 let is_late = owed.iter().any(|tick| tick + ticks <= last_tick);
                 if owed.is_empty() { satisfied } else { open(is_final && is_late) }
+            }
+            Kind::Within(answer, limit) => match due(&self.states(&[answer]), answer, *limit) {
+                Due::Met => satisfied,
+                Due::Open => open(false),
+                Due::Missed(at) => missed(at),
+            },
+            Kind::Provided(condition, answer, limit) => {
+                let condition_at = self.all(condition).next().map(|line| (line.time, line.tick));
+                match (condition_at, due(&self.states(&[condition, answer]), answer, *limit)) {
+                    (None, _) | (_, Due::Met) => satisfied,
+                    (Some(_), Due::Open) => open(false),
+                    (Some(condition_at), Due::Missed(at)) => missed(at.max(condition_at)),
+                }
+            }
+            Kind::Guarded(asked, answer, goal, limit) => {
+                let states = self.states(&[asked, answer, goal]);
+                let end = states.iter().position(|line| is(line, goal));
+                let asked = (0..end.unwrap_or(states.len())).filter(|place| is(states[*place], asked));
+                let dues: Vec<Due> = asked.map(|place| due(&states[place..], answer, *limit)).collect();
+                let first =
+                    dues.iter().filter_map(|due| if let Due::Missed(at) = due { Some(*at) } else { None }).min();
+                match first {
+                    Some(at) => missed(at),
+                    None if end.is_none() => open(is_final),
+                    None if dues.iter().any(|due| matches!(due, Due::Open)) => open(false),
+                    None => satisfied,
+                }
             }
         }
     }
@@ -191,9 +274,23 @@ impl Log {
             Kind::Answered(asked, _) | Kind::Either(asked, ..) => {
                 verdict == "satisfied" && self.all(asked).next().is_none()
             }
-            Kind::Ban(_) | Kind::Never(_) | Kind::Eventually(_) => false,
+            Kind::Provided(condition, ..) => verdict == "satisfied" && self.all(condition).next().is_none(),
+            Kind::Ban(_) | Kind::Never(_) | Kind::Eventually(_) | Kind::Within(..) | Kind::Guarded(..) => false,
         }
     }
+}
+
+/// Whether the answer comes in time from the first of these states on. That it does not is noticed at the first state
+/// for which it is too late; the tick of the deadline is the one that began before it.
+fn due(states: &[&Line], answer: &Word, limit: Limit) -> Due {
+    let start = states[0].time;
+    if states.iter().any(|line| is(line, answer) && limit.is_kept(line.time - start)) {
+        return Due::Met;
+    }
+    let Some(noticed) = states.iter().position(|line| limit.is_over(line.time - start)) else { return Due::Open };
+    let at = start + limit.due();
+    let mut before = states[..=noticed].iter().rev().filter(|line| line.word.is_some() || line.time <= at);
+    Due::Missed((at, before.next().unwrap().tick))
 }
 
 /// The exact interval of Clopper and Pearson, by bisection on sums of binomial terms.

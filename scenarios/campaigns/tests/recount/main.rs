@@ -96,6 +96,12 @@ fn recount(plan: &Plan, run: &PlannedRun, of: &Application, folder: &Path, seen:
         seen.count("violated again", found[place].violations > 1);
         seen.count("inconclusive", found[place].verdict == "inconclusive");
         seen.count("vacuous", vacuous[place]);
+        let is_timed = property.kind.is_timed();
+        seen.count("properties", true);
+        seen.count("timed", is_timed);
+        seen.count("timed and violated", is_timed && found[place].verdict == "violated");
+        seen.count("timed and open", is_timed && found[place].verdict == "inconclusive");
+        seen.count("timed and vacuous", is_timed && vacuous[place]);
     }
     seen.count("errors", !silent.is_empty());
     seen.count("a failed tree", log.has_failed);
@@ -118,7 +124,7 @@ fn check(seed: u64, seen: &mut Seen) {
     let runs: Vec<Recounted> =
         (0..plan.runs()).map(|k| recount(&plan, &plan.run(k), &application, folder.path(), seen)).collect();
     shown::check_campaign(&out, &application, &runs);
-    shown::check_dataset(&out.join("dataset.parquet"), &application, &runs);
+    shown::check_dataset(&out, &application, &runs);
 }
 
 #[test]
@@ -126,6 +132,7 @@ fn every_number_that_results_show_follows_from_event_logs() {
     let mut seen = Seen::default();
     (0..50).for_each(|seed| check(seed, &mut seen));
     assert!(seen.0.values().all(|count| *count >= 5), "{seen:?}");
+    assert!(seen.0["timed"] * 20 >= seen.0["properties"], "{seen:?}");
 }
 
 #[test]

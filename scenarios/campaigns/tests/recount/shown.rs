@@ -132,8 +132,12 @@ fn check_interval(rate: &Value, shown: &Value, happened: u64, runs: u64) {
 }
 
 /// The rows of the dataset.
-pub(crate) fn check_dataset(path: &Path, of: &Application, runs: &[Recounted]) {
-    let reader = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
+pub(crate) fn check_dataset(out: &Path, of: &Application, runs: &[Recounted]) {
+    let reader = SerializedFileReader::new(File::open(out.join("dataset.parquet")).unwrap()).unwrap();
+    let summary: Value = serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+    let about = reader.metadata().file_metadata().key_value_metadata().unwrap();
+    let told = about.iter().find(|about| about.key == "steward.provenance").unwrap().value.as_deref().unwrap();
+    assert_eq!(serde_json::from_str::<Value>(told).unwrap(), summary["provenance"]);
     let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
     assert_eq!(rows.len(), runs.len());
     for (row, run) in rows.iter().zip(runs) {
