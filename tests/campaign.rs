@@ -423,6 +423,11 @@ fn unrelated_results_are_refused_and_left_untouched() {
     let old = String::from_utf8(before[2].clone()).unwrap().replacen("\"version\":\"", "\"version\":\"0.0.", 1);
     fs::write(out.join("journal.jsonl"), &old).unwrap();
     assert!(refused(&again[..4]).contains("results of version 0.0."));
+    let journal = String::from_utf8(before[2].clone()).unwrap();
+    if journal.contains("\"commit\":\"") {
+        fs::write(out.join("journal.jsonl"), journal.replacen("\"commit\":\"", "\"commit\":\"0", 1)).unwrap();
+        assert!(refused(&again[..4]).contains("results of commit 0"));
+    }
     let other_format = old.replacen("\"format\":4", "\"format\":1", 1).replacen("\"layout\"", "\"columns\"", 1);
     fs::write(out.join("journal.jsonl"), other_format).unwrap();
     let said = refused(&again[..4]);

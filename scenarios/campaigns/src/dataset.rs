@@ -315,6 +315,16 @@ mod tests {
         RunRecord { k, seed: k + 1, values, outcome: RunOutcome::Failed, unmet: Vec::new(), failure, facts: None }
     }
 
+    fn provenance() -> recording::Provenance {
+        let inputs = vec![recording::InputFile::shipped(Path::new("scenarios/errand.toml"), "")];
+        recording::Provenance {
+            commit: Some("abc".into()),
+            scenario: "errand".into(),
+            set: vec!["robot.radius_m=0.3".into()],
+            inputs,
+        }
+    }
+
     fn written(path: &Path, runs: u64) -> Vec<u8> {
         let kinds = [ParameterKind::Integer, ParameterKind::Number, ParameterKind::Boolean, ParameterKind::Text];
         let parameter = |(place, kind)| ParameterLayout {
@@ -330,7 +340,7 @@ mod tests {
             asked: None,
             scenario: "errand".into(),
             about: String::new(),
-            provenance: recording::Provenance::default(),
+            provenance: provenance(),
             expects: true,
             measures: Vec::new(),
             model: None,
@@ -353,6 +363,9 @@ mod tests {
         assert_eq!(written(&path, runs), written(&path, runs), "the same bytes every time");
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         assert_eq!(reader.metadata().num_row_groups(), 2);
+        let about = reader.metadata().file_metadata().key_value_metadata().unwrap();
+        let told = about.iter().find(|about| about.key == "steward.provenance").unwrap().value.as_deref().unwrap();
+        assert_eq!(serde_json::from_str::<recording::Provenance>(told).unwrap(), provenance());
         let schema = reader.metadata().file_metadata().schema_descr();
         let names: Vec<&str> = schema.columns().iter().map(|column| column.name()).collect();
         let cells =

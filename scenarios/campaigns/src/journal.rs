@@ -204,10 +204,16 @@ impl Header {
     /// The error for a journal in `folder` that belongs to another campaign.
     pub(super) fn check(&self, found: &Self, folder: &Path) -> Result<(), Error> {
         let folder = folder.display();
+        let commits = [self, found].map(|header| header.layout.provenance.commit.as_ref());
+        let help = "results of different versions are not mixed: use that version or another folder, or start over with \
+                    `--fresh`";
         let (message, help) = if found.version != self.version {
-            let help = "results of different versions are not mixed: use that version or another folder, or start over with \
-                        `--fresh`";
             (format!("{folder} has results of version {}, but this is {}", found.version, self.version), help)
+        } else if let [Some(ours), Some(theirs)] = commits
+            && ours != theirs
+        {
+            // One provenance stands for all runs.
+            (format!("{folder} has results of commit {theirs}, but this is {ours}"), help)
         } else if (&found.plan, found.runs) != (&self.plan, self.runs) {
             let help = "its file, its number of runs, or a file of its scenario (map, tree, skill, property, …) has changed: use another folder, or start over with `--fresh`";
             (format!("{folder} has results of another campaign"), help)
