@@ -188,6 +188,116 @@ fn what_is_open_is_shown_as_large_as_what_is_violated() {
     assert!(said.contains("  inconclusive in 3 of 3 (100.00 %) before, 0 of 3 (0.00 %) after"), "{said}");
 }
 
+/// Each with whether its condition occurs in a run of 1.5 s, in which Clear never fails, and in one of 6 s.
+const CONDITIONS: [(&str, [bool; 2]); 7] = [
+    ("always (fresh (Move, BT, m[1] = <success>) implies not (Clear, BT, m[1] = <failure>))", [false, false]),
+    ("always (fresh (Move, BT, m[1] = <running>) implies not (Clear, BT, m[1] = <failure>))", [true, true]),
+    ("always (previous (Move, BT, m[1] = <success>) implies (Move, BT, m[1] = <running>))", [false, false]),
+    ("always (previous (Move, BT, m[1] = <running>) implies (Move, BT, m[1] = <running>))", [true, true]),
+    ("always (not (Clear, BT, m[1] = <success>) implies not (Move, BT, m[1] = <success>))", [false, true]),
+    ("always (not previous (Clear, BT, m[1] = <failure>) implies not (Move, BT, m[1] = <halted>))", [true, true]),
+    ("eventually (Clear, BT, m[1] = <failure>) implies eventually (Move, BT, m[1] = <running>)", [false, true]),
+];
+
+#[test]
+fn a_run_and_a_campaign_count_the_same_conditions_that_never_occurred() {
+    let folder = tempdir().unwrap();
+    let properties = CONDITIONS.iter().enumerate().map(|(place, (text, _))| format!("property p{place} := {text}\n"));
+    let scenario = application(folder.path(), &properties.collect::<String>(), "expect.errors = [\"Move\"]");
+    for (run, max_time_s) in ["1.5", "6"].into_iter().enumerate() {
+        let set = format!("execution.max_time_s={max_time_s}");
+        let found = report(scenario.to_str().unwrap(), &folder.path().join("run"), &["--set", &set]);
+        for ((text, occurs), monitor) in CONDITIONS.iter().zip(found["monitors"].as_array().unwrap()) {
+            assert_eq!(monitor["verdict"], "satisfied", "{text} in {max_time_s} s: {monitor}");
+            let is_vacuous = !monitor["vacuous"].as_array().unwrap().is_empty();
+            assert_eq!(is_vacuous, !occurs[run], "{text} in {max_time_s} s: {monitor}");
+        }
+    }
+    let file = folder.path().join("campaign.toml");
+    let parameter = "[[parameters]]\nkey = \"execution.max_time_s\"\nvalues = [1.5, 6]\n";
+    fs::write(&file, format!("scenario = \"scenario.toml\"\nsampling = \"grid\"\n{parameter}")).unwrap();
+    let out = folder.path().join("campaign");
+    let output = steward(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+    for ((text, occurs), property) in CONDITIONS.iter().zip(summary["properties"].as_array().unwrap()) {
+        assert_eq!(property["vacuous"], occurs.iter().filter(|occurs| !**occurs).count(), "{text}: {property}");
+    }
+}
+
+/// Each with its verdict at the end of the run, and if that end is final.
+const AT_THE_END: [(&str, [&str; 2]); 8] = [
+    ("eventually (Move, BT, m[1] = <success>) or time_until (Move, BT, m[1] = <halted>) < 100", ["inconclusive"; 2]),
+    (
+        "eventually (Move, BT, m[1] = <success>) or time_until (Move, BT, m[1] = <halted>) < 2",
+        ["inconclusive", "violated"],
+    ),
+    ("time_until (Move, BT, m[1] = <halted>) < 100", ["inconclusive"; 2]),
+    ("time_until (Move, BT, m[1] = <halted>) < 2", ["violated"; 2]),
+    ("not time_until (Move, BT, m[1] = <halted>) < 100", ["satisfied"; 2]),
+    ("not eventually (Move, BT, m[1] = <success>)", ["satisfied"; 2]),
+    ("(not (Move, BT, m[1] = <success>)) until (Move, BT, m[1] = <success>)", ["inconclusive", "violated"]),
+    ("always ((Move, BT, m[1] = <running>) implies next (Move, BT, m[1] = <running>))", ["inconclusive", "violated"]),
+];
+
+#[test]
+fn the_end_of_a_run_decides_what_no_open_deadline_could_still_meet() {
+    let folder = tempdir().unwrap();
+    let properties = AT_THE_END.iter().enumerate().map(|(place, (text, _))| format!("property p{place} := {text}\n"));
+    let lines = "execution.max_time_s = 6\nexpect.errors = [\"Move\"]";
+    let scenario = application(folder.path(), &properties.collect::<String>(), lines);
+    for (place, is_final) in [false, true].into_iter().enumerate() {
+        let set = format!("stop.final_for={is_final}");
+        let found = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--set", &set]);
+        for ((text, verdicts), monitor) in AT_THE_END.iter().zip(found["monitors"].as_array().unwrap()) {
+            assert_eq!(monitor["verdict"], verdicts[place], "{text}, final: {is_final}: {monitor}");
+            if verdicts[0] == "inconclusive" && verdicts[place] == "violated" {
+                assert_eq!((&monitor["time_s"], &monitor["tick"]), (&json!(6.0), &json!(5)), "{text}: {monitor}");
+            }
+        }
+    }
+}
+
+/// Move is asked again and again, and never succeeds.
+const MISSED: &str = "
+property ticks := always ((BT, Move, m[1] = <tick>) implies time_until (Move, BT, m[1] = <success>) < 2)
+timed property seconds :=
+    always ((BT, Move, m[1] = <tick>) implies time_until (Move, BT, m[1] = <success>) < 1500 ms)
+";
+
+#[test]
+fn each_deadline_that_is_missed_again_is_counted_at_its_time() {
+    let folder = tempdir().unwrap();
+    let lines = "execution.max_time_s = 9.5\nexpect.errors = [\"Move\"]";
+    let scenario = application(folder.path(), MISSED, lines);
+    let (out, log) = (folder.path().join("out"), folder.path().join("log.jsonl"));
+    let found = report(scenario.to_str().unwrap(), &out, &["--record", log.to_str().unwrap()]);
+    let log = fs::read_to_string(log).unwrap();
+    let lines: Vec<Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let number = |line: &Value, field: &str| line[field].as_f64().unwrap();
+    let ticks = lines.iter().skip(1).filter(|line| line["from"].is_null() && line["tree"].is_null());
+    let ticks: Vec<f64> = ticks.map(|line| number(line, "time_s")).collect();
+    let asked = lines.iter().filter(|line| line["to"] == "Move" && line["message"][0]["sym"] == "tick");
+    let asked: Vec<&Value> = asked.collect();
+    // By ticks, a deadline passes with a tick; by time, it is noticed at the next tick or message, and is the moment.
+    let last_s = ticks.last().copied().unwrap();
+    let in_ticks: Vec<f64> =
+        asked.iter().filter_map(|line| ticks.get(line["tick"].as_u64().unwrap() as usize + 2).copied()).collect();
+    let in_time = asked.iter().map(|line| ((number(line, "time_s") + 1.5) * 1e9).round() / 1e9);
+    let in_time: Vec<f64> = in_time.filter(|due_s| *due_s <= last_s).collect();
+    assert!(in_ticks.len() > 3 && in_time.len() > 3, "{log}");
+    for (place, due_s) in [in_ticks, in_time].iter().enumerate() {
+        let (monitor, first_s) = (&found["monitors"][place], due_s[0]);
+        let violations = &monitor["violations"];
+        assert_eq!((&monitor["verdict"], &violations["count"]), (&json!("violated"), &json!(due_s.len())), "{monitor}");
+        let from: Vec<f64> = violations["first"].as_array().unwrap().iter().map(|one| number(one, "from_s")).collect();
+        assert_eq!(&from, due_s, "{monitor}");
+        // None is ever over.
+        assert_eq!(violations["total_s"], ((9.5 - first_s) * 1e9).round() / 1e9, "{monitor}");
+        assert_eq!(number(monitor, "time_s"), first_s, "{monitor}");
+    }
+}
+
 /// Both properties, of which the scenario says nothing, are violated.
 const BAD: &str = "property rests := always not (Move, BT, m[1] = <running>)
 property fine := always true
