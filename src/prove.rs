@@ -2,6 +2,7 @@
 
 mod finding;
 mod mutants;
+mod result;
 mod table;
 mod violation;
 mod written;

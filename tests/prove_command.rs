@@ -1,5 +1,7 @@
 //! `steward prove`: every schedule, and everything that may happen around tree, skills and components.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -182,6 +184,19 @@ fn a_property_that_could_not_be_searched_is_an_error_in_junit_and_json() {
     assert!(reason.contains("65536 states"), "{proof}");
     let xml = std::fs::read_to_string(&file).expect("it was written");
     assert!(xml.contains("tests=\"2\" failures=\"0\" errors=\"2\"") && xml.contains("<error "), "{xml}");
+}
+
+#[test]
+fn the_reference_has_the_fields_of_results() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/src/reference/prove.md");
+    let text = std::fs::read_to_string(file).expect("it is there");
+    let tables = text.split("| field | type | meaning |\n| --- | --- | --- |\n").skip(1).map(|rest| {
+        let rows = rest.lines().map_while(|line| line.strip_prefix("| `")?.split('`').next());
+        rows.map(str::to_owned).collect::<BTreeSet<String>>()
+    });
+    let proof = proof(0, &["nominal", "--property", "phi3"]);
+    let fields = |value: &Value| value.as_object().expect("an object").keys().cloned().collect::<BTreeSet<String>>();
+    assert_eq!(tables.collect::<Vec<_>>(), [fields(&proof), fields(&proof["properties"][0])]);
 }
 
 /// The messages about `nominal` with these settings, which are refused.

@@ -12,6 +12,7 @@ use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite, Writte
 use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
+use super::result::ProofResult;
 use super::violation::{Violation, words};
 use crate::results::{on_disk, places, warnings};
 
@@ -74,7 +75,7 @@ impl Unsearched {
     fn as_json(&self) -> serde_json::Value {
         json!({
             "property": self.property,
-            "result": "not searched",
+            "result": ProofResult::Unsearched.to_string(),
             "reason": self.reason,
             "expected": self.expected.name(),
             "as_expected": false,
@@ -86,7 +87,7 @@ impl Unsearched {
             group: "proofs",
             name: self.property.clone(),
             result: CaseResult::Error(self.reason.clone()),
-            found: "not searched".to_owned(),
+            found: ProofResult::Unsearched.to_string(),
             place: places.properties.get(&self.property).cloned(),
             ..Case::default()
         }
@@ -100,19 +101,21 @@ impl Finding {
     }
 
     /// The finding in a word or two.
-    pub(crate) fn word(&self) -> &'static str {
+    pub(crate) fn result(&self) -> ProofResult {
         match self.answer.exploration.outcome {
-            _ if self.answer.is_spurious => "spurious",
-            _ if self.question.subject == Subject::AllReached => {
-                self.answer.outcome().map_or("not decided", ProofOutcome::name)
-            }
-            Outcome::Proved => "proved",
-            Outcome::Violated(_) => "violated",
-            Outcome::Endless(_) => "endless",
-            Outcome::Deadlock(_) => "deadlock",
-            Outcome::Livelock(_) => "livelock",
-            Outcome::Undecided(Limit::Stop) => "interrupted",
-            Outcome::Undecided(_) => "not decided",
+            _ if self.answer.is_spurious => ProofResult::Spurious,
+            _ if self.question.subject == Subject::AllReached => match self.answer.outcome() {
+                Some(ProofOutcome::Proved) => ProofResult::Proved,
+                Some(ProofOutcome::Violated) => ProofResult::Violated,
+                None => ProofResult::Undecided,
+            },
+            Outcome::Proved => ProofResult::Proved,
+            Outcome::Violated(_) => ProofResult::Violated,
+            Outcome::Endless(_) => ProofResult::Endless,
+            Outcome::Deadlock(_) => ProofResult::Deadlock,
+            Outcome::Livelock(_) => ProofResult::Livelock,
+            Outcome::Undecided(Limit::Stop) => ProofResult::Interrupted,
+            Outcome::Undecided(_) => ProofResult::Undecided,
         }
     }
 
@@ -134,7 +137,7 @@ impl Finding {
                 format!("{property} is not decided: no battery can have the levels of this run")
             }
             Some(limit) => format!("{property} is not decided: {}", open(&self.answer, limit)),
-            None => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
+            None => format!("{property} was expected to be {}, and is {}", expected.name(), self.result()),
         })
     }
 
@@ -163,7 +166,7 @@ impl Finding {
             name: property.clone(),
             story: told.map(|step| step.words.clone()).collect(),
             result: self.difference().map_or(CaseResult::Passed, failed),
-            found: if self.vacuous().is_some() { "proved vacuously" } else { self.word() }.to_owned(),
+            found: if self.vacuous().is_some() { "proved vacuously".to_owned() } else { self.result().to_string() },
             place: places.properties.get(property).cloned(),
             trail,
             page: self.written.as_ref().map(|run| run.page.clone()),
@@ -186,7 +189,7 @@ impl Finding {
         };
         json!({
             "property": self.question.property,
-            "result": self.word(),
+            "result": self.result().to_string(),
             "expected": self.question.expected.name(),
             "as_expected": self.is_as_expected(),
             "vacuous": self.vacuous(),

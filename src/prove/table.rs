@@ -99,7 +99,7 @@ impl FindingsTable {
             Some(ProofOutcome::Violated) => BAD,
             None => OPEN,
         };
-        text.paint(style, finding.word(), 11);
+        text.paint(style, &finding.result().to_string(), 11);
         let _ = writeln!(text, "  {states:>11}  {quiet:>9}  {depth:>6}  {:>5.1} s", finding.seconds);
         if let Some(difference) = finding.difference() {
             let _ = writeln!(text, "  ! {difference}");
