@@ -127,6 +127,8 @@ struct Robot {
     missing: [(u64, i64); 3],
     /// Since when the last message may have been due, if it was late.
     late: Option<(usize, i64)>,
+    /// How many messages a gap is said to have, if not as many as it has.
+    told: Option<u64>,
     end_ns: i64,
     is_over: bool,
     /// Whether silence is reported before the next message.
@@ -148,6 +150,7 @@ impl Robot {
             next: None,
             missing: [(0, START_NS); 3],
             late: None,
+            told: None,
             end_ns,
             is_over: false,
             is_silent: true,
@@ -180,7 +183,8 @@ impl Source for Robot {
             }
             if *count > 0 {
                 (self.next, self.is_silent) = (Some(sent), false);
-                return Received::Lost { topic: sent.topic, count: Some(std::mem::take(count)), since_ns: *since_ns };
+                let count = Some(self.told.unwrap_or(std::mem::take(count)));
+                return Received::Lost { topic: sent.topic, count, since_ns: *since_ns };
             }
             // It is known when the one before was due, and that this one was due after it.
             let due_ns = (sent.ns - sent.early_ns).max(*since_ns);
@@ -201,6 +205,15 @@ impl Source for Robot {
     }
 }
 
+fn mapping(reorder_s: &str) -> Mapping {
+    let entry = |topic: &str| {
+        let from = &topic[1..];
+        format!("[[messages]]\ntopic = {topic:?}\nfrom = {from:?}\nto = \"monitor\"\nfields = {{ x = \"x\" }}\n")
+    };
+    let text = format!("tick_s = 0.1\nreorder_s = {reorder_s}\ntime = \"log\"\n{}", TOPICS.map(entry).concat());
+    Mapping::load(Path::new("m.toml"), &|_| Ok(text.clone().into_bytes())).expect("correct")
+}
+
 /// What was found of a property.
 struct LossVerdict {
     name: String,
@@ -217,8 +230,7 @@ impl LossVerdict {
     }
 }
 
-fn outcomes(sent: Vec<Sent>, mapping: &Mapping, end_ns: i64, ground: &Ground) -> Vec<LossVerdict> {
-    let robot = Robot::new(sent, end_ns, ground.clone());
+fn outcomes(robot: Robot, mapping: &Mapping) -> Vec<LossVerdict> {
     let read = &diagnostics::from_disk;
     let Ok(compiled) = mapping.compile(&robot.survey, None, read) else { panic!("it fits") };
     let topology = compiled.topology.clone();
@@ -258,14 +270,7 @@ fn check(messages: usize, [per_mille, late]: [u32; 2], seed: u64, others: usize,
     let ground = if may_lose_end { Ground::Numbered } else { assumed.clone() };
     while found.messages < messages {
         let reorder_s = ["0", "0.3"][random.next_u32() as usize % 2];
-        let entry = |topic: &str| {
-            format!(
-                "[[messages]]\ntopic = {topic:?}\nfrom = {:?}\nto = \"monitor\"\nfields = {{ x = \"x\" }}\n",
-                &topic[1..]
-            )
-        };
-        let text = format!("tick_s = 0.1\nreorder_s = {reorder_s}\ntime = \"log\"\n{}", TOPICS.map(entry).concat());
-        let mapping = Mapping::load(Path::new("m.toml"), &|_| Ok(text.clone().into_bytes())).expect("correct");
+        let mapping = mapping(reorder_s);
         let mut sent = run(&mut random, per_mille, may_lose_end);
         if late > 0 {
             delay(&mut sent, &mut random, late);
@@ -274,7 +279,9 @@ fn check(messages: usize, [per_mille, late]: [u32; 2], seed: u64, others: usize,
         if !sent.iter().any(|sent| sent.is_lost || sent.late_ns > 0) {
             continue;
         }
-        let judged = |sent: Vec<Sent>, end_ns: i64, ground: &Ground| outcomes(sent, &mapping, end_ns, ground);
+        let judged = |sent: Vec<Sent>, end_ns: i64, ground: &Ground| {
+            outcomes(Robot::new(sent, end_ns, ground.clone()), &mapping)
+        };
         let (end, whole) =
             (end_ns(&sent), sent.iter().map(|sent| Sent { is_lost: false, late_ns: 0, ..*sent }).collect());
         let (received, truth) = (judged(sent.clone(), end, &ground), judged(whole, end, &assumed));
@@ -351,6 +358,30 @@ fn a_verdict_that_the_loss_of_a_last_message_could_change_holds_unless_it_was_lo
         println!("{per_mille} of 1000 lost: {found:?}");
         assert!(found.unless > 0 && found.sure > 0, "{found:?}");
     }
+}
+
+/// What a gap can change does not depend on its length, which forged numbers make as large as they like.
+#[test]
+fn a_verdict_is_as_sure_however_many_messages_a_gap_has() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let (mapping, mut unsure) = (mapping("0"), 0);
+    for _ in 0..30 {
+        let sent = run(&mut random, 100, true);
+        let judged = |told: Option<u64>| {
+            let robot = Robot { told, ..Robot::new(sent.clone(), end_ns(&sent), Ground::Numbered) };
+            let found = outcomes(robot, &mapping).into_iter();
+            found
+                .map(|of| (of.name, of.outcome, std::mem::discriminant(&of.certainty), of.violated))
+                .collect::<Vec<_>>()
+        };
+        let counted = judged(None);
+        let sure = std::mem::discriminant(&Certainty::Sure);
+        unsure += counted.iter().filter(|(.., certainty, _)| *certainty != sure).count();
+        for told in [0, 1, 1 << 32, 1 << 61, u64::MAX] {
+            assert_eq!(judged(Some(told)), counted, "{told} instead of the true numbers: {sent:?}");
+        }
+    }
+    assert!(unsure > 0);
 }
 
 #[test]

@@ -122,3 +122,22 @@ fn a_gap_lies_between_messages_unless_the_mapping_accepts_it() {
     let found = events("log", "lossy = true", &steps);
     assert_eq!(found.iter().filter(|line| line.contains("missing")).collect::<Vec<_>>(), [counted]);
 }
+
+#[test]
+fn any_number_of_messages_can_be_missing() {
+    for count in [0, 1, 1 << 32, 1 << 61, u64::MAX] {
+        let steps = [Step::Message, Step::Missing(count), Step::Message, Step::Missing(count), Step::Message];
+        let found = events("log", "", &steps);
+        let words = |count: u64| match count {
+            1 => "1 message on /a is missing".to_owned(),
+            _ => format!("{count} messages on /a are missing"),
+        };
+        for second in [1, 3] {
+            let gap = format!("{} after 2023-11-14 22:13:2{second}.000 UTC since", words(count));
+            assert_eq!(found.iter().filter(|line| line.starts_with(&gap)).count(), 1, "{found:#?}");
+        }
+        assert_eq!(found.iter().filter(|line| *line == "a → m goes on").count(), 2, "{found:#?}");
+        let all = format!("{}, the first after", words(count.saturating_mul(2)));
+        assert_eq!(found.iter().filter(|line| line.starts_with(&all)).count(), 1, "{found:#?}");
+    }
+}

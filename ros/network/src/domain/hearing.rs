@@ -373,6 +373,10 @@ impl Hearing {
 
     /// A sample, if its number is new; or that there was no room for it.
     fn take(&mut self, sample: Sample, is_there: bool) {
+        if !(1..i64::MAX).contains(&sample.number) {
+            // Numbers begin with 1, and one after the last would begin anew: it is not known which one this is.
+            return self.lose_unknown(&sample.topic);
+        }
         let is_watching = self.phase == Phase::Watching;
         let Some(known) = self.writers.get_mut(&sample.writer).or_else(|| self.gone.get_mut(&sample.writer)) else {
             // It came and went too fast to be known.

@@ -360,6 +360,42 @@ fn another_participant_finds_the_publishers_again() {
     assert!(hearing.lost.is_empty() && hearing.notes[0].contains("a defect"), "{:?}", hearing.notes);
 }
 
+/// As from a participant that sends in the name of another: the numbers of its messages may be anything.
+#[test]
+fn every_gap_between_two_numbers_is_counted_however_large() {
+    for number in [2, 3, 1 << 32, 1 << 61, i64::MAX - 1] {
+        let mut hearing = watching(&[writer(1, "rt/a", false)]);
+        hearing.hear(sample(1, "rt/a", 1, 2 * SECOND_NS));
+        hearing.hear(sample(1, "rt/a", number, 3 * SECOND_NS));
+        let gap = (number > 2).then(|| format!("-{}", number - 2));
+        let expected: Vec<String> = ["1".to_owned()].into_iter().chain(gap).chain([number.to_string()]).collect();
+        assert_eq!(told(&mut hearing), expected);
+        // What the publisher says next seems to begin anew.
+        hearing.hear(sample(1, "rt/a", 2, 4 * SECOND_NS));
+        assert_eq!(told(&mut hearing), ["?", "2"], "after {number}");
+    }
+}
+
+#[test]
+fn a_message_without_a_valid_number_is_missing() {
+    for number in [0, -1, -(1 << 32), -(1 << 61), i64::MIN, i64::MAX] {
+        let mut hearing = watching(&[writer(1, "rt/a", false)]);
+        hearing.hear(writers(&[writer(1, "rt/a", false), writer(2, "rt/b", false)], &[]));
+        for topic in ["rt/a", "rt/b"] {
+            let id = if topic == "rt/a" { 1 } else { 2 };
+            // As the first of a publisher, and later.
+            hearing.hear(sample(id, topic, number, 2 * SECOND_NS));
+            assert_eq!(told(&mut hearing), ["?"], "{number}");
+            hearing.hear(sample(id, topic, 1, 3 * SECOND_NS));
+            told(&mut hearing);
+            hearing.hear(sample(id, topic, number, 4 * SECOND_NS));
+            hearing.hear(sample(id, topic, number, 5 * SECOND_NS));
+            hearing.hear(sample(id, topic, 2, 6 * SECOND_NS));
+            assert_eq!(told(&mut hearing), ["?", "?", "2"], "{number}");
+        }
+    }
+}
+
 #[test]
 fn there_is_a_limit_to_what_is_remembered() {
     let mut hearing = Hearing::new(None);
