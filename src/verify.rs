@@ -34,7 +34,7 @@ use bags::{Bag, Contents, Found};
 use campaigns::Error;
 use channels::{ChannelId, Event, EventKind, Gap, Ground, Topology};
 use editor::counted;
-use monitors::{Channels, EventLog, LogError, Property};
+use monitors::{Channels, EventLog, GapMark, LogError, Property};
 use recording::{BagTree, Carried, Certainty, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
 use reports::report::ViolationsReport;
 use serde_json::json;
@@ -319,9 +319,14 @@ fn events_of<R: BufRead>(
         if let Some((channel, ground)) = vouched.pop_front() {
             return Some(Ok(Found::Vouched(channel, ground)));
         }
-        if let Some(gap) = log.next_gap() {
-            gaps.borrow_mut().note(&gap.why);
-            return Some(Ok(Found::LeftOut(gap)));
+        if let Some(mark) = log.next_gap_mark() {
+            return Some(Ok(match mark {
+                GapMark::Begins(gap) => {
+                    gaps.borrow_mut().note(&gap.why);
+                    Found::LeftOut(gap)
+                }
+                GapMark::Ends(channel) => Found::Resumed(channel),
+            }));
         }
         ahead.take().map(|event| Ok(Found::Event(event)))
     })

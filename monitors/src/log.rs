@@ -4,9 +4,11 @@
 //! `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel", "message":[{"sym":"ok"},83.2]}` is
 //! a received message, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` is a tick. Lines with neither `from`,
 //! `to` or `message` nor `generated` are of other kinds and are skipped. `{"missing":"3 messages","flaw":"missing",
-//! "since_s":66.5}` is a gap: from here on messages may be missing, or `late`, or `mixed` with others. Messages are
-//! numbered by their steps, from 1, and ticks from 0; a tick has the step of the message before it. So has a message of
-//! the world, which is no step: instead, a tick says how many of these have come, `"world":7`.
+//! "since_s":66.5}` is a gap: from here on messages may be missing, or `late`, or `mixed` with others. With
+//! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
+//! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the message
+//! before it. So has a message of the world, which is no step: instead, a tick says how many of these have come,
+//! `"world":7`.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -138,7 +140,7 @@ pub struct EventLog<R> {
     /// How many messages of the world have come.
     of_world: u64,
     /// What the log says may be missing from it, and the first places where lines are missing, or come again.
-    gaps: VecDeque<Gap>,
+    gaps: VecDeque<GapMark>,
     lacks_lines: bool,
     repeats_lines: bool,
     /// The number of messages skipped because their channels are unknown.
@@ -157,6 +159,15 @@ struct NamedChannel {
     to: String,
     channel: ChannelId,
     domain: Domain,
+}
+
+/// Where a gap in the messages of a log begins, or where those of a channel end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum GapMark {
+    /// A gap begins.
+    Begins(Gap),
+    /// The gaps of this channel that end are over.
+    Ends(ChannelId),
 }
 
 /// The longest line allowed. A line is held in memory, and a log without line breaks could be of any size.
@@ -231,10 +242,10 @@ impl<R: BufRead> EventLog<R> {
         self.is_foreign
     }
 
-    /// The next gap before the last event, or at the end: one that the log names, or that lines are missing or come
-    /// twice, where steps or ticks are not consecutive for the first time. A log whose end is missing cannot be
-    /// recognized.
-    pub fn next_gap(&mut self) -> Option<Gap> {
+    /// Where the next gap before the last event, or at the end, begins or ends: one that the log names, or that lines
+    /// are missing or come twice, where steps or ticks are not consecutive for the first time. A log whose end is
+    /// missing cannot be recognized.
+    pub fn next_gap_mark(&mut self) -> Option<GapMark> {
         self.gaps.pop_front()
     }
 
@@ -252,9 +263,11 @@ impl<R: BufRead> EventLog<R> {
             return Ok(None);
         }
         let mut found = self.object(&mut scanner).map_err(unreadable)?;
-        if let Some(why) = found.missing.take() {
-            self.gaps.push_back(Gap { flaw: found.flaw, since: found.since, ..Gap::of_anything(why) });
-        }
+        let marked = found.gap_mark(|from, to| {
+            let place = self.channel(from, to)?;
+            Some(self.channels[place].channel)
+        });
+        self.gaps.extend(marked);
         if !found.generated && found.from.is_none() && found.to.is_none() && found.message.is_none() {
             return Ok(None);
         }
@@ -290,7 +303,7 @@ impl<R: BufRead> EventLog<R> {
                 false => (Flaw::Missing, "lines are missing before"),
             };
             let why = format!("{lines} line {number} of the log: {what} {found} comes where {next} should");
-            self.gaps.extend(is_first.then(|| Gap { flaw, ..Gap::of_anything(why) }));
+            self.gaps.extend(is_first.then(|| GapMark::Begins(Gap { flaw, ..Gap::of_anything(why) })));
         }
         self.of_world = found.world.unwrap_or(self.of_world);
         if found.generated || !is_next_tick {
@@ -372,6 +385,9 @@ impl<R: BufRead> EventLog<R> {
                 }
                 b"world" => found.world = Some(scanner.whole()?),
                 b"since_s" => found.since = Some(scanner.seconds()?),
+                b"channel" => found.on = Some(scanner.pair()?),
+                b"ends" => found.ends = scanner.token()? == JsonToken::Bool(true),
+                b"resumed" => found.resumed = Some(scanner.pair()?),
                 _ => scanner.skip()?,
             }
             if !scanner.take(b',') {
@@ -480,6 +496,25 @@ struct Found<'a> {
     missing: Option<String>,
     flaw: Flaw,
     since: Option<Duration>,
+    on: Option<[&'a [u8]; 2]>,
+    ends: bool,
+    resumed: Option<[&'a [u8]; 2]>,
+}
+
+impl Found<'_> {
+    /// Where a gap begins or ends, if the line says so. One that ends, in a channel that is not `known`, is none.
+    fn gap_mark(&mut self, mut known: impl FnMut(&[u8], &[u8]) -> Option<ChannelId>) -> Option<GapMark> {
+        if let Some([from, to]) = self.resumed {
+            return known(from, to).map(GapMark::Ends);
+        }
+        let anything = Gap { flaw: self.flaw, since: self.since, ..Gap::of_anything(self.missing.take()?) };
+        let channel = self.on.map(|[from, to]| known(from, to));
+        match channel {
+            None => Some(GapMark::Begins(anything)),
+            Some(None) => (!self.ends).then_some(GapMark::Begins(anything)),
+            Some(channel) => Some(GapMark::Begins(Gap { channel, ends: self.ends, ..anything })),
+        }
+    }
 }
 
 /// The processes and channels that occur in a log, with unrestricted messages: for logs whose system is not available.

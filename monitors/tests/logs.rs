@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Flaw, Gap, Message, Monitor, Value};
-use monitors::{Channels, EventLog, LogError, SHIPPED, topology_of_log, verify};
+use monitors::{Channels, EventLog, GapMark, LogError, SHIPPED, topology_of_log, verify};
 
 use crate::robot::topology;
 
@@ -151,6 +151,37 @@ fn a_message_outside_its_domain_is_monitored_nevertheless() {
     assert_eq!(property.monitor.verdict(), channels::Verdict::False);
 }
 
+/// The next gap, which begins.
+fn next_gap(log: &mut EventLog<&[u8]>) -> Option<Gap> {
+    log.next_gap_mark().map(|mark| match mark {
+        GapMark::Begins(gap) => gap,
+        GapMark::Ends(_) => panic!("{mark:?}"),
+    })
+}
+
+#[test]
+fn a_log_names_the_channel_of_a_gap_and_where_it_ends() {
+    let text = r#"{"missing":"one","flaw":"missing","since_s":1.5,"channel":["TickGenerator","BT"],"ends":true}
+{"missing":"of another system","flaw":"missing","channel":["TickGenerator","Unknown"],"ends":true}
+{"resumed":["TickGenerator","Unknown"]}
+{"missing":"of any","flaw":"mixed","channel":["TickGenerator","Unknown"]}
+{"resumed":["TickGenerator","BT"]}
+{"step":1,"tick":0,"time_s":2,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}
+"#;
+    let topology = topology();
+    let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
+    assert!(log.next_event().unwrap().is_some() && log.skipped() == 0);
+    let channel = topology.channels().find(|channel| topology.ends(*channel) == ("TickGenerator", "BT"));
+    let since = Some(Duration::from_millis(1500));
+    let one = Gap { channel, since, ends: true, ..Gap::of_anything("one") };
+    let any = Gap { flaw: Flaw::Mixed, ..Gap::of_anything("of any") };
+    let marks = [GapMark::Begins(one), GapMark::Begins(any), GapMark::Ends(channel.unwrap())];
+    assert_eq!(std::iter::from_fn(|| log.next_gap_mark()).collect::<Vec<_>>(), marks);
+    let wrong = text.replace(r#"["TickGenerator","BT"],"ends""#, r#""BT","ends""#);
+    let refused = EventLog::new(wrong.as_bytes(), &topology, Channels::Known).next_event().unwrap_err().to_string();
+    assert!(refused.contains("line 1 of the log") && refused.contains("expected `[`"), "{refused}");
+}
+
 #[test]
 fn missing_lines_are_noticed_by_the_steps_and_ticks_that_are_skipped() {
     let lines = [
@@ -167,8 +198,8 @@ fn missing_lines_are_noticed_by_the_steps_and_ticks_that_are_skipped() {
         let topology = topology();
         let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
         while log.next_event().unwrap().is_some() {}
-        let gap = log.next_gap();
-        assert_eq!(log.next_gap(), None);
+        let gap = next_gap(&mut log);
+        assert_eq!(log.next_gap_mark(), None);
         gap.map(|gap| gap.why.strip_prefix("lines are missing before line ").unwrap().to_owned())
     };
     assert_eq!((missing(&[]), missing(&[3]), missing(&[5]), missing(&[3, 4, 5])), (None, None, None, None));
@@ -203,7 +234,7 @@ fn lines_that_come_again_and_lost_lines_of_the_world_are_noticed() {
         let topology = topology();
         let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
         while log.next_event().unwrap().is_some() {}
-        std::iter::from_fn(|| log.next_gap()).map(|gap| (gap.flaw, gap.why)).collect::<Vec<_>>()
+        std::iter::from_fn(|| next_gap(&mut log)).map(|gap| (gap.flaw, gap.why)).collect::<Vec<_>>()
     };
     assert_eq!(gaps(&[0, 1, 2, 3, 4]), []);
     let again =
@@ -227,8 +258,8 @@ fn a_log_can_say_itself_what_is_missing_from_it() {
     let mixed = Gap { flaw: Flaw::Mixed, ..Gap::of_anything("all \"before\"") };
     let late = Gap { flaw: Flaw::Late, since: Some(Duration::from_millis(1500)), ..Gap::of_anything("the end") };
     assert!(log.next_event().unwrap().is_some());
-    assert_eq!((log.next_gap(), log.next_gap()), (Some(mixed), None));
-    assert_eq!((log.next_event().unwrap(), log.next_gap()), (None, Some(late)));
+    assert_eq!((next_gap(&mut log), log.next_gap_mark()), (Some(mixed), None));
+    assert_eq!((log.next_event().unwrap(), next_gap(&mut log)), (None, Some(late)));
     let wrong = text.replace("late", "lost");
     let mut log = EventLog::new(wrong.as_bytes(), &topology, Channels::All);
     assert!(log.next_event().unwrap().is_some());

@@ -91,6 +91,18 @@ impl<'a> Scanner<'a> {
         Ok(&self.bytes[start..end])
     }
 
+    /// Two strings in brackets.
+    pub(super) fn pair(&mut self) -> Result<[&'a [u8]; 2], Unreadable> {
+        self.expect(b'[')?;
+        let first = self.string()?;
+        if !self.take(b',') {
+            return Err(self.unreadable("expected two names"));
+        }
+        let second = self.string()?;
+        self.expect(b']')?;
+        Ok([first, second])
+    }
+
     /// The bytes of a number.
     fn number(&mut self) -> Result<&'a str, Unreadable> {
         self.skip_blank();

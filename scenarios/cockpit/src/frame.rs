@@ -170,7 +170,7 @@ fn message(event: &Event, topology: &Topology) -> Option<Value> {
 /// The kind of happening; none for what the page does not show.
 fn kind(happening: &Happening) -> Option<&'static str> {
     Some(match happening {
-        Happening::FaultAdded(_) => return None,
+        Happening::FaultAdded(_) | Happening::Resumed(_) => return None,
         Happening::FaultBegan { .. } => "fault",
         Happening::FaultEnded { .. } => "end",
         Happening::FaultLeftUndone { .. } => "undone",

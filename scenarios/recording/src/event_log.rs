@@ -2,7 +2,7 @@
 
 use std::io::{self, BufWriter, Write};
 
-use channels::{Event, EventKind, Flaw, Gap, Message, Topology, Value};
+use channels::{ChannelId, Event, EventKind, Flaw, Gap, Message, Topology, Value};
 use diagnostics::seconds;
 use monitors::WORLD;
 use serde_json::json;
@@ -34,7 +34,7 @@ fn is_of_world(event: &Event, topology: &Topology) -> bool {
 }
 
 /// A gap as a line of the event log, without the newline.
-fn gap_line(gap: &Gap) -> serde_json::Value {
+fn gap_line(gap: &Gap, topology: &Topology) -> serde_json::Value {
     let flaw = match gap.flaw {
         Flaw::Missing => "missing",
         Flaw::Late => "late",
@@ -45,7 +45,20 @@ fn gap_line(gap: &Gap) -> serde_json::Value {
     if let Some(since) = gap.since {
         line["since_s"] = seconds(since).into();
     }
+    if let Some(channel) = gap.channel {
+        (line["channel"], line["ends"]) = (channel_json(channel, topology), gap.ends.into());
+    }
     line
+}
+
+/// The end of the gaps in a channel as a line of the event log, without the newline.
+fn resumed_line(channel: ChannelId, topology: &Topology) -> serde_json::Value {
+    json!({ "resumed": channel_json(channel, topology) })
+}
+
+fn channel_json(channel: ChannelId, topology: &Topology) -> serde_json::Value {
+    let (from, to) = topology.ends(channel);
+    json!([from, to])
 }
 
 /// A message as the event log writes it: `[{"sym":"ok"},83.2]`. JSON has no number for infinity: `{"real":"-inf"}`.
@@ -95,7 +108,7 @@ impl<W: Write> EventLogWriter<W> {
     fn with(output: W, statuses: Option<Vec<Option<bt::Outcome>>>, view: &RunView) -> io::Result<Self> {
         let mut log = Self { output: BufWriter::new(output), statuses, of_world: 0 };
         let header = view.header();
-        let description = json!({
+        let mut description = json!({
             "scenario": header.scenario,
             "seed": header.seed,
             "version": header.version,
@@ -122,9 +135,12 @@ impl<W: Write> Follower for EventLogWriter<W> {
 
     fn follow(&mut self, view: &RunView) -> io::Result<()> {
         for happening in view.happenings() {
-            if let Happening::Lost(gap) = happening {
-                writeln!(self.output, "{}", gap_line(gap))?;
-            }
+            let line = match happening {
+                Happening::Lost(gap) => gap_line(gap, view.topology()),
+                Happening::Resumed(channel) => resumed_line(*channel, view.topology()),
+                _ => continue,
+            };
+            writeln!(self.output, "{line}")?;
         }
         let mut before_ticks = view.outcomes_before_ticks().iter().peekable();
         for event in view.events() {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Event, Gap, Verdict};
+use channels::{ChannelId, Event, Gap, Verdict};
 use maps::{Point, Pose, Shape};
 use monitors::{EventTime, Witness};
 use robot::LaserScan;
@@ -183,6 +183,8 @@ pub enum Happening {
     },
     /// Whoever recorded it has lost something: what the gap says may be wrong from here on.
     Lost(Gap),
+    /// From here on, nothing more is missing on a channel: the gaps in its messages that end are over.
+    Resumed(ChannelId),
 }
 
 /// A monitor's verdict.

@@ -387,6 +387,7 @@ fn log_entry(happening: &Happening, view: &RunView) -> (u8, String, String) {
         }
         Happening::Moved { .. } => (level::INFO, "environment"),
         Happening::Lost(_) => (level::WARN, "recording"),
+        Happening::Resumed(_) => (level::INFO, "recording"),
         Happening::Arrival { .. } => (level::INFO, "robot"),
     };
     let mut words = happening.words(view);

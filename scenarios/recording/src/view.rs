@@ -199,9 +199,15 @@ impl RunView {
             }
             Happening::Moved { words } => self.moves.push(Moved { time: now, words: words.clone() }),
             Happening::Lost(gap) => {
-                self.lost.push(gap.why.clone());
-                self.moves.push(Moved { time: now, words: gap.why.clone() });
+                gap.channel.map_or(Ok(()), |channel| self.check_channel(channel))?;
+                let moved = Moved { time: now, words: gap.why.clone() };
+                // One loss may leave gaps in several channels.
+                if self.moves.last() != Some(&moved) {
+                    self.lost.push(gap.why.clone());
+                    self.moves.push(moved);
+                }
             }
+            Happening::Resumed(channel) => self.check_channel(*channel)?,
             Happening::Verdict { monitor, decision } => {
                 self.check_event(&decision.event)?;
                 self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
@@ -278,6 +284,10 @@ impl RunView {
 
     fn check_event(&self, event: &Event) -> Result<(), Inconsistent> {
         let EventKind::Received { channel, .. } = &event.kind else { return Ok(()) };
+        self.check_channel(*channel)
+    }
+
+    fn check_channel(&self, channel: ChannelId) -> Result<(), Inconsistent> {
         check(channel.index() < self.topology().channels().count())
     }
 

@@ -38,6 +38,10 @@ impl Happening {
             Self::Said { text, .. } => speech(text),
             Self::Moved { words } => words.clone(),
             Self::Lost(gap) => gap.why.clone(),
+            Self::Resumed(channel) => {
+                let (from, to) = view.topology().ends(*channel);
+                format!("messages from {from} to {to} are complete again")
+            }
             Self::Arrival { place } => arrival(&header.places()[*place].name),
         }
     }

@@ -181,7 +181,8 @@ fn a_status_that_does_not_follow_from_the_one_before_is_a_loss() {
     let text = std::io::read_to_string(&mut log).unwrap();
     let mut events = monitors::EventLog::new(text.as_bytes(), view.topology(), monitors::Channels::All);
     while events.next_event().unwrap().is_some() {}
-    assert_eq!((events.next_gap().as_ref(), events.next_gap()), (Some(gap), None));
+    let begins = monitors::GapMark::Begins(gap.clone());
+    assert_eq!((events.next_gap_mark(), events.next_gap_mark()), (Some(begins), None));
 }
 
 #[test]
