@@ -64,12 +64,13 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
     for monitor in &report.monitors {
         write!(text, "  {:<widest$}  ", monitor.name)?;
         let evidence = evidence(monitor);
-        let name = monitor.verdict.name();
+        let name = monitor.found();
         text.paint(style(monitor.verdict), name, if evidence.is_empty() { 0 } else { 14 });
         writeln!(text, "{evidence}")?;
         let violations = monitor.violations.as_ref().and_then(|violations| violations.words.as_ref());
         for note in violations
             .into_iter()
+            .chain(&monitor.unsure)
             .chain(&monitor.open)
             .chain(&monitor.vacuous)
             .chain(&monitor.unheard)

@@ -152,6 +152,16 @@ pub struct MonitorReport {
 }
 
 impl MonitorReport {
+    /// The verdict that may be shown: `satisfied`, `violated`, `inconclusive`, `unsure`, or `no verdict`.
+    #[must_use]
+    pub fn found(&self) -> &'static str {
+        match self.certainty {
+            "unsure" => "unsure",
+            "none" => "no verdict",
+            _ => self.verdict.name(),
+        }
+    }
+
     /// When it was violated, in words.
     #[must_use]
     pub fn moment(&self) -> Option<String> {

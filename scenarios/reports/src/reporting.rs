@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use diagnostics::seconds;
-use monitors::{Formula, OpenObligation, Sighting};
+use monitors::{Formula, OpenObligation, Outcome, Sighting};
 use recording::{
-    BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, Moved, RunView, Said,
-    SkillError, TreeError, TreeFailure, Truth, UndoneFault,
+    BatteryTally, Certainty, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, Moved, RunView,
+    Said, SkillError, TreeError, TreeFailure, Truth, UndoneFault,
 };
 
 use crate::report::{
@@ -20,8 +20,8 @@ use crate::witness::WitnessReport;
 /// The report of a finished run.
 ///
 /// Whether a run is *as expected* is decided here, and nowhere else: it is if no expectation has a difference. They are
-/// those that the scenario names, that no other property is violated ([`Expected::admits`]), and that no error occurs
-/// that it does not name.
+/// those that the scenario names, that no other property is violated ([`Expected::admits`]) or unsure, and that no error
+/// occurs that it does not name.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
     let mut expectations = if interrupted { Vec::new() } else { expectations(view) };
@@ -144,27 +144,42 @@ fn outcomes(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
         let watched = view.monitors().filter(move |monitor| monitor.name() == name);
         watched.map(move |monitor| {
             let outcome = monitor.outcome();
-            let difference = format!("{name} was expected to be {expected} and is {outcome}");
-            let differs = !view.header().expected.admits(name, outcome);
+            let found = match unsure(&monitor) {
+                Some(why) => Some(format!("unsure: {why}")),
+                None => (!view.header().expected.admits(name, outcome)).then(|| outcome.to_string()),
+            };
+            let difference = found.map(|found| format!("{name} was expected to be {expected} and is {found}"));
             ExpectationReport {
                 is_of_verdict: true,
-                ..expectation(format!("{name} to be {expected}"), None, differs.then_some(difference))
+                ..expectation(format!("{name} to be {expected}"), None, difference)
             }
         })
     })
 }
 
-/// The properties that are violated and of which the scenario says nothing.
+/// Why the verdict of a property is unsure, if it is.
+fn unsure(monitor: &MonitorView<'_>) -> Option<String> {
+    match monitor.end?.evidence.certainty() {
+        Certainty::Unsure(why) => Some(why.clone()),
+        _ => None,
+    }
+}
+
+/// The properties that are violated, or may be, and of which the scenario says nothing.
 fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
     let expected = &view.header().expected;
     let unnamed = view.monitors().filter(|monitor| expected.of(monitor.name()).is_none());
-    unnamed.filter(|monitor| !expected.admits(monitor.name(), monitor.outcome())).map(|monitor| {
+    unnamed.filter(|monitor| !expected.is_open(monitor.name())).filter_map(|monitor| {
         let name = monitor.name();
-        let difference = format!("{name} is violated, and the scenario does not say that it will be");
-        ExpectationReport {
+        let difference = match (unsure(&monitor), monitor.outcome()) {
+            (Some(why), _) => format!("{name} is unsure: {why}"),
+            (None, Outcome::Violated) => format!("{name} is violated, and the scenario does not say that it will be"),
+            _ => return None,
+        };
+        Some(ExpectationReport {
             is_of_verdict: true,
             ..expectation(format!("{name} not to be violated"), None, Some(difference))
-        }
+        })
     })
 }
 

@@ -211,6 +211,13 @@ impl Case {
                 let why = monitor.unsure.as_deref().unwrap_or_default();
                 CaseResult::Error(format!("{} has no verdict: {why}", monitor.name))
             }
+            _ if monitor.certainty == "unsure" => {
+                let why = monitor.unsure.clone().unwrap_or_default();
+                match expected.is_open(&monitor.name) {
+                    true => CaseResult::Skipped(format!("it is unsure, and nothing is expected of it: {why}")),
+                    false => failed(format!("{} is unsure: {why}", monitor.name)),
+                }
+            }
             (Some(_), _) if is_as_expected => CaseResult::Passed,
             (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
             (None, Outcome::Violated) if is_as_expected => {
@@ -235,7 +242,7 @@ impl Case {
             group: "properties",
             name: monitor.name.clone(),
             result,
-            found: monitor.verdict.name().to_owned(),
+            found: monitor.found().to_owned(),
             about: monitor.property.clone(),
             place: places.properties.get(&monitor.name).cloned(),
             trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),
@@ -269,10 +276,10 @@ impl Suite {
 
     /// The properties and expectations of a run. Its page and pictures are in `folder`.
     ///
-    /// A property with an expectation passes if it is met; any other property fails if it is violated (one that is only
-    /// a question is skipped), and is skipped if it is inconclusive, or satisfied only because a condition in it never
-    /// occurred, because no message told of a level, or if what is missing may change the verdict. No case fails if and
-    /// only if the run was as expected.
+    /// A property with an expectation passes if it is met; any other property fails if it is violated. One whose verdict
+    /// is unsure fails, whatever is expected. (One that is only a question is skipped.) A property is skipped if it is
+    /// inconclusive, or satisfied only because a condition in it never occurred, because no message told of a level, or
+    /// unless a message was lost. No case fails if and only if the run was as expected.
     #[must_use]
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
         let properties = report.monitors.iter().map(|monitor| Case {
