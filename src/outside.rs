@@ -1,5 +1,6 @@
 //! The components of a run that are nodes of ROS 2, in a DDS domain.
 
+mod losses;
 mod time;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,10 +8,11 @@ use std::hash::{BuildHasher as _, Hasher as _, RandomState};
 use std::time::Duration;
 
 use bags::{Received, Remapping, Source as _, resolve};
+use channels::Flaw;
 use network::{Domain, Live as _, Request, Voice};
-use remote::{Call, FromNode};
+use remote::{Call, FromNode, Lost};
 use ros_messages::CdrReader;
-use runs::Outside;
+use runs::{Delivery, Outside};
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
@@ -18,6 +20,7 @@ use crate::domain::DomainArgs;
 use crate::interrupt;
 use crate::moment::moment;
 use crate::output::note;
+use losses::Losses;
 use time::{CLOCK, Time};
 
 /// The node's name.
@@ -64,6 +67,7 @@ pub(crate) fn join(
         failures: 0,
         answers: Vec::new(),
         happened: Vec::new(),
+        losses: Losses::default(),
         told: BTreeSet::new(),
         notes: 0,
         lost: 0,
@@ -73,6 +77,7 @@ pub(crate) fn join(
     while since.elapsed() < SETTLING && interrupt::flow().is_continue() {
         nodes.receive(PATIENCE);
     }
+    nodes.losses.begin_run();
     let has_clock = use_sim_time || nodes.node.robot().publishers.contains_key(CLOCK);
     if has_clock {
         nodes.time = Time::of_clock(use_sim_time);
@@ -110,12 +115,14 @@ struct Nodes {
     time: Time,
     /// How far the run is.
     now: Duration,
-    /// What has not been answered, by number, and how often DDS had failed then.
-    open: BTreeMap<u64, Call>,
+    /// What has not been answered, by number, with the time of the run when it was asked; and how often DDS had failed
+    /// then.
+    open: BTreeMap<u64, (Call, Duration)>,
     failures: usize,
     /// What has come, and what has happened, since it was last told.
     answers: Vec<FromNode>,
     happened: Vec<String>,
+    losses: Losses,
     /// What is not told again, and how much of what the node tells has been.
     told: BTreeSet<String>,
     notes: usize,
@@ -129,7 +136,7 @@ impl Outside for Nodes {
         self.run
     }
 
-    fn hear(&mut self, now: Duration) -> Option<(Vec<FromNode>, Vec<String>)> {
+    fn hear(&mut self, now: Duration) -> Option<Delivery> {
         let asked = moment();
         loop {
             let left = self.left(now);
@@ -151,7 +158,10 @@ impl Outside for Nodes {
         self.happened.extend(notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).cloned());
         (self.notes, self.lost) = (notes.len(), lost.len());
         self.happened.iter().for_each(|what| note(what));
-        Some((std::mem::take(&mut self.answers), std::mem::take(&mut self.happened)))
+        let (losses, resumed) = self.losses.take();
+        self.node.now_ns().into_iter().for_each(|at_ns| self.losses.end_step(now, at_ns));
+        let (answers, happened) = (std::mem::take(&mut self.answers), std::mem::take(&mut self.happened));
+        Some(Delivery { answers, losses, resumed, happened })
     }
 
     fn resume(&mut self) {
@@ -163,7 +173,8 @@ impl Outside for Nodes {
 
     fn ask(&mut self, calls: Vec<Call>) {
         for call in calls {
-            self.open.insert(call.number, call.clone());
+            let now = self.now;
+            self.open.entry(call.number).or_insert_with(|| (call.clone(), now));
             let Call { service, kind, number, body } = call;
             let service = self.names.outside[&service].clone();
             let servers = self.node.servers(&service);
@@ -204,17 +215,26 @@ impl Nodes {
         if std::mem::replace(&mut self.failures, self.node.failures()) == self.failures {
             return;
         }
-        for call in std::mem::take(&mut self.open).into_values() {
+        for (call, asked) in std::mem::take(&mut self.open).into_values() {
+            let (what, service) = (Lost::Response(call.number), &self.names.outside[&call.service]);
             if call.is_repeatable() {
+                let why = format!("the response of {service} may have been lost when DDS failed: it is asked again");
+                if self.told.insert(why.clone()) {
+                    note(&why);
+                }
+                self.losses.lose(what, Flaw::Missing, asked, why);
+                self.open.insert(call.number, (call.clone(), asked));
                 self.ask(vec![call]);
             } else {
                 let presumed = call.presumed();
                 let is_lost = matches!(&presumed, FromNode::Response { body, .. } if body.is_empty());
                 let counts = if is_lost { "failed" } else { "accepted" };
-                let service = &self.names.outside[&call.service];
-                let lost =
+                let why =
                     format!("the response of {service} was lost when DDS failed: what was asked counts as {counts}");
-                self.happened.push(lost);
+                note(&why);
+                // It may have been another one than what is presumed.
+                self.losses.lose(what.clone(), Flaw::Mixed, asked, why);
+                self.losses.resume(&what);
                 self.answers.push(presumed);
             }
         }
@@ -231,13 +251,18 @@ impl Nodes {
                 self.take_time(&body);
             }
             for topic in self.names.inside.get(&name).into_iter().flatten().cloned() {
+                self.losses.resume(&Lost::Topic(topic.clone()));
                 FromNode::Message { topic, body: body.clone() }.wait_in(&mut self.answers);
             }
         }
-        if let Received::Lost { topic, .. } = received {
-            let name = &self.node.survey().topics[topic].name;
-            let lost = format!("messages on {name} were lost on their way: for the run, they have not been sent");
-            self.tell_once(lost);
+        match received {
+            Received::Lost { topic, since_ns, .. } => self.lose(topic, since_ns),
+            Received::Resumed { topic, .. } => {
+                let name = &self.node.survey().topics[topic].name;
+                let inside = self.names.inside.get(name).into_iter().flatten();
+                inside.for_each(|topic| self.losses.resume(&Lost::Topic(topic.clone())));
+            }
+            _ => {}
         }
         self.body = body;
         let mut is_idle = matches!(received, Received::Idle | Received::Over);
@@ -246,9 +271,27 @@ impl Nodes {
             if self.open.remove(&response.number).is_none() {
                 self.tell_once("a response came a second time, and is left out".to_owned());
             }
+            self.losses.resume(&Lost::Response(response.number));
             self.answers.push(FromNode::Response { number: response.number, body: response.body });
         }
         is_idle
+    }
+
+    /// Messages on a topic were lost, after one that came at a time, in nanoseconds since 1970.
+    fn lose(&mut self, topic: usize, since_ns: i64) {
+        let name = self.node.survey().topics[topic].name.clone();
+        let Some(inside) = self.names.inside.get(&name) else {
+            return self.tell_once(format!("messages on {name} were lost on their way"));
+        };
+        let since = self.losses.step_before(since_ns);
+        for topic in inside {
+            let why = format!("messages on {name} were lost after {:.2} s", since.as_secs_f64());
+            self.losses.lose(Lost::Topic(topic.clone()), Flaw::Missing, since, why);
+        }
+        let lost = format!("messages on {name} were lost on their way: verdicts that they could change are unsure");
+        if self.told.insert(lost.clone()) {
+            note(&lost);
+        }
     }
 
     /// A message of the clock: seconds and nanoseconds.

@@ -5,6 +5,8 @@ mod answers;
 pub(crate) mod args;
 pub(crate) mod around;
 pub(crate) mod bag;
+#[cfg(test)]
+mod beside;
 mod description;
 #[cfg(test)]
 mod disorder;
@@ -223,8 +225,9 @@ fn verify_event_log(
     let events = events_of(&mut log, (&system.topology, &ground), refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
+    let nodes = of_recording.as_ref().map_or(&described.remote, |header| &header.remote);
+    let mut doubts = Doubts::of_run(&properties, &system.topology, &ground, nodes);
     let carried = of_recording.as_ref().map(|header| Carried::by(&header.topology)).or(described.carried.clone());
-    let mut doubts = Doubts::new(&properties, &system.topology).on(&ground);
     if let Some(carried) = carried {
         doubts = doubts.only(&carried, &system.topology);
     }

@@ -21,6 +21,8 @@ pub(super) struct Description {
     pub(super) tick: Option<Duration>,
     /// Which messages the run could carry.
     pub(super) carried: Option<Carried>,
+    /// The components that were nodes of ROS 2.
+    pub(super) remote: Vec<String>,
 }
 
 impl Description {
@@ -37,7 +39,9 @@ impl Description {
         let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
         let tick = tick.filter(|tick| !tick.is_zero());
         let carried = Carried::read(&described["channels"]).ok();
-        Self { scenario: text("scenario"), is_own, version: text("version"), tick, carried }
+        let remote = described["remote"].as_array().into_iter().flatten();
+        let remote = remote.filter_map(|name| Some(name.as_str()?.to_owned())).collect();
+        Self { scenario: text("scenario"), is_own, version: text("version"), tick, carried, remote }
     }
 
     /// Rejects a log of a newer format, which is unknown.

@@ -40,6 +40,12 @@ impl ChannelSystem {
         self.disturbances.position(id).map(|position| self.disturbances.entries[position].hits)
     }
 
+    /// Whether a disturbance may act on the messages of a channel.
+    #[must_use]
+    pub fn is_disturbed(&self, channel: ChannelId) -> bool {
+        self.disturbances.entries.iter().any(|entry| entry.disturbance.channel == channel)
+    }
+
     /// Lists the transitions that channels take by themselves.
     pub(super) fn push_disturbances(&self, enabled: &mut Vec<Enabled>) {
         if self.disturbances.entries.is_empty() {

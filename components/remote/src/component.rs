@@ -1,6 +1,6 @@
 //! Which names and types a component has in ROS 2.
 
-use interfaces::{Interface, Wire};
+use interfaces::{FEEDBACK, Interface, Wire};
 
 use crate::action;
 
@@ -81,6 +81,13 @@ impl RemoteComponent {
         let feedback =
             |one: &RemoteOperation| (action::feedback(&self.full_name(one)), action::feedback_kind(&one.wire.kind));
         topics.chain(self.actions.iter().map(feedback))
+    }
+
+    /// The first symbol of the messages that those on a topic become, if it is one of its [topics](Self::topics).
+    pub(crate) fn head(&self, topic: &str) -> Option<String> {
+        let of_topic = self.topics.iter().find(|one| self.full_name(one) == topic).map(|one| one.name.clone());
+        let action = self.actions.iter().find(|one| action::feedback(&self.full_name(one)) == topic);
+        of_topic.or_else(|| Some(format!("{}.{FEEDBACK}", action?.name)))
     }
 
     /// The latched topics on which its actions tell the status of their goals: names and types.

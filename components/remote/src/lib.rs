@@ -30,5 +30,5 @@ mod process;
 pub use action_server::{ActionServer, Demand, Ending};
 pub use clients::{Offered, RemoteClients};
 pub use component::{RemoteComponent, is_name};
-pub use message::{Call, FromNode, GoalId};
+pub use message::{Call, FromNode, GoalId, Loss, Lost};
 pub use process::RemoteProcess;

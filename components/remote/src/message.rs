@@ -1,5 +1,8 @@
 //! What passes between a channel system and nodes of ROS 2, in both directions.
 
+use std::time::Duration;
+
+use channels::Flaw;
 use ros_messages::CdrWriter;
 
 use crate::action::{self, CANCEL_GOAL, GET_RESULT, SEND_GOAL};
@@ -40,6 +43,28 @@ pub enum FromNode {
         /// The message, encoded.
         body: Vec<u8>,
     },
+}
+
+/// What may be lost on its way from a node.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Lost {
+    /// Messages on the topic with this name, until the next one.
+    Topic(String),
+    /// The response to the call with this number.
+    Response(u64),
+}
+
+/// A loss on the way from a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Loss {
+    /// What is lost.
+    pub what: Lost,
+    /// What is wrong: it is missing, or what takes its place is [mixed](Flaw::Mixed) with what the nodes say.
+    pub flaw: Flaw,
+    /// Since when it may be missing, in time since the start of the run.
+    pub since: Duration,
+    /// Why, in words.
+    pub why: String,
 }
 
 impl FromNode {

@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use channels::{ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
 use ros_messages::{CdrReader, CdrWriter, Mismatch};
 use skills::{ChannelAdapter, Datum, Mishap, Undelivered};
@@ -15,7 +15,7 @@ use crate::action::{
 };
 use crate::component::{RemoteComponent, RemoteOperation};
 use crate::convert;
-use crate::message::{Call, FromNode};
+use crate::message::{Call, FromNode, Lost};
 
 /// The bytes before the fields of a message: how it is encoded.
 const ENCODING: usize = 4;
@@ -109,6 +109,24 @@ impl RemoteProcess {
             FromNode::Message { topic, .. } if !self.component.topics().any(|(name, _)| name == *topic) => {}
             _ => answer.clone().wait_in(&mut self.heard),
         }
+    }
+
+    /// The channels on which messages may be missing after a loss.
+    #[must_use]
+    pub fn channels_of(&self, lost: &Lost) -> Vec<ChannelId> {
+        match lost {
+            Lost::Topic(name) => self.component.head(name).map_or_else(Vec::new, |head| self.adapter.carriers(&head)),
+            Lost::Response(number) => {
+                let open = self.open.iter().filter(|open| open.number == *number);
+                open.filter_map(|open| self.adapter.channel_to(open.client.as_deref()?)).collect()
+            }
+        }
+    }
+
+    /// Whether everything that has come has been passed on.
+    #[must_use]
+    pub fn has_passed_on_all(&self) -> bool {
+        self.heard.is_empty() && self.adapter.has_sent_all()
     }
 
     fn note(&mut self, message: String) {

@@ -138,6 +138,12 @@ impl Domain {
         self.hearing.served.pop_front()
     }
 
+    /// Now, in nanoseconds since 1970, by the clock that gives messages their times; none if it has left the domain.
+    #[must_use]
+    pub fn now_ns(&self) -> Option<i64> {
+        self.participant.as_ref().map(Participant::now_ns)
+    }
+
     /// How often DDS has failed. What was asked before then is not answered any more.
     #[must_use]
     pub fn failures(&self) -> usize {

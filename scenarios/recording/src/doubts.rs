@@ -79,11 +79,27 @@ impl Doubts {
     /// The same, for a source that tells which messages are missing: what they could change is worked out.
     #[must_use]
     pub fn about_losses(properties: &[Property], topology: &Arc<Topology>) -> Self {
-        let mut doubts = Self::about_any_messages(properties, topology);
-        for (state, property) in doubts.states.iter_mut().zip(properties) {
-            state.possible = state.judge.as_ref().or(property.scope_monitor()).and_then(PossibleStates::of);
+        Self::about_any_messages(properties, topology).weighing(properties)
+    }
+
+    /// About a run whose messages are known on this ground, beside `nodes`: components that are nodes of ROS 2, whose
+    /// messages come over DDS. What DDS loses could change is worked out.
+    #[must_use]
+    pub fn of_run(properties: &[Property], topology: &Arc<Topology>, ground: &Ground, nodes: &[String]) -> Self {
+        let mut doubts = Self::new(properties, topology).on(ground);
+        if !nodes.is_empty() {
+            doubts = doubts.weighing(properties);
+            doubts.grounds.weaken_for(nodes);
         }
         doubts
+    }
+
+    /// Works out what missing messages could change.
+    fn weighing(mut self, properties: &[Property]) -> Self {
+        for (state, property) in self.states.iter_mut().zip(properties) {
+            state.possible = state.judge.as_ref().or(property.scope_monitor()).and_then(PossibleStates::of);
+        }
+        self
     }
 
     /// The same on this ground for all channels.
@@ -250,8 +266,8 @@ impl State {
         self.anew = None;
         let is_late = self.was_reached_since(gap) && self.verdict(property) == Verdict::False;
         match (&mut self.possible, gap.channel.filter(|_| gap.ends)) {
-            // Where a displaced message belongs, it is missing; where it comes, it was not sent.
-            (Some(possible), Some(channel)) if gap.flaw != Flaw::Displaced => {
+            // Where a displaced message belongs, it is missing; where it comes, it was not sent. Nor was a mixed one.
+            (Some(possible), Some(channel)) if matches!(gap.flaw, Flaw::Missing | Flaw::Late) => {
                 match gap.since.filter(|_| gap.flaw == Flaw::Late) {
                     Some(since) => possible.delay(channel, since),
                     None => possible.miss(channel, gap.since),

@@ -116,6 +116,9 @@ impl<W: Write> EventLogWriter<W> {
             "tick_s": seconds(header.tick),
             "channels": Carried::by(view.topology()).written(),
         });
+        if !header.remote.is_empty() {
+            description["remote"] = json!(header.remote);
+        }
         writeln!(log.output, "{description}")?;
         log.follow(view)?;
         Ok(log)

@@ -58,6 +58,17 @@ impl Grounds {
         self.channels.iter_mut().for_each(|(of, _)| of.clone_from(ground));
     }
 
+    /// The messages of these components, which are nodes of ROS 2, have also come over DDS.
+    pub(crate) fn weaken_for(&mut self, nodes: &[String]) {
+        for (channel, (ground, _)) in self.topology.channels().zip(&mut self.channels) {
+            let (from, _) = self.topology.ends(channel);
+            if nodes.iter().any(|node| node == from) {
+                let delivered = Ground::Assumed(format!("DDS delivers every message of the nodes of {from}"));
+                *ground = std::mem::take(ground).weaker(delivered);
+            }
+        }
+    }
+
     /// Takes note of an event.
     pub fn observe(&mut self, event: &Event) {
         self.has_events = true;

@@ -38,7 +38,7 @@ pub use error::StepError;
 pub use injector::opposite;
 pub use machines::record as machine_record;
 pub use others::Others;
-pub use outside::Outside;
+pub use outside::{Delivery, Outside};
 pub use pilot::{Orders, Pilot, Sensed, Touched, TripOrder};
 pub use remote::FromNode;
 pub use run::Run;

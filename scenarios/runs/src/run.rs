@@ -1,5 +1,7 @@
 //! A running scenario: the world, the channel system and the monitors, step by step.
 
+mod judged;
+mod losses;
 mod record;
 mod recorded;
 mod with_others;
@@ -10,7 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, Ground, ProcessId, Scheduler, Topology};
+use channels::{ChannelSystem, Event, ProcessId, Scheduler};
 use monitors::Warnings;
 use recording::{Grounds, Happening, SceneClock, TraceHash};
 use remote::{FromNode, Offered, RemoteProcess};
@@ -20,6 +22,8 @@ use scenarios::names::unknown;
 use scenarios::scenario::{Behavior, Monitoring, STEP, Scenario, TreeIds};
 use scenarios::{Complaints, Error};
 
+use self::judged::Judged;
+use self::losses::Losses;
 use self::recorded::Recorded;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
@@ -59,6 +63,9 @@ pub struct Run {
     events: Vec<Event>,
     /// What the run vouches for.
     grounds: Grounds,
+    /// What nodes of ROS 2 have said and did not come, and the monitors of a run beside such nodes, which know of it.
+    losses: Losses,
+    judged: Option<Judged>,
     /// Whether a timer or a fault moved a process in the last step.
     stirred: bool,
     /// `None` in a run without monitors.
@@ -125,19 +132,6 @@ impl RunKind {
     }
 }
 
-/// A run vouches for what it computes. Which messages nodes of ROS 2 have sent is known only from DDS.
-fn grounds(topology: &Arc<Topology>, remote: &[ProcessId]) -> Grounds {
-    let mut grounds = Grounds::computed(topology);
-    for channel in topology.channels() {
-        let sender = topology.get(channel).source;
-        if remote.contains(&sender) {
-            let what = format!("DDS delivers every message of the nodes of {}", topology.name(sender));
-            grounds.vouch(channel, Ground::Assumed(what));
-        }
-    }
-    grounds
-}
-
 impl Run {
     /// The scenario at its start, with this root seed. Without monitors if `watch` is false.
     ///
@@ -175,7 +169,9 @@ impl Run {
         // A schedule takes the place of the robot's physics and drivers.
         let robot = scenario.premises.as_ref().zip(wired.ids.robot).filter(|_| !kind.has_schedule());
         let world = World::new(robot, &wired.system, &streams)?;
-        let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
+        let monitoring = watch.then(|| monitoring(&scenario, &wired.system)).transpose()?;
+        let nodes: Vec<String> = scenario.remote_components().map(|(name, _)| name.to_owned()).collect();
+        let judged = attach(monitoring.as_deref(), &mut wired.system, scenario.file.execution.tick, &nodes);
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         check_expected_errors(&scenario, &mut complaints);
         complaints.check()?;
@@ -186,7 +182,7 @@ impl Run {
         let first_tick = if kind.is_model() { tick } else { AFTER_THE_START };
         Ok(Self {
             recorded: Recorded::of(
-                wired.system.monitors().len(),
+                monitoring.as_ref().map_or(0, |monitoring| monitoring.monitors().len()),
                 scenario.skills.len() + scenario.component_names().count(),
             ),
             skill_errors: SkillErrors::of(&wired.system),
@@ -197,7 +193,9 @@ impl Run {
             seed,
             world,
             truths: wired.truths.map(TruthShow::new),
-            grounds: grounds(wired.system.topology(), &remote),
+            grounds: Grounds::computed(wired.system.topology()),
+            losses: Losses::default(),
+            judged,
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
@@ -268,7 +266,10 @@ impl Run {
     }
 
     fn note_events(&mut self) {
-        self.events.iter().for_each(|event| self.grounds.observe(event));
+        for event in &self.events {
+            self.grounds.observe(event);
+            self.judged.iter_mut().for_each(|judged| judged.observe(event));
+        }
     }
 
     /// Adds the steps of a schedule, including those before an error, to the run.
@@ -432,6 +433,7 @@ impl Run {
                 self.happenings.extend(verdict);
             }
         }
+        self.happenings.extend(self.judged.iter_mut().flat_map(Judged::take_verdicts));
     }
 
     fn note_arrivals(&mut self) {
@@ -509,8 +511,8 @@ fn check_expected_errors(scenario: &Scenario, complaints: &mut Complaints) {
     }
 }
 
-/// Attaches the monitors of the scenario's properties.
-fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitoring>, Error> {
+/// The monitors of the scenario's properties.
+fn monitoring(scenario: &Scenario, system: &ChannelSystem) -> Result<Arc<Monitoring>, Error> {
     let monitoring = scenario.monitoring(system.topology())?;
     let mut complaints = Complaints::default();
     let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
@@ -524,8 +526,20 @@ fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitor
         complaints.push(unknown("property", name, known()));
     }
     complaints.check()?;
-    for (_, monitor) in monitoring.monitors() {
-        system.attach(monitor.clone());
-    }
     Ok(monitoring)
+}
+
+/// Attaches the monitors to the system, unless it is beside nodes of ROS 2, whose messages may be missing.
+fn attach(
+    monitoring: Option<&Monitoring>,
+    system: &mut ChannelSystem,
+    tick: Duration,
+    nodes: &[String],
+) -> Option<Judged> {
+    let monitoring = monitoring?;
+    if !nodes.is_empty() {
+        return Some(Judged::begin(monitoring, system.topology(), tick, nodes));
+    }
+    monitoring.monitors().iter().for_each(|(_, monitor)| system.attach(monitor.clone()));
+    None
 }

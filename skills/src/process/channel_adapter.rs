@@ -11,7 +11,7 @@ use channels::{
 
 use super::adapter::Adapter;
 use super::check::{Constants, goes_by_channel};
-use super::wiring::{CLIENT, Wiring};
+use super::wiring::{CLIENT, Outgoing, Wiring, shapes_of};
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR};
 use crate::event::Event;
@@ -228,6 +228,25 @@ impl ChannelAdapter {
         let request = self.request_number(out, head, role)?;
         self.outboxes[out].push_back(Envelope { message, request });
         Ok(())
+    }
+
+    /// The channels that carry messages of this process which begin with the symbol `head`.
+    #[must_use]
+    pub fn carriers(&self, head: &str) -> Vec<ChannelId> {
+        let carries = |out: &&Outgoing| shapes_of(&out.domain, head).next().is_some();
+        self.wiring.outgoing.iter().filter(carries).map(|out| out.channel).collect()
+    }
+
+    /// The channel to a process.
+    #[must_use]
+    pub fn channel_to(&self, peer: &str) -> Option<ChannelId> {
+        self.wiring.outgoing_to(peer).map(|out| self.wiring.outgoing[out].channel)
+    }
+
+    /// Whether no message waits to be sent.
+    #[must_use]
+    pub fn has_sent_all(&self) -> bool {
+        self.outboxes.iter().all(VecDeque::is_empty)
     }
 
     fn check_room(&self, out: usize) -> Result<(), Undelivered> {

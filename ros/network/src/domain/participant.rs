@@ -46,6 +46,7 @@ pub(super) struct Participant {
     /// What is heard, and its size in bytes.
     heard: Receiver<(Heard, usize)>,
     shared: Arc<Shared>,
+    clock: Clock,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -79,11 +80,17 @@ impl Participant {
         let (sender, heard) = sync_channel(MOST_HEARD);
         let shared = Arc::new(Shared::default());
         shared.process().subscribed = Some(subscribed);
+        let clock = Clock::start();
         let thread = std::thread::spawn({
-            let (shared, clock) = (Arc::clone(&shared), Clock::start());
+            let shared = Arc::clone(&shared);
             move || run(&Join { options, clock, node }, &shared, &sender)
         });
-        Self { heard, shared, thread: Some(thread) }
+        Self { heard, shared, clock, thread: Some(thread) }
+    }
+
+    /// Now, by the clock that gives messages their times.
+    pub(super) fn now_ns(&self) -> i64 {
+        self.clock.now_ns()
     }
 
     /// What comes next, if anything does within this time.

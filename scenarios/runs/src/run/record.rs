@@ -9,14 +9,14 @@ use maps::{Place, Places};
 use monitors::EventTime;
 use programs::ProgramProcess;
 use recording::{
-    Decision, Detail, Details, End, Ended, EntryValue, Happening, Header, MonitorEnd, MonitorState, Navigation,
-    RobotBody, Scene, Step,
+    Decision, Detail, Details, End, Ended, EntryValue, Evidence, Happening, Header, MonitorEnd, MonitorState,
+    Navigation, RobotBody, Scene, Step,
 };
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario, TreeForm};
 
-use super::Run;
+use super::{Judged, Run};
 use crate::{end_is_final, machines};
 
 /// The records of a run.
@@ -64,6 +64,8 @@ impl Run {
     /// The record of the last step, or of the initial state, with the given detail. Call it once before the first step
     /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
+        // A verdict that has become unsure shows only in the state of its monitor.
+        let detail = if self.judged.is_some() { detail.max(Detail::Full) } else { detail };
         if detail > Detail::Verdicts {
             self.kind.refine();
         }
@@ -122,6 +124,7 @@ impl Run {
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
         details.locations = self.new_locations(moves);
+        details.monitors = self.judged.as_mut().map_or_else(Vec::new, Judged::take_states);
         // Monitors move only when a message is received or shown, or a tick is generated.
         if is_start || !self.events.is_empty() {
             for (index, attached) in self.system.monitors().iter().enumerate() {
@@ -212,12 +215,20 @@ impl Run {
         let tick = self.system.ticks().saturating_sub(1);
         let at = EventTime { step: self.system.steps(), tick, time: self.time() };
         let about = monitoring.records();
-        let is_final = |(index, _): &(usize, _)| final_for.has(&about[*index].name);
-        let watched = self.system.monitors().iter().enumerate().filter(is_final);
-        let violated = watched.filter_map(|(index, attached)| {
-            Some((index, end_is_final::violation(attached.monitor.as_ref(), &about[index].property, at)?))
+        let is_final = |index: usize, evidence: &Evidence| final_for.has(&about[index].name) && evidence.has_verdict();
+        let watched = self.monitors().into_iter().enumerate().filter(|(index, (_, known))| is_final(*index, known));
+        let violated = watched.filter_map(|(index, (monitor, _))| {
+            Some((index, end_is_final::violation(monitor, &about[index].property, at)?))
         });
         violated.collect()
+    }
+
+    /// The monitors, each with what its verdict rests on.
+    fn monitors(&self) -> Vec<(&dyn Monitor, Evidence)> {
+        let attached = self.system.monitors().iter().map(|attached| attached.monitor.as_ref());
+        let attached = attached.map(|monitor| (monitor, self.grounds.evidence(monitor)));
+        let judged = self.judged.iter().flat_map(Judged::evidence);
+        attached.chain(judged.map(|(property, evidence)| (property.monitor.as_ref(), evidence))).collect()
     }
 
     /// Ends the run, and with it the programs of its components and the goals of nodes. Returns the end record with the
@@ -233,8 +244,8 @@ impl Run {
         self.leave_others();
         self.skill_errors.note(&self.system, self.time());
         let violated = self.violated_by_the_end(&ended);
-        let monitors = self.system.monitors().iter().enumerate().map(|(index, attached)| {
-            let end = self.monitor_end(attached.monitor.as_ref());
+        let monitors = self.monitors().into_iter().enumerate().map(|(index, (monitor, evidence))| {
+            let end = monitor_end(monitor, evidence);
             if violated.iter().any(|(at, _)| *at == index) { end_is_final::violated(end) } else { end }
         });
         // Faults that were added since the last step are not part of the run.
@@ -248,11 +259,11 @@ impl Run {
             scene: if detail > Detail::Verdicts && !self.recorded.scene { self.scene() } else { None },
         }
     }
+}
 
-    fn monitor_end(&self, monitor: &dyn Monitor) -> MonitorEnd {
-        let errors = MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec());
-        MonitorEnd { errors, ..MonitorEnd::of(monitor, self.grounds.evidence(monitor)) }
-    }
+fn monitor_end(monitor: &dyn Monitor, evidence: Evidence) -> MonitorEnd {
+    let errors = MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec());
+    MonitorEnd { errors, ..MonitorEnd::of(monitor, evidence) }
 }
 
 fn premises_record(Premises { entry, map, places, start, station, .. }: &Premises) -> recording::Premises {

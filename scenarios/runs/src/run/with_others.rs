@@ -3,12 +3,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use remote::{Call, RemoteClients, RemoteProcess};
+use channels::{ChannelId, ChannelSystem};
+use recording::Happening;
+use remote::{Call, Loss, RemoteClients, RemoteProcess};
 use scenarios::Error;
 use scenarios::scenario::Scenario;
 
 use super::{Run, RunKind};
 use crate::others::Others;
+use crate::outside::Delivery;
 use crate::pilot::Orders;
 use crate::wiring::start_programs;
 
@@ -71,9 +74,12 @@ impl Run {
             }
             return Some(happened);
         }
-        let Self { others, remote, system, .. } = self;
-        let Some(outside) = others.outside() else { return Some(Vec::new()) };
-        let (answers, happened) = outside.hear(now)?;
+        let Some(outside) = self.others.outside() else { return Some(Vec::new()) };
+        let Delivery { answers, losses, resumed, happened } = outside.hear(now)?;
+        self.end_gaps();
+        losses.iter().for_each(|loss| self.begin_gaps(loss));
+        resumed.iter().for_each(|lost| self.losses.end(lost));
+        let Self { remote, system, .. } = self;
         for id in remote {
             let is_suspended = system.is_suspended(*id);
             let Some(component) = system.process_mut::<RemoteProcess>(*id) else { continue };
@@ -81,6 +87,26 @@ impl Run {
             self.stirred |= !is_suspended && component.act();
         }
         Some(happened)
+    }
+
+    /// A loss leaves gaps in channels, from here on.
+    fn begin_gaps(&mut self, loss: &Loss) {
+        for id in &self.remote {
+            let channels = self.system.process::<RemoteProcess>(*id).map(|component| component.channels_of(&loss.what));
+            for gap in self.losses.begin(loss, &channels.unwrap_or_default()) {
+                self.judged.iter_mut().for_each(|judged| judged.miss(&gap));
+                self.happenings.push(Happening::Lost(gap));
+            }
+        }
+    }
+
+    /// Ends the gaps that were over before this step.
+    fn end_gaps(&mut self) {
+        let Self { losses, judged, system, happenings, .. } = self;
+        for channel in losses.take_over(|channel| is_empty(channel, system)) {
+            judged.iter_mut().for_each(|judged| judged.resume(channel));
+            happenings.push(Happening::Resumed(channel));
+        }
     }
 
     /// Sends out what the components that are nodes of ROS 2 were asked in this step, and keeps what other components
@@ -126,12 +152,19 @@ impl Run {
     }
 }
 
+/// Whether nothing that has come from nodes of ROS 2 waits for a channel.
+fn is_empty(channel: ChannelId, system: &ChannelSystem) -> bool {
+    let (source, target) = (system.topology().get(channel).source, system.topology().get(channel).target);
+    let has_passed_on_all = system.process(source).is_some_and(RemoteProcess::has_passed_on_all);
+    let is_free = system.content(channel).is_none() && !system.is_disturbed(channel);
+    has_passed_on_all && is_free && !system.is_suspended(source) && !system.is_suspended(target)
+}
+
 #[cfg(test)]
 mod tests {
     use std::cell::RefCell;
     use std::rc::Rc;
 
-    use recording::Happening;
     use remote::FromNode;
     use ros_messages::CdrWriter;
     use scenarios::processes::ROS;

@@ -1,3 +1,4 @@
+mod losses;
 mod others;
 
 use std::time::Duration;

@@ -15,7 +15,7 @@ use scenarios::scenario::{Scenario, find};
 
 use crate::conduct::conduct;
 use crate::others::Others;
-use crate::outside::Outside;
+use crate::outside::{Delivery, Outside};
 use crate::pilot::{Orders, Pilot, Sensed};
 use crate::run::Run;
 use crate::session::Session;
@@ -80,12 +80,13 @@ impl Outside for Late {
         1
     }
 
-    fn hear(&mut self, now: Duration) -> Option<(Vec<FromNode>, Vec<String>)> {
+    fn hear(&mut self, now: Duration) -> Option<Delivery> {
         self.0 = !self.0;
         let mut cdr = CdrWriter::reusing(Vec::new());
         BatteryState::of(now, 50.0, false).write(&mut cdr);
         let charge = FromNode::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() };
-        (!self.0).then(|| (vec![charge], vec!["they are there".to_owned()]))
+        let happened = vec!["they are there".to_owned()];
+        (!self.0).then(|| Delivery { answers: vec![charge], happened, ..Delivery::default() })
     }
 
     fn resume(&mut self) {
@@ -248,7 +249,7 @@ fn a_run_that_waits_for_others_can_be_stopped() {
 
 /// Why a run could not be conducted.
 #[derive(Debug)]
-struct Error;
+pub(super) struct Error;
 
 impl From<scenarios::Error> for Error {
     fn from(error: scenarios::Error) -> Self {
