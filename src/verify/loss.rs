@@ -360,6 +360,19 @@ fn a_verdict_that_the_loss_of_a_last_message_could_change_holds_unless_it_was_lo
     }
 }
 
+#[test]
+fn a_verdict_that_only_two_lost_messages_together_could_change_holds_unless_both_were_lost() {
+    let at =
+        |s: i64, topic: usize, x: i32| Sent { ns: START_NS + s, topic, x, is_lost: false, late_ns: 0, early_ns: 0 };
+    // A low battery alone changes nothing, and neither does a request of 3.
+    let sent = vec![at(0, 0, 60), at(1, 1, 0), at(2, 2, 0)];
+    let found = outcomes(Robot::new(sent, START_NS + 3, Ground::Numbered), &mapping("0"));
+    let allowed = found.iter().find(|found| found.name == "allowed").expect("a property");
+    let both =
+        matches!(&allowed.certainty, Certainty::Unless(why) if why.contains("battery") && why.contains("request"));
+    assert!(both, "{:?}", allowed.certainty);
+}
+
 /// What a gap can change does not depend on its length, which forged numbers make as large as they like.
 #[test]
 fn a_verdict_is_as_sure_however_many_messages_a_gap_has() {

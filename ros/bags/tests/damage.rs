@@ -363,6 +363,20 @@ fn what_the_metadata_counts_is_compared_with_what_is_there() {
     assert_eq!(lost(&less, 4, 4), ["/cmd_vel: metadata.yaml counts 3 messages on /cmd_vel, and 1 are there"]);
     assert_eq!(lost("", 4, 4), ["metadata.yaml counts 4 messages in bag_0.mcap, and 2 are there"]);
     assert_eq!(lost("", 2, 1), ["metadata.yaml counts 1 messages, and 2 are there"]);
+    // `rosbags` sorts keys, and does not indent lists.
+    let sorted = |name: &str, count: u64| {
+        format!(
+            "  - message_count: {count}\n    topic_metadata:\n      name: {name}\n      offered_qos_profiles:\n      - depth: 1\n"
+        )
+    };
+    assert_eq!(lost(&(sorted("/odd", 1) + &sorted("/cmd_vel", 1)), 2, 2), [""; 0]);
+    let less = sorted("/odd", 1) + &sorted("/cmd_vel", 3) + &sorted("/never", 0);
+    assert_eq!(lost(&less, 4, 4), ["/cmd_vel: metadata.yaml counts 3 messages on /cmd_vel, and 1 are there"]);
+    let text = "info:\n  files:\n  - message_count: 7\n    path: bag_0.mcap\n  message_count: 7\n  relative_file_paths:\n  \
+                - bag_0.mcap\n  ros_distro: rosbags\n";
+    fs::write(folder.path().join("metadata.yaml"), text).expect("room for a file");
+    let survey = Bag::open(folder.path()).expect("a bag").survey().clone();
+    assert_eq!(survey.lost, ["metadata.yaml counts 7 messages in bag_0.mcap, and 2 are there"]);
 }
 
 #[cfg(unix)]

@@ -189,9 +189,9 @@ impl Doubts {
     #[must_use]
     pub fn evidence(&self, index: usize, property: &Property) -> Evidence {
         let state = &self.states[index];
-        let could_change = |gap: &Gap| {
+        let could_change = |gaps: &[Gap]| {
             let mut state = state.clone();
-            state.miss(gap, property);
+            gaps.iter().for_each(|gap| _ = state.miss(gap, property));
             state.why.is_some()
         };
         let known = Circumstances {
@@ -215,9 +215,9 @@ impl Doubts {
     #[must_use]
     pub fn unless(&self, index: usize, property: &Property) -> Option<String> {
         let state = &self.states[index];
-        let could_change = |gap: &Gap| {
+        let could_change = |gaps: &[Gap]| {
             let mut after = state.clone();
-            after.miss(gap, property);
+            gaps.iter().for_each(|gap| _ = after.miss(gap, property));
             after.why.is_some() || after.later != state.later
         };
         self.grounds.unnoticed(&self.watched[index], &could_change)

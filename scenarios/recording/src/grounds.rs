@@ -28,8 +28,8 @@ pub(crate) struct Circumstances<'k> {
     pub(crate) is_by_message: bool,
     /// Whether any messages of this channel, at any time, could change it.
     pub(crate) is_open_to: &'k dyn Fn(ChannelId) -> bool,
-    /// Whether it would be unsure if messages had been lost in this gap.
-    pub(crate) could_change: &'k dyn Fn(&Gap) -> bool,
+    /// Whether it would be unsure if messages had been lost in all of these gaps.
+    pub(crate) could_change: &'k dyn Fn(&[Gap]) -> bool,
 }
 
 impl Grounds {
@@ -85,7 +85,7 @@ impl Grounds {
     /// What a monitor's verdict rests on, if no message is known to be missing.
     #[must_use]
     pub fn evidence(&self, monitor: &dyn Monitor) -> Evidence {
-        let (is_open_to, could_change) = (&|_| true, &|_: &Gap| true);
+        let (is_open_to, could_change) = (&|_| true, &|_: &[Gap]| true);
         let known = Circumstances { doubt: None, is_by_message: false, is_open_to, could_change };
         self.evidence_about(&Watched::of(monitor, &self.topology), &known)
     }
@@ -121,9 +121,13 @@ impl Grounds {
         self.unnoticed(watched, known.could_change).map_or(Certainty::Sure, Certainty::Unless)
     }
 
-    /// Which message of these channels could have been lost without notice, if that could change something.
-    pub(crate) fn unnoticed(&self, watched: &Watched, could_change: &dyn Fn(&Gap) -> bool) -> Option<String> {
-        watched.channels.iter().find_map(|channel| self.unnoticed_on(*channel, could_change))
+    /// Which messages of these channels could have been lost without notice, one or several together, if that could
+    /// change something.
+    pub(crate) fn unnoticed(&self, watched: &Watched, could_change: &dyn Fn(&[Gap]) -> bool) -> Option<String> {
+        let gaps: Vec<Gap> = watched.channels.iter().filter_map(|channel| self.unnoticed_on(*channel)).collect();
+        let alone = gaps.iter().find(|gap| could_change(std::slice::from_ref(gap))).map(|gap| gap.why.clone());
+        let all = || gaps.iter().map(|gap| gap.why.as_str()).collect::<Vec<_>>().join(", and ");
+        alone.or_else(|| (gaps.len() > 1 && could_change(&gaps)).then(all))
     }
 
     /// Why nothing vouches for the messages of a channel, if that is so and they could change the verdict.
@@ -136,7 +140,7 @@ impl Grounds {
         (known.is_open_to)(channel).then(|| format!("nothing is known of messages {}: {why}", self.name(channel)))
     }
 
-    fn unnoticed_on(&self, channel: ChannelId, could_change: &dyn Fn(&Gap) -> bool) -> Option<String> {
+    fn unnoticed_on(&self, channel: ChannelId) -> Option<Gap> {
         let newest = match self.of(channel) {
             (Ground::Numbered, Some(newest)) => newest,
             (Ground::NumberedApart, Some(_)) => &Duration::ZERO,
@@ -144,8 +148,7 @@ impl Grounds {
         };
         let why = format!("a message {} was lost after {} s", self.name(channel), newest.as_secs_f64());
         let (flaw, channel, since) = (Flaw::Missing, Some(channel), Some(*newest));
-        let gap = Gap { flaw, why, channel, since, ends: true };
-        could_change(&gap).then_some(gap.why)
+        Some(Gap { flaw, why, channel, since, ends: true })
     }
 
     fn of(&self, channel: ChannelId) -> &(Ground, Option<Duration>) {

@@ -46,26 +46,38 @@ impl Metadata {
     }
 
     fn parse(text: &str) -> Self {
-        let (mut found, mut topic, mut file) = (Self::default(), None, None);
+        let (mut found, mut item) = (Self::default(), Item::default());
         let indent = |line: &str| line.len() - line.trim_start().len();
         let top = text.lines().find(|line| line.trim_start().starts_with(LIST)).map(indent);
         for line in text.lines() {
+            let (at, begins) = (indent(line), line.trim_start().starts_with("- "));
+            // Whoever sorts keys writes a topic's count before its name; lists within an item belong to it.
+            if item.at.is_none_or(|of| at <= of) && !line.trim().is_empty() {
+                found.count(std::mem::take(&mut item));
+                item.at = begins.then_some(at);
+            }
             let Some((key, value)) = line.split_once(':') else { continue };
             let value = plain(value);
-            match key.trim_start_matches([' ', '-']) {
-                "ros_distro" if !value.is_empty() => found.distribution = Some(value.to_owned()),
-                "name" => topic = Some(value),
-                "path" => file = Some(file_name(value)),
-                "message_count" => match (value.parse::<u64>(), topic.take(), file.take()) {
-                    (Ok(count), Some(topic), _) => *found.topics.entry(topic.to_owned()).or_default() += count,
-                    (Ok(count), None, Some(file)) => drop(found.files.insert(file, count)),
-                    (Ok(count), None, None) if Some(indent(line)) == top => found.all = Some(count),
-                    _ => {}
-                },
+            match (key.trim_start_matches([' ', '-']), item.at) {
+                ("ros_distro", None) if !value.is_empty() => found.distribution = Some(value.to_owned()),
+                ("message_count", None) if Some(at) == top => found.all = value.parse().ok(),
+                ("name", Some(_)) => item.topic = Some(value.to_owned()),
+                ("path", Some(_)) => item.file = Some(file_name(value)),
+                ("message_count", Some(_)) => item.count = value.parse().ok(),
                 _ => {}
             }
         }
+        found.count(item);
         found
+    }
+
+    /// Adds what an item of a list counts.
+    fn count(&mut self, Item { topic, file, count, .. }: Item) {
+        match (count, topic, file) {
+            (Some(count), Some(topic), _) => *self.topics.entry(topic).or_default() += count,
+            (Some(count), None, Some(file)) => drop(self.files.insert(file, count)),
+            _ => {}
+        }
     }
 
     /// Compares what it counts with what there is on topics.
@@ -98,6 +110,16 @@ impl Metadata {
         let all = all.map(|stated| format!("{METADATA} counts {stated} messages, and {found} are there"));
         survey.lost.extend(others.into_iter().chain(all));
     }
+}
+
+/// An item of a list: a topic or a file, and how many messages it has.
+#[derive(Default)]
+struct Item {
+    /// How far its `-` is indented.
+    at: Option<usize>,
+    topic: Option<String>,
+    file: Option<String>,
+    count: Option<u64>,
 }
 
 const LIST: &str = "relative_file_paths:";
