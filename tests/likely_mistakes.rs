@@ -151,7 +151,8 @@ fn a_property_can_be_about_a_topic_that_nothing_reads() {
     write(
         "Meter.scxml",
         r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="on"><onentry><send event="s" delay="1s"/></onentry>
-        <transition event="s" target="on"><send type="channel" event="charge"><param name="pct" expr="50"/></send></transition></state></scxml>"#,
+        <transition event="s" target="on"><send type="channel" event="charge"><param name="pct" expr="50"/></send>
+        <send type="channel" event="charge"><param name="pct" expr="70"/></send></transition></state></scxml>"#,
     );
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (path, log) = (&*at("own.toml"), &*at("events.jsonl"));
@@ -166,11 +167,12 @@ fn a_property_can_be_about_a_topic_that_nothing_reads() {
         assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
         fs::read_to_string(log).unwrap()
     };
-    // A run, its log, a proof: each judges the messages that no other process gets.
-    for (verdict, event) in [("satisfied", "Meter, *, pct > 20"), ("violated", "Meter, *, pct > 60")] {
+    // A run, its log, a proof: each judges all messages, which no other process gets; a warning changes nothing.
+    let events = ["Meter, *, pct > 20", "Meter, *, pct > 60", "Meter, *, pct > 60 m"];
+    for (verdict, event) in ["satisfied", "violated", "violated"].into_iter().zip(events) {
         scenario(event, &format!("[expect]\nenough = \"{verdict}\"\n"));
         let events = run();
-        assert!((9..=10).contains(&events.matches(r#""to":"Subscriber""#).count()), "{events}");
+        assert!((18..=20).contains(&events.matches(r#""to":"Subscriber""#).count()), "{events}");
         let judged = steward(&["verify", log, "--scenario", path, "--property", &at("enough.scope")]);
         assert_eq!(judged.status.code(), Some(i32::from(verdict == "violated")), "{judged:?}");
         scenario(event, "[prove]\ncomponents.Meter.answers = \"anything\"\nexpect.enough = \"violated\"\n");

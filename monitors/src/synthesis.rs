@@ -279,6 +279,11 @@ impl RunningMonitor {
         }
     }
 
+    /// The state of an automaton, and the tick, which determine what is owed; `None` of any other monitor.
+    pub(crate) fn place(&self) -> Option<(usize, u64)> {
+        if let Self::Automaton(run) = self { run.place() } else { None }
+    }
+
     /// The clause that was not met in time, if that settled the verdict; ticks count from the first state.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         match self {

@@ -370,6 +370,11 @@ impl AutomatonRun {
         }
     }
 
+    /// The state and the tick, unless it has left its states.
+    pub(crate) fn place(&self) -> Option<(usize, u64)> {
+        self.detour.is_none().then_some((usize::from(self.state), self.now))
+    }
+
     pub(crate) fn owed(&self) -> Option<Obligations> {
         match &self.detour {
             Some(detour) => detour.owed().cloned(),

@@ -35,16 +35,23 @@ impl Resolver<'_> {
         };
         let noted = self.problems.len();
         let (mut events, mut reasons): (Vec<EventAtom>, Option<Vec<Problem>>) = (Vec::new(), None);
+        let mut warnings: Option<Vec<Problem>> = None;
         for channel in topology.channels().filter(fits) {
             let condition = self.condition(&event.condition, Some(channel));
             let problems = self.problems.split_off(noted);
-            match condition.filter(|_| problems.is_empty()) {
-                Some(condition) => events.push(EventAtom { channel, condition }),
+            match condition.filter(|_| !problems.iter().any(Problem::is_error)) {
+                Some(condition) => {
+                    events.push(EventAtom { channel, condition });
+                    // What is said of one channel is not said again of the next.
+                    warnings =
+                        Some(warnings.filter(|known: &Vec<Problem>| known.len() >= problems.len()).unwrap_or(problems));
+                }
                 None if reasons.as_ref().is_none_or(|known| problems.len() < known.len()) => reasons = Some(problems),
                 None => {}
             }
         }
         if !events.is_empty() {
+            self.problems.extend(warnings.into_iter().flatten());
             return Some(events);
         }
         // The condition fits no channel: it is told what is wrong with it where it fits best.

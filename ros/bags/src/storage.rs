@@ -73,6 +73,7 @@ impl Bag {
             files.push(BagFile { path, format, plan: plan.map(Arc::new) });
             parts.push(part);
         }
+        refuse_copies(path, &files, &parts)?;
         if !are_listed {
             refuse_others(path, &files, &mut parts)?;
         }
@@ -121,6 +122,23 @@ impl Bag {
     }
 }
 
+/// All pairs of so many files.
+fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
+    (0..count).flat_map(|second| (0..second).map(move |first| [first, second]))
+}
+
+/// Refuses two files of a folder with the same messages: one is a copy of the other, or in place of a third.
+fn refuse_copies(folder: &Path, files: &[BagFile], parts: &[Survey]) -> Result<(), Error> {
+    let is_copy = |[first, second]: &[usize; 2]| {
+        let [first, second] = [first, second].map(|index| &parts[*index]);
+        let is_span = |(begin, end): (i64, i64)| begin < end;
+        first.span_ns == second.span_ns && first.span_ns.is_some_and(is_span) && counts(first) == counts(second)
+    };
+    let Some(pair) = pairs(parts.len()).find(is_copy) else { return Ok(()) };
+    let (folder, files) = (folder.to_owned(), pair.map(|index| files[index].name()));
+    Err(Error::Several { folder, files, why: "have the same messages" })
+}
+
 /// Refuses the files of a folder if they show that they are not one recording: the metadata does not list them.
 fn refuse_others(folder: &Path, files: &[BagFile], parts: &mut [Survey]) -> Result<(), Error> {
     let names: Vec<String> = files.iter().map(BagFile::name).collect();
@@ -129,14 +147,10 @@ fn refuse_others(folder: &Path, files: &[BagFile], parts: &mut [Survey]) -> Resu
         Err(Error::Several { folder: folder.to_owned(), files, why })
     };
     let spans = |[first, second]: [usize; 2]| parts[first].span_ns.zip(parts[second].span_ns);
-    let pairs = (0..parts.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
     let mut others = None;
-    for pair in pairs {
+    for pair in pairs(parts.len()) {
         let Some(spans) = spans(pair) else { continue };
         let [first, second] = pair.map(|index| &parts[index]);
-        if spans.0 == spans.1 && spans.0.0 < spans.0.1 && counts(first) == counts(second) {
-            return several(pair, "have the same messages");
-        }
         let [(stem, number), (other_stem, other)] = pair.map(|index| files::stem_and_number(&names[index]));
         let is_next = stem == other_stem && number.is_some() && other.is_some();
         if is_same_time(spans, is_next) {

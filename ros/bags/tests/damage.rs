@@ -124,6 +124,15 @@ fn files_that_are_not_one_recording_are_refused() {
     assert_eq!(opened(&gap), (skipped, String::new()));
     let copy = [("bag_0.mcap", [0, 9], TWIST), ("bag_1.mcap", [0, 9], TWIST)];
     assert_eq!(opened(&copy), refused("bag_0.mcap and bag_1.mcap have the same messages"));
+    let listed = tempfile::tempdir().expect("a folder");
+    for (name, times, kind) in copy {
+        let messages = times.map(|ms| ("/cmd_vel", kind, ms, twist(1.0)));
+        fs::write(listed.path().join(name), written(&messages, mcap::WriteOptions::new())).expect("room for a file");
+    }
+    let metadata = "relative_file_paths: [bag_0.mcap, bag_1.mcap]\nmessage_count: 4\n";
+    fs::write(listed.path().join("metadata.yaml"), metadata).expect("room for a file");
+    let error = Bag::open(listed.path()).err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(error.ends_with("bag_0.mcap and bag_1.mcap have the same messages"), "{error}");
     let beside = [("a.mcap", [0, 9], TWIST), ("b.mcap", [1, 8], TWIST)];
     assert_eq!(opened(&beside), refused("a.mcap and b.mcap have messages of the same time"));
     let types = [("a.mcap", [0, 9], TWIST), ("b.mcap", [10, 20], ODD)];
