@@ -382,15 +382,15 @@ fn a_message_without_a_valid_number_is_missing() {
         let mut hearing = watching(&[writer(1, "rt/a", false)]);
         hearing.hear(writers(&[writer(1, "rt/a", false), writer(2, "rt/b", false)], &[]));
         for topic in ["rt/a", "rt/b"] {
-            let id = if topic == "rt/a" { 1 } else { 2 };
+            let (id, start_ns) = if topic == "rt/a" { (1, 0) } else { (2, 10 * SECOND_NS) };
             // As the first of a publisher, and later.
-            hearing.hear(sample(id, topic, number, 2 * SECOND_NS));
+            hearing.hear(sample(id, topic, number, start_ns + 2 * SECOND_NS));
             assert_eq!(told(&mut hearing), ["?"], "{number}");
-            hearing.hear(sample(id, topic, 1, 3 * SECOND_NS));
+            hearing.hear(sample(id, topic, 1, start_ns + 3 * SECOND_NS));
             told(&mut hearing);
-            hearing.hear(sample(id, topic, number, 4 * SECOND_NS));
-            hearing.hear(sample(id, topic, number, 5 * SECOND_NS));
-            hearing.hear(sample(id, topic, 2, 6 * SECOND_NS));
+            hearing.hear(sample(id, topic, number, start_ns + 4 * SECOND_NS));
+            hearing.hear(sample(id, topic, number, start_ns + 5 * SECOND_NS));
+            hearing.hear(sample(id, topic, 2, start_ns + 6 * SECOND_NS));
             assert_eq!(told(&mut hearing), ["?", "?", "2"], "{number}");
         }
     }
