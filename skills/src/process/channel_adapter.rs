@@ -209,7 +209,9 @@ impl ChannelAdapter {
             let message = wiring.published(head, data).map_err(refused)?;
             for out in wiring.subscribers(head) {
                 // A newer message replaces an older one here as it does in the channel.
-                match self.outboxes[out].iter_mut().find(|older| older.message.head() == Some(head)) {
+                let is_older = |older: &&mut Envelope| older.message.head() == Some(head);
+                let replaced = self.outboxes[out].iter_mut().find(is_older).filter(|_| !wiring.outgoing[out].takes_all);
+                match replaced {
                     Some(older) => *older = message.clone().into(),
                     None => {
                         self.check_room(out)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{ChannelId, Domain, Message, ProcessId, Role, Shape, Symbol, Topology};
+use channels::{Capacity, ChannelId, Domain, Message, ProcessId, Role, Shape, Symbol, Topology};
 
 use super::translate::{self, Unsendable};
 use crate::Datum;
@@ -32,6 +32,8 @@ pub(super) struct Outgoing {
     pub(super) channel: ChannelId,
     pub(super) peer: Arc<str>,
     pub(super) domain: Domain,
+    /// Whether the receiver takes each message as it is sent: then a newer one on a topic does not replace an older one.
+    pub(super) takes_all: bool,
 }
 
 /// A process's channels, in the order of their declaration, the topics that it publishes and the requests that it
@@ -63,7 +65,8 @@ impl Wiring {
         let mut outgoing: Vec<Outgoing> = Vec::new();
         for channel in topology.channels().filter(|channel| topology.get(*channel).source == process) {
             let (_, peer) = peer(topology.get(channel).target);
-            outgoing.push(Outgoing { channel, peer, domain: domain(channel) });
+            let takes_all = topology.get(channel).capacity == Capacity::Zero;
+            outgoing.push(Outgoing { channel, peer, domain: domain(channel), takes_all });
         }
         let mut incoming = Vec::new();
         for channel in topology.channels().filter(|channel| topology.get(*channel).target == process) {
