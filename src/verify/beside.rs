@@ -41,13 +41,13 @@ property pose_first := (not (Robot, BatteryReader, share > 0.1)) until (Robot, L
 const STEP_MS: u64 = 20;
 
 /// A robot that says its charge, 50 %, every second, and after 6 s another one; what is lost is said, too.
-struct Robot {
+struct LossyRobot {
     charge_pct: f64,
     /// The time of each loss, when it began, and when it is over, in milliseconds.
     losses: &'static [(u64, u64, u64)],
 }
 
-impl Outside for Robot {
+impl Outside for LossyRobot {
     fn run(&self) -> u64 {
         1
     }
@@ -80,7 +80,7 @@ impl Outside for Robot {
 }
 
 /// What a run reports; it is also recorded.
-fn ran(robot: Robot, properties: &Path, folder: &Path, record: &Path) -> Report {
+fn ran(robot: LossyRobot, properties: &Path, folder: &Path, record: &Path) -> Report {
     let set = [format!("properties=[{properties:?}]"), "expect={}".into(), "stop={}".into()];
     let set: Vec<String> = set.into_iter().chain(["execution.max_time_s=12".to_owned()]).collect();
     let scenario = Arc::new(Scenario::load(&find::find("on_a_robot").unwrap(), &set).unwrap());
@@ -113,7 +113,7 @@ fn verdicts(charge_pct: f64, losses: &'static [(u64, u64, u64)]) -> Vec<&'static
     let mut found = Vec::new();
     for (name, of_log) in [("run.jsonl", vec![properties.clone()]), ("run.mcap", Vec::new())] {
         let log = folder.path().join(name);
-        let report = ran(Robot { charge_pct, losses }, &properties, folder.path(), &log);
+        let report = ran(LossyRobot { charge_pct, losses }, &properties, folder.path(), &log);
         let verified = verify_log(&args(&log, of_log), &log, None).unwrap();
         let again = &as_json(&verified, &log)["monitors"];
         for (index, monitor) in report.monitors.iter().enumerate() {
@@ -154,7 +154,7 @@ fn all_results_of_a_run_say_that_a_verdict_is_unsure() {
     let folder = tempfile::tempdir().unwrap();
     let properties = folder.path().join("robot.scope");
     std::fs::write(&properties, PROPERTIES.lines().take(2).collect::<Vec<_>>().join("\n")).unwrap();
-    let robot = Robot { charge_pct: 50.0, losses: &[(6_020, 5_020, 6_020)] };
+    let robot = LossyRobot { charge_pct: 50.0, losses: &[(6_020, 5_020, 6_020)] };
     let report = ran(robot, &properties, folder.path(), &folder.path().join("run.rec"));
     let why = "lost after 5020 ms";
     let json = json!(report);
