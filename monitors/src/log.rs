@@ -6,9 +6,9 @@
 //! `to` or `message` nor `generated` are of other kinds and are skipped. `{"missing":"3 messages","flaw":"missing",
 //! "since_s":66.5}` is a gap: from here on messages may be missing, or `late`, or `mixed` with others. With
 //! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
-//! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the message
-//! before it. So has a message of the world, which is no step: instead, a tick says how many of these have come,
-//! `"world":7`.
+//! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the
+//! message before it. So has a message of the world, which is no step: instead, a tick says how many of these have
+//! come, `"world":7`.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.

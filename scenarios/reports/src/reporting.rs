@@ -20,8 +20,8 @@ use crate::witness::WitnessReport;
 /// The report of a finished run.
 ///
 /// Whether a run is *as expected* is decided here, and nowhere else: it is if no expectation has a difference. They are
-/// those that the scenario names, that no other property is violated ([`Expected::admits`]) or unsure, and that no error
-/// occurs that it does not name.
+/// those that the scenario names, that no other property is violated ([`Expected::admits`]) or unsure, and that no
+/// error occurs that it does not name.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
     let mut expectations = if interrupted { Vec::new() } else { expectations(view) };

@@ -276,10 +276,10 @@ impl Suite {
 
     /// The properties and expectations of a run. Its page and pictures are in `folder`.
     ///
-    /// A property with an expectation passes if it is met; any other property fails if it is violated. One whose verdict
-    /// is unsure fails, whatever is expected. (One that is only a question is skipped.) A property is skipped if it is
-    /// inconclusive, or satisfied only because a condition in it never occurred, because no message told of a level, or
-    /// unless a message was lost. No case fails if and only if the run was as expected.
+    /// A property with an expectation passes if it is met; any other property fails if it is violated. One whose
+    /// verdict is unsure fails, whatever is expected. (One that is only a question is skipped.) A property is skipped
+    /// if it is inconclusive, or satisfied only because a condition in it never occurred, because no message told of a
+    /// level, or unless a message was lost. No case fails if and only if the run was as expected.
     #[must_use]
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
         let properties = report.monitors.iter().map(|monitor| Case {
