@@ -180,8 +180,8 @@ impl Record {
         }
     }
 
-    /// Notes the messages from which the pending clauses began: the present ones, or those of the clause that has become
-    /// this one. The clauses before a verdict are kept, because they may explain it.
+    /// Notes the messages from which the pending clauses began: the present ones, or those of the clause that has
+    /// become this one. The clauses before a verdict are kept, because they may explain it.
     fn note_beginnings(&mut self, observation: &Observation, run: &RunningMonitor, letter: Letter, now: u64) {
         // In the same state of an automaton at the same tick, the same is pending.
         let place = run.place();

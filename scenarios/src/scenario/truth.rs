@@ -256,8 +256,8 @@ fn fields(events: &[EventAtom], channel: ChannelId) -> Option<BTreeSet<usize>> {
     (!used.is_empty() && !by_number).then_some(used)
 }
 
-/// Declares the process that reads the topics that nothing reads, of the processes that are meant, if they have some. It
-/// takes each message as it is published, so that none takes the place of another.
+/// Declares the process that reads the topics that nothing reads, of the processes that are meant, if they have some.
+/// It takes each message as it is published, so that none takes the place of another.
 fn declare_unread(topology: &mut Topology, is_meant: impl Fn(ProcessId) -> bool) -> Result<(), WiringError> {
     let unread = |process| (process, topology.unread_topics(process).cloned().collect::<Vec<_>>());
     let unread = topology.processes().map(unread).filter(|(process, topics)| !topics.is_empty() && is_meant(*process));

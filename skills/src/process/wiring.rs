@@ -32,7 +32,7 @@ pub(super) struct Outgoing {
     pub(super) channel: ChannelId,
     pub(super) peer: Arc<str>,
     pub(super) domain: Domain,
-    /// Whether the receiver takes each message as it is sent: then a newer one on a topic does not replace an older one.
+    /// Whether the receiver takes each message as it is sent: then a newer one on a topic replaces no older one.
     pub(super) takes_all: bool,
 }
 
