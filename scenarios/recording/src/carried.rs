@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use channels::{ChannelId, Shape, Topology};
 
 /// By channel, such as `BT → Say`, its messages: what they can begin with, and the names of their other fields in
-/// order, `moved(state)`. A log has it, as the scenario may be another one when the log is read: with other topics, with
-/// fields in another order, or with others of the world.
+/// order, `moved(state)`. A log has it, as the scenario may be another one when the log is read: with other topics,
+/// with fields in another order, or with others of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Carried(BTreeMap<String, BTreeSet<String>>);
 
