@@ -335,7 +335,7 @@ fn check(messages: usize, [per_mille, late]: [u32; 2], seed: u64, others: usize,
 #[test]
 fn a_verdict_is_that_of_the_run_as_it_was_sent_or_unsure() {
     for (per_mille, seed) in [(10, 1), (100, 2)] {
-        let found = check(8000, [per_mille, 0], seed, 16, false);
+        let found = check(4000, [per_mille, 0], seed, 16, false);
         let share = found.sure as f64 / found.unchanged as f64;
         println!("{per_mille} of 1000 lost: {found:?}, {share:.3}");
         assert!(per_mille > 10 || share >= 0.95, "{found:?}");
@@ -345,7 +345,7 @@ fn a_verdict_is_that_of_the_run_as_it_was_sent_or_unsure() {
 #[test]
 fn a_verdict_is_that_of_the_run_in_which_every_message_came_when_it_was_due_or_unsure() {
     for (per_mille, late, seed) in [(0, 20, 7), (20, 50, 8)] {
-        let found = check(8000, [per_mille, late], seed, 16, false);
+        let found = check(4000, [per_mille, late], seed, 16, false);
         println!("of 1000, {per_mille} lost and {late} late: {found:?}");
         assert!(found.sure * 2 > found.unchanged, "{found:?}");
     }
@@ -354,7 +354,7 @@ fn a_verdict_is_that_of_the_run_in_which_every_message_came_when_it_was_due_or_u
 #[test]
 fn a_verdict_that_the_loss_of_a_last_message_could_change_holds_unless_it_was_lost() {
     for (per_mille, seed) in [(10, 5), (100, 6)] {
-        let found = check(8000, [per_mille, 0], seed, 16, true);
+        let found = check(4000, [per_mille, 0], seed, 16, true);
         println!("{per_mille} of 1000 lost: {found:?}");
         assert!(found.unless > 0 && found.sure > 0, "{found:?}");
     }
