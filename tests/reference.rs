@@ -451,7 +451,11 @@ fn event_log() {
         let cell = row.trim_start_matches('|').split('|').next().unwrap_or_default();
         cell.split('`').skip(1).step_by(2).map(str::to_owned).collect()
     };
-    let told: BTreeSet<BTreeSet<String>> = text.lines().filter(|line| line.starts_with("| `")).map(fields).collect();
+    let mut told: BTreeSet<BTreeSet<String>> =
+        text.lines().filter(|line| line.starts_with("| `")).map(fields).collect();
+    // Nothing is lost in a run that nobody else takes part in.
+    let of_gaps: BTreeSet<_> = told.extract_if(.., |row| row.contains("missing") || row.contains("resumed")).collect();
+    assert_eq!(of_gaps.len(), 2);
     let folder = tempdir().unwrap();
     let log = folder.path().join("log.jsonl");
     let short = ["--no-snapshots", "--set", "execution.max_time_s=2", "--record", log.to_str().unwrap()];

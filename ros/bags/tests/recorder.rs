@@ -6,6 +6,7 @@ use std::fs;
 use std::rc::Rc;
 
 use bags::{Bag, BagWriter, Definition, Events, Found, Ground, Head, Received, Recorder, Source, Survey, Topic};
+use channels::Gap;
 use proptest::prelude::*;
 
 use crate::messages::{TF, TWIST, tf, twist};
@@ -171,15 +172,24 @@ fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
     let compiled = mapping.compile(survey, None, &nothing).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let topology = compiled.topology.clone();
     let mut events = Events::new(source, &mapping, compiled, &nothing);
-    // Neither a note nor a ground has a place among the events; the last ground of a channel counts.
-    let (mut lines, mut grounds) = (Vec::new(), BTreeMap::new());
+    // Neither a note nor a ground has a place among the events, nor a gap among those of other channels; the last ground
+    // of a channel counts.
+    let (mut lines, mut gaps, mut grounds) = (Vec::new(), Vec::new(), BTreeMap::new());
     for found in events.by_ref() {
         match found {
             Found::Idle | Found::Noted(_) => {}
             Found::Vouched(channel, ground) => drop(grounds.insert(channel, ground)),
-            found => lines.push(line(found, &topology)),
+            Found::LeftOut(Gap { channel, .. }) => gaps.push((channel, line(found, &topology))),
+            Found::Resumed(channel) => gaps.push((Some(channel), line(found, &topology))),
+            Found::Event(_) => {
+                gaps.sort_by_key(|(channel, _)| *channel);
+                lines.extend(gaps.drain(..).map(|(_, gap)| gap));
+                lines.push(line(found, &topology));
+            }
         }
     }
+    gaps.sort_by_key(|(channel, _)| *channel);
+    lines.extend(gaps.into_iter().map(|(_, gap)| gap));
     lines.extend(events.notes());
     lines.extend(grounds.into_iter().map(|(channel, ground)| line(Found::Vouched(channel, ground), &topology)));
     lines

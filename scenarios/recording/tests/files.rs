@@ -130,8 +130,9 @@ fn an_event_log_has_the_events_and_the_changes_of_the_tree() {
     let text = String::from_utf8(log.finish().unwrap()).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let provenance = r#"{"commit":null,"inputs":[],"scenario":"","set":[]}"#;
-    let first = format!(r#"{{"provenance":{provenance},"scenario":"drive","seed":7,"tick_s":1.0,"version":""}}"#);
-    assert_eq!(lines[0], first);
+    let channels = r#"{"BatteryLevel → BT":["failure()","success()"],"BatteryReader → BatteryLevel":["ok(level)"]}"#;
+    let run = r#""scenario":"drive","seed":7,"tick_s":1.0,"version":"""#;
+    assert_eq!(lines[0], format!(r#"{{"channels":{channels},"provenance":{provenance},{run}}}"#));
     assert_eq!(lines[1], r#"{"generated":"tick","step":0,"tick":0,"time_s":0.2}"#);
     let level =
         r#"{"from":"BatteryReader","message":[{"sym":"ok"},79.8],"step":1,"tick":0,"time_s":0.2,"to":"BatteryLevel"}"#;

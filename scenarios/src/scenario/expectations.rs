@@ -56,8 +56,8 @@ impl Expectations {
 
     pub(super) fn read(root: Table<'_>) -> Self {
         let about = "The expected outcome of the run. A run is *as expected* if it meets everything that stands here, if no other \
-                     property is violated, and if no error occurs that `errors` does not name. The words mean the same in \
-                     `run`, in a campaign with its dataset and its goal, and in every other result; the exit status of `run` \
+                     property is violated, if no verdict is unsure, and if no error occurs that `errors` does not name. The \
+                     words mean the same in `run`, in a campaign with its dataset and its goal, and in every other result; the exit status of `run` \
                      says it.";
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
         let names = |key, about, what| table.get(key).about(about).words("an array of names").refers_to(what);
