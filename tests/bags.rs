@@ -115,11 +115,8 @@ fn messages_before_the_damage_are_checked() {
     fs::write(copies.join("bag_1.mcap"), &whole[..whole.len() / 2]).unwrap();
     let (_, _, said) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert!(unwrapped(&said).contains("bag_0.mcap and bag_1.mcap have the same messages"), "{said}");
-    let list = |names: &str| format!("relative_file_paths:{names}\nduration: 1\n");
-    fs::write(copies.join("metadata.yaml"), list("\n- bag_0.mcap\n- bag_1.mcap")).unwrap();
-    let (status, _, said) = recorded.verify(&[copies.to_str().unwrap()], &[]);
-    assert!(status == Some(2) && unwrapped(&said).contains("have the same messages"), "{said}");
-    fs::write(copies.join("metadata.yaml"), list("\n- bag_1.mcap")).unwrap();
+    let list = "relative_file_paths:\n- bag_0.mcap\n- bag_1.mcap\nduration: 1\n";
+    fs::write(copies.join("metadata.yaml"), list).unwrap();
     let (status, said, noted) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert_eq!(status, Some(1));
     assert!(said.contains("slow_when_low unsure"), "{said}");

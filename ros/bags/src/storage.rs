@@ -73,7 +73,7 @@ impl Bag {
             files.push(BagFile { path, format, plan: plan.map(Arc::new) });
             parts.push(part);
         }
-        refuse_copies(path, &files, &parts)?;
+        refuse_copies(path, &files, &parts, are_listed)?;
         if !are_listed {
             refuse_others(path, &files, &mut parts)?;
         }
@@ -127,12 +127,16 @@ fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(|second| (0..second).map(move |first| [first, second]))
 }
 
-/// Refuses two files of a folder with the same messages: one is a copy of the other, or in place of a third.
-fn refuse_copies(folder: &Path, files: &[BagFile], parts: &[Survey]) -> Result<(), Error> {
-    let is_copy = |[first, second]: &[usize; 2]| {
-        let [first, second] = [first, second].map(|index| &parts[*index]);
+/// Refuses two files of a folder with the same messages: one is a copy of the other, perhaps in place of a third. Those
+/// that are listed also have the same length then.
+fn refuse_copies(folder: &Path, files: &[BagFile], parts: &[Survey], are_listed: bool) -> Result<(), Error> {
+    let length = |index: usize| std::fs::metadata(&files[index].path).ok().map(|about| about.len());
+    let is_copy = |pair: &[usize; 2]| {
+        let [first, second] = pair.map(|index| &parts[index]);
         let is_span = |(begin, end): (i64, i64)| begin < end;
-        first.span_ns == second.span_ns && first.span_ns.is_some_and(is_span) && counts(first) == counts(second)
+        let have_same = first.span_ns == second.span_ns && counts(first) == counts(second);
+        let is_as_long = !are_listed || length(pair[0]) == length(pair[1]);
+        have_same && first.span_ns.is_some_and(is_span) && is_as_long
     };
     let Some(pair) = pairs(parts.len()).find(is_copy) else { return Ok(()) };
     let (folder, files) = (folder.to_owned(), pair.map(|index| files[index].name()));
