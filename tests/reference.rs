@@ -453,7 +453,7 @@ fn event_log() {
     };
     let mut told: BTreeSet<BTreeSet<String>> =
         text.lines().filter(|line| line.starts_with("| `")).map(fields).collect();
-    // Nothing is lost in a run that nobody else takes part in.
+    // A simulated run without nodes of ROS 2 loses no messages, so its log has no gaps.
     let of_gaps: BTreeSet<_> = told.extract_if(.., |row| row.contains("missing") || row.contains("resumed")).collect();
     assert_eq!(of_gaps.len(), 2);
     let folder = tempdir().unwrap();

@@ -51,7 +51,7 @@ impl Metadata {
         let top = text.lines().find(|line| line.trim_start().starts_with(LIST)).map(indent);
         for line in text.lines() {
             let (at, begins) = (indent(line), line.trim_start().starts_with("- "));
-            // Whoever sorts keys writes a topic's count before its name; lists within an item belong to it.
+            // The keys of an item may be in any order: rosbags sorts them. Lists inside an item are part of it.
             if item.at.is_none_or(|of| at <= of) && !line.trim().is_empty() {
                 found.count(std::mem::take(&mut item));
                 item.at = begins.then_some(at);

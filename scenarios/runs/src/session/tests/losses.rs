@@ -219,7 +219,7 @@ fn a_presumed_response_proves_nothing_and_one_that_came_does() {
             }
             let result = (aborts && is_sent && number.is_multiple_of(50)).then(|| of(open, "get_result")).flatten();
             let Some(call) = result else { return charge(number, 50.0) };
-            // Nobody can respond any more.
+            // An empty body: the server is gone, so no response will come.
             let answers = vec![FromNode::Response { number: call.number, body: Vec::new() }];
             Delivery { answers, ..Delivery::default() }
         }
