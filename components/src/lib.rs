@@ -55,7 +55,6 @@ mod operations;
 mod outages;
 mod service;
 mod software;
-mod subscriber;
 
 pub use battery_reader::{BatteryHandler, BatteryReader};
 pub use blackboard::{Blackboard, LockedValue};
@@ -65,4 +64,3 @@ pub use operations::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Opera
 pub use outages::{Component, Outages};
 pub use service::{Handler, Service};
 pub use software::{Processes, Software};
-pub use subscriber::{SUBSCRIBER, Subscriber};

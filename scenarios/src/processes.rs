@@ -1,6 +1,6 @@
 //! The names of the processes that every scenario has, besides the leaves of its tree.
 
-use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, SUBSCRIBER};
+use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION};
 use monitors::{MONITORS, WORLD};
 use recording::TREE;
 
@@ -9,6 +9,9 @@ pub const TICK_GENERATOR: &str = "TickGenerator";
 
 /// The name of the process that stands for all nodes of ROS 2 that ask components, if there are some.
 pub const ROS: &str = "ROS";
+
+/// The name of the process that reads the topics which properties are about and nothing else reads.
+pub const SUBSCRIBER: &str = "Subscriber";
 
 /// The names of the components of every scenario with a map, unless it describes others with these names.
 pub const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];

@@ -2,19 +2,17 @@
 
 mod adapter;
 mod clock;
-mod recorder;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use channels::{Capacity, ChannelId, Domain, FieldKind, Process, ProcessId, Shape, Topology, WiringError};
+use channels::{Capacity, ChannelId, Domain, FieldKind, Process, ProcessId, Shape, Subscriber, Topology, WiringError};
 use rand::RngExt;
 use robot::Streams;
 use skills::SkillProcess;
 
 use adapter::{AdapterWiring, Incoming, LeafConnection, RosAdapter, Route};
 use clock::{Clock, ClockWiring, Timer};
-use recorder::Recorder;
 
 use crate::instance::{CLOCK, CLOCK_EVENT, Fields, MachineProcess, RECORDER, events, machine_processes};
 use crate::machine::{Role, Way};
@@ -80,8 +78,7 @@ impl<'m> Wiring<'m> {
             processes.push((self.ids[index], Box::new(skill)));
         }
         processes.push((self.clock, Box::new(Clock::new(self.clock_wiring(topology)))));
-        let incoming = topology.channels().filter(|channel| topology.get(*channel).target == self.recorder).collect();
-        processes.push((self.recorder, Box::new(Recorder { incoming })));
+        processes.push((self.recorder, Box::new(Subscriber::new(topology, self.recorder))));
         processes
     }
 

@@ -6,11 +6,11 @@ use std::time::Duration;
 use bt::{Tree, TreeProcess};
 use channels::{
     ChannelSystem, Delivery, Ordered, Precedence, Process, ProcessId, Random, RoundRobin, Scheduler, Starving,
-    TickGenerator, Topology, WiringError,
+    Subscriber, TickGenerator, Topology, WiringError,
 };
 use components::{
     BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
-    Processes, SUBSCRIBER, Subscriber,
+    Processes,
 };
 use devices::DeviceProcess;
 use diagnostics::Spanned;
@@ -21,7 +21,7 @@ use roaml::{Model, Wiring};
 use robot::Streams;
 use scenarios::names::unknown;
 use scenarios::occurrences::occurrences;
-use scenarios::processes::{ROS, TICK_GENERATOR};
+use scenarios::processes::{ROS, SUBSCRIBER, TICK_GENERATOR};
 use scenarios::scenario::{
     Behavior, ComponentEntry, Order, Policy, Runs, RunsEntry, Scenario, TreeForm, TreeIds, Truths, misfit,
 };

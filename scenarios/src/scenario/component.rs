@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::Symbol;
-use components::SUBSCRIBER;
 use devices::{DeviceKind, DeviceSettings};
 use diagnostics::{Problem, Span, Spanned};
 use interfaces::Interface;
@@ -25,7 +24,7 @@ use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
 use crate::files::named;
 use crate::names::unknown;
-use crate::processes::{BUILTIN, TICK_GENERATOR};
+use crate::processes::{BUILTIN, SUBSCRIBER, TICK_GENERATOR};
 
 /// A component from files, ready to be run.
 #[derive(Clone, Debug)]

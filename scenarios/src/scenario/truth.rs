@@ -6,7 +6,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, FieldKind, ProcessId, Shape, Topology, WiringError};
-use components::SUBSCRIBER;
 use diagnostics::Spanned;
 use maps::Zone;
 use monitors::{EventAtom, MONITORS, MessageField, WORLD};
@@ -15,6 +14,7 @@ use sim::ObstacleMotion;
 use super::ready_made::ReadyMadeKind;
 use super::{Premises, Scenario};
 use crate::faults::Trigger;
+use crate::processes::SUBSCRIBER;
 
 /// A field of the world's message.
 #[derive(Clone, Debug, PartialEq)]

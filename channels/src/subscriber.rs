@@ -1,17 +1,14 @@
-//! Subscriber: reads the topics that properties are about and no other process reads.
+//! A process that only receives.
 
 use std::time::Duration;
 
-use channels::{
+use crate::{
     Action, ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Pattern, Process, ProcessId, Topology, TransitionId,
     Use,
 };
 
-/// The name of the process that reads topics for monitors.
-pub const SUBSCRIBER: &str = "Subscriber";
-
-/// The process Subscriber: it takes every message of its channels, and does nothing with it. A property sees messages
-/// when they are received; with this one, it can be about topics that no other process reads.
+/// Takes every message of its channels, and does nothing with it. Properties see messages when they are received; with
+/// this process, they can be about what no other process reads.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Subscriber {
     channels: Vec<ChannelId>,
