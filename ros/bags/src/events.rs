@@ -107,6 +107,10 @@ enum Waiting {
     Resumed(ChannelId),
 }
 
+fn is_message(waiting: &Waiting) -> bool {
+    matches!(waiting, Waiting::Message(..))
+}
+
 /// How many messages on a topic are missing.
 struct Missing {
     count: u64,
@@ -423,7 +427,7 @@ impl<'r> Events<'r> {
 
     /// How many messages wait.
     fn messages_waiting(&self) -> usize {
-        self.waiting.iter().filter(|(_, what)| matches!(what, Waiting::Message(..))).count()
+        self.waiting.iter().filter(|(_, what)| is_message(what)).count()
     }
 
     /// Leaves out the messages whose times are far from those that wait.
@@ -461,13 +465,19 @@ impl<'r> Events<'r> {
             let since_ns = if is_received { since_ns } else { told_ns };
             let mut gap =
                 Gap { flaw: Flaw::Missing, why: why.clone(), channel: Some(*channel), since: None, ends: is_received };
-            // What waits after the last message before the gap has not been judged yet.
-            match self.waiting.iter().rposition(|(time_ns, _)| *time_ns <= since_ns) {
-                Some(place) => self.waiting.insert(place + 1, (since_ns, Waiting::Gap(gap))),
-                None => {
-                    gap.since = Some(self.since_start(since_ns));
-                    self.ending.push_back(gap);
-                }
+            // What waits after the last message before the gap has not been judged yet. An earlier gap of the channel
+            // may end only after some of it, which is judged before this gap is told.
+            let is_end = |what: &Waiting| matches!(what, Waiting::Resumed(of) if of == channel);
+            let place_after = |place: Option<usize>| place.map_or(0, |place| place + 1);
+            let begins = place_after(self.waiting.iter().rposition(|(time_ns, _)| *time_ns <= since_ns));
+            let told = begins.max(place_after(self.waiting.iter().rposition(|(_, what)| is_end(what))));
+            let mut judged = self.waiting.range(begins..told);
+            if judged.any(|(_, what)| is_message(what)) || told == 0 && self.start_ns.is_some() {
+                gap.since = Some(self.since_start(since_ns));
+            }
+            match told.checked_sub(1) {
+                Some(last) => self.waiting.insert(told, (since_ns.max(self.waiting[last].0), Waiting::Gap(gap))),
+                None => self.ending.push_back(gap),
             }
         }
     }
