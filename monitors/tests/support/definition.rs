@@ -76,7 +76,7 @@ impl Definition {
         }
         let (mut events, mut states) = (Vec::new(), Vec::new());
         let mut seen = BTreeSet::new();
-        visible(&self.clauses, &self.words, &mut seen);
+        visible(self.clauses.iter().flatten(), &self.words, &mut seen);
         for event in sequence {
             if matches!(&event.kind, EventKind::Received { channel, .. } if !seen.contains(channel)) {
                 continue;
@@ -105,7 +105,7 @@ impl Definition {
     /// Whether it holds on the sequence that repeats `cycle` forever; each tick takes one tick, or one second.
     pub(crate) fn holds_endlessly(&self, stem: &[Event], cycle: &[EventKind]) -> bool {
         let mut seen = BTreeSet::new();
-        visible(&self.clauses, &self.words, &mut seen);
+        visible(self.clauses.iter().flatten(), &self.words, &mut seen);
         let is_seen = |kind: &EventKind| match kind {
             EventKind::Tick => true,
             EventKind::Received { channel, .. } => seen.contains(channel),
@@ -210,27 +210,24 @@ impl Words {
     }
 
     /// The channels of a part's own events.
-    fn own<'a>(&self, parts: impl Iterator<Item = &'a Part>) -> BTreeSet<ChannelId> {
-        let own = parts.flatten().filter_map(|(atom, _)| match atom {
+    fn own<'a>(&self, parts: impl Iterator<Item = &'a Part>) -> impl Iterator<Item = ChannelId> {
+        parts.flatten().filter_map(|(atom, _)| match atom {
             Atom::Event(event) | Atom::Fresh(event) => Some(self.events[*event].channel),
             _ => None,
-        });
-        own.collect()
+        })
     }
 
     /// Whether parts are checked together at a state of this kind.
     fn asks<'a>(&self, parts: impl Iterator<Item = &'a Part> + Clone, kind: &EventKind) -> bool {
-        let own = self.own(parts.clone());
+        let mut own = self.own(parts.clone()).peekable();
         match kind {
-            EventKind::Tick => own.is_empty(),
-            EventKind::Received { channel, .. } if !own.is_empty() => own.contains(channel),
+            EventKind::Tick => own.peek().is_none(),
+            EventKind::Received { channel, .. } if own.peek().is_some() => own.any(|own| own == *channel),
             EventKind::Received { channel, .. } => {
                 let mut past = BTreeSet::new();
-                for (atom, _) in parts.flatten() {
-                    if matches!(atom, Atom::Since(..) | Atom::Previous(..) | Atom::AtLeast(..)) {
-                        visible(&Parts::from([Part::from([(atom.clone(), true)])]), self, &mut past);
-                    }
-                }
+                let looks_back =
+                    |(atom, _): &&Literal| matches!(atom, Atom::Since(..) | Atom::Previous(..) | Atom::AtLeast(..));
+                visible(parts.flatten().filter(looks_back), self, &mut past);
                 past.contains(channel)
             }
         }
@@ -243,18 +240,18 @@ fn smallest(parts: Parts) -> Parts {
     parts.iter().filter(is_smallest).cloned().collect()
 }
 
-/// The channels that parts mention at any depth.
-fn visible(parts: &Parts, words: &Words, channels: &mut BTreeSet<ChannelId>) {
-    for (atom, holds) in parts.iter().flatten() {
+/// The channels that literals mention at any depth.
+fn visible<'a>(literals: impl Iterator<Item = &'a Literal>, words: &Words, channels: &mut BTreeSet<ChannelId>) {
+    for (atom, holds) in literals {
         match atom {
             Atom::Event(event) | Atom::Fresh(event) | Atom::Passes(event, _) | Atom::AtLeast(_, event, _) => {
                 channels.insert(words.events[*event].channel);
             }
-            Atom::Next(yes, no) => visible(if *holds { yes } else { no }, words, channels),
-            Atom::Previous(inside, _) => visible(inside, words, channels),
+            Atom::Next(yes, no) => visible(if *holds { yes } else { no }.iter().flatten(), words, channels),
+            Atom::Previous(inside, _) => visible(inside.iter().flatten(), words, channels),
             Atom::Until(hold, goal) | Atom::Since(hold, goal, _) => {
-                visible(hold, words, channels);
-                visible(goal, words, channels);
+                visible(hold.iter().flatten(), words, channels);
+                visible(goal.iter().flatten(), words, channels);
             }
         }
     }
