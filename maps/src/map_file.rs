@@ -99,24 +99,37 @@ fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<(Occup
     let origin = read_origin(root);
     let meaning = read_meaning(root);
     let (Spanned { value: raster, span }, meaning) = (image?, meaning?);
-    let concerns = changes(&raster, &meaning, &span);
+    let (mut cells, changes) = read_cells(&raster, &meaning);
     // An image begins with its top row, a grid with its bottom row.
-    let mut cells: Vec<_> = raster.pixels().map(|pixel| meaning.cell(pixel, raster.white())).collect();
     flip(&mut cells, raster.width());
-    Some((OccupancyGrid::from_cells(raster.width(), raster.height(), resolution_m?, origin?, cells), concerns))
+    let map = OccupancyGrid::from_cells(raster.width(), raster.height(), resolution_m?, origin?, cells);
+    Some((map, concerns(changes, &span)))
+}
+
+/// A cell, what newer releases of Nav2 read instead, and why.
+type Changed = (Cell, Cell, Change);
+
+/// The cells of an image from its top row on, and how many newer releases of Nav2 read differently.
+fn read_cells(raster: &Raster, meaning: &Meaning) -> (Vec<Cell>, Vec<(Changed, usize)>) {
+    let (mut cells, mut changes): (Vec<Cell>, Vec<(Changed, usize)>) = (Vec::new(), Vec::new());
+    let mut pixels = raster.pixels().peekable();
+    while let Some(pixel) = pixels.next() {
+        // In a map, most pixels equal the one before them, and it takes long to work out what a pixel means.
+        let count = 1 + std::iter::from_fn(|| pixels.next_if_eq(&pixel)).count();
+        let cell = meaning.cell(pixel, raster.white());
+        cells.extend(std::iter::repeat_n(cell, count));
+        let Some((why, newer)) = meaning.change(pixel, raster.white()) else { continue };
+        let change = (cell, newer, why);
+        match changes.iter_mut().find(|(known, _)| *known == change) {
+            Some((_, all)) => *all += count,
+            None => changes.push((change, count)),
+        }
+    }
+    (cells, changes)
 }
 
 /// Warnings about cells that newer releases of Nav2 read differently, one for each reason and pair of cells.
-fn changes(raster: &Raster, meaning: &Meaning, image: &Span) -> Vec<Problem> {
-    let mut found: Vec<((Cell, Cell, Change), usize)> = Vec::new();
-    for pixel in raster.pixels() {
-        let Some((why, newer)) = meaning.change(pixel, raster.white()) else { continue };
-        let change = (meaning.cell(pixel, raster.white()), newer, why);
-        match found.iter_mut().find(|(known, _)| *known == change) {
-            Some((_, count)) => *count += 1,
-            None => found.push((change, 1)),
-        }
-    }
+fn concerns(changes: Vec<(Changed, usize)>, image: &Span) -> Vec<Problem> {
     let word = |cell| match cell {
         Cell::Free => "free",
         Cell::Occupied => "occupied",
@@ -145,7 +158,7 @@ fn changes(raster: &Raster, meaning: &Meaning, image: &Span) -> Vec<Problem> {
         };
         image.problem(message).as_warning().with_label(label).with_help(help)
     };
-    found.into_iter().map(problem).collect()
+    changes.into_iter().map(problem).collect()
 }
 
 fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, Problem> {

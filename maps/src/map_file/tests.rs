@@ -293,5 +293,7 @@ fn a_map_that_newer_releases_of_nav2_read_differently_causes_a_warning() {
     let wide = YAML.replace("0.65", "1.0").replace("0.196", "0.0");
     let [occupied] = &concerns(&wide, PGM)[..] else { panic!("one warning") };
     assert!(occupied.contains("2 cells are unknown") && occupied.contains("choose thresholds"), "{occupied}");
+    let [scattered] = &concerns(&wide, b"P2 3 2 255\n0 254 0\n0 254 0\n")[..] else { panic!("one warning") };
+    assert!(scattered.contains("4 cells are unknown"), "{scattered}");
     assert_eq!(concerns(&wide.replace("1.0", "0.99"), PGM), none);
 }
