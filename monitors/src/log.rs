@@ -267,7 +267,9 @@ impl<R: BufRead> EventLog<R> {
             let place = self.channel(from, to)?;
             Some(self.channels[place].channel)
         });
-        self.gaps.extend(marked);
+        if let Some(mark) = marked {
+            self.gaps.push_back(mark);
+        }
         if !found.generated && found.from.is_none() && found.to.is_none() && found.message.is_none() {
             return Ok(None);
         }
@@ -302,8 +304,10 @@ impl<R: BufRead> EventLog<R> {
                 true => (Flaw::Mixed, "lines come again at"),
                 false => (Flaw::Missing, "lines are missing before"),
             };
-            let why = format!("{lines} line {number} of the log: {what} {found} comes where {next} should");
-            self.gaps.extend(is_first.then(|| GapMark::Begins(Gap { flaw, ..Gap::of_anything(why) })));
+            if is_first {
+                let why = format!("{lines} line {number} of the log: {what} {found} comes where {next} should");
+                self.gaps.push_back(GapMark::Begins(Gap { flaw, ..Gap::of_anything(why) }));
+            }
         }
         self.of_world = found.world.unwrap_or(self.of_world);
         if found.generated || !is_next_tick {
