@@ -246,7 +246,10 @@ impl ScopeMonitor {
                 });
                 owed.collect()
             }
-            (run, None) => self.open_clauses(run.owed().as_deref(), start),
+            (run, None) => {
+                let owed = run.owed().map(|(owed, since)| owed.at(since));
+                self.open_clauses(owed.as_ref(), start)
+            }
         }
     }
 

@@ -1,6 +1,5 @@
 //! Turns a formula into its monitor.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use channels::{ChannelId, Message, Topology};
@@ -270,18 +269,14 @@ impl RunningMonitor {
         }
     }
 
-    /// The obligations, counted from the first state; none before it, nor for rules, which are obligations themselves.
-    pub(crate) fn owed(&self) -> Option<Cow<'_, Obligations>> {
+    /// The obligations, and the tick from which they are counted; none before the first state, nor for rules, which are
+    /// obligations themselves.
+    pub(crate) fn owed(&self) -> Option<(&Obligations, u64)> {
         match self {
             Self::Compact(_) => None,
-            Self::Automaton(run) => run.owed().map(Cow::Owned),
-            Self::Progression(run) => run.owed().map(Cow::Borrowed),
+            Self::Automaton(run) => run.owed(),
+            Self::Progression(run) => run.owed(),
         }
-    }
-
-    /// The state of an automaton, and the tick, which determine what is owed; `None` of any other monitor.
-    pub(crate) fn place(&self) -> Option<(usize, u64)> {
-        if let Self::Automaton(run) = self { run.place() } else { None }
     }
 
     /// The clause that was not met in time, if that settled the verdict; ticks count from the first state.

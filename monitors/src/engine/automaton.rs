@@ -370,15 +370,11 @@ impl AutomatonRun {
         }
     }
 
-    /// The state and the tick, unless it has left its states.
-    pub(crate) fn place(&self) -> Option<(usize, u64)> {
-        self.detour.is_none().then_some((usize::from(self.state), self.now))
-    }
-
-    pub(crate) fn owed(&self) -> Option<Obligations> {
+    /// The obligations, and the tick of the run from which they are counted.
+    pub(crate) fn owed(&self) -> Option<(&Obligations, u64)> {
         match &self.detour {
-            Some(detour) => detour.owed().cloned(),
-            None => self.meaning().0,
+            Some(detour) => detour.owed(),
+            None => Some((self.automaton.meanings[usize::from(self.state)].0.as_ref()?, self.now)),
         }
     }
 

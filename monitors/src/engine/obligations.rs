@@ -41,6 +41,17 @@ impl Obligation {
         }
     }
 
+    /// The obligation with every tick counted from τ = `now` instead of from 0.
+    fn at(&self, now: u64) -> Self {
+        match self {
+            Self::Passes { first, last, .. } => {
+                let first = if *first == 0 { 0 } else { first.saturating_add(now) };
+                self.within(first, last.saturating_add(now))
+            }
+            other => other.clone(),
+        }
+    }
+
     /// The obligation with another window, if it has one.
     pub(crate) fn within(&self, new_first: u64, new_last: u64) -> Self {
         let mut changed = self.clone();
@@ -221,12 +232,17 @@ impl Obligations {
     /// The obligations with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn at(&self, now: u64) -> Self {
         self.clone().replace(|obligation| match obligation {
-            Obligation::Passes { first, last, .. } => {
-                let first = if *first == 0 { 0 } else { first.saturating_add(now) };
-                Some(Self::one(obligation.within(first, last.saturating_add(now))))
-            }
+            Obligation::Passes { .. } => Some(Self::one(obligation.at(now))),
             _ => None,
         })
+    }
+
+    /// Whether these are the clauses, with every tick counted from τ = `now` instead of from 0.
+    pub(crate) fn are_at<'a>(&self, now: u64, clauses: impl ExactSizeIterator<Item = &'a Clause>) -> bool {
+        let is_same = |(own, other): (&Obligation, &Obligation)| own.at(now) == *other;
+        let are_same =
+            |(own, other): (&Clause, &Clause)| own.len() == other.len() && own.iter().zip(other).all(is_same);
+        self.clauses.len() == clauses.len() && self.clauses.iter().zip(clauses).all(are_same)
     }
 
     /// The obligations with every tick reduced by those that have passed: an automaton treats them as the same state.

@@ -72,9 +72,9 @@ impl Progression {
         self.missed.as_ref()
     }
 
-    /// The obligations; `None` before the first state.
-    pub(crate) fn owed(&self) -> Option<&Obligations> {
-        self.owed.as_ref()
+    /// The obligations, and the tick of the run from which they are counted; `None` before the first state.
+    pub(crate) fn owed(&self) -> Option<(&Obligations, u64)> {
+        self.owed.as_ref().map(|owed| (owed, 0))
     }
 
     /// Resets τ to 0, and forgets what explains a verdict.

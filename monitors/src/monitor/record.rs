@@ -33,8 +33,6 @@ pub(crate) struct Record {
     reasons: Vec<(u64, VecDeque<Event>)>,
     /// Without rules: the pending clauses in their order, each with the messages from which it began.
     begun: Vec<(Clause, Vec<Event>)>,
-    /// Where an automaton was when these were noted.
-    noted: Option<(usize, u64)>,
     /// For each rule, or for the formula as a whole: the messages that caused its pending obligation, if any.
     causes: Vec<Option<Vec<Event>>>,
     witness: Option<Box<Witness>>,
@@ -77,7 +75,6 @@ impl Record {
             memory: synthesis.past.memory(),
             reasons,
             begun: Vec::new(),
-            noted: None,
             causes: vec![None; rules],
             witness: None,
         }
@@ -183,12 +180,13 @@ impl Record {
     /// Notes the messages from which the pending clauses began: the present ones, or those of the clause that has
     /// become this one. The clauses before a verdict are kept, because they may explain it.
     fn note_beginnings(&mut self, observation: &Observation, run: &RunningMonitor, letter: Letter, now: u64) {
-        // In the same state of an automaton at the same tick, the same is pending.
-        let place = run.place();
-        if place.is_some() && std::mem::replace(&mut self.noted, place) == place {
+        let Some((owed, since)) = run.owed() else { return };
+        // Mostly, the same is pending as before.
+        let is_same = owed.are_at(since, self.begun.iter().map(|(clause, _)| clause));
+        if is_same || run.verdict() != Verdict::Inconclusive {
             return;
         }
-        let Some(owed) = run.owed().filter(|_| run.verdict() == Verdict::Inconclusive) else { return };
+        let owed = owed.at(since);
         let pending = owed.clauses();
         let over: Vec<_> = self.begun.extract_if(.., |(clause, _)| pending.binary_search(clause).is_err()).collect();
         if self.begun.len() == pending.len() {
