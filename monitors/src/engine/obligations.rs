@@ -138,14 +138,14 @@ impl Obligations {
         &self.clauses
     }
 
-    /// The next τ at which a window begins or has ended.
-    pub(crate) fn changes_at(&self) -> Option<u64> {
-        let changes = self.clauses.iter().flatten().filter_map(|obligation| match *obligation {
-            Obligation::Passes { first, .. } if first != 0 => Some(first),
-            Obligation::Passes { last, .. } => last.checked_add(1),
-            Obligation::Goes(..) | Obligation::Waits(..) => None,
+    /// The next τ at which a window begins or has ended; `u64::MAX` if there is none.
+    pub(crate) fn changes_at(&self) -> u64 {
+        let changes = self.clauses.iter().flatten().map(|obligation| match *obligation {
+            Obligation::Passes { first, .. } if first != 0 => first,
+            Obligation::Passes { last, .. } => last.saturating_add(1),
+            Obligation::Goes(..) | Obligation::Waits(..) => u64::MAX,
         });
-        changes.min()
+        changes.min().unwrap_or(u64::MAX)
     }
 
     /// The clause that could only be met by messages until `last`, if there is one: it is missed when τ passes `last`.
@@ -218,13 +218,13 @@ impl Obligations {
             let new: Vec<Option<Self>> = clause.iter().map(&mut change).collect();
             if new.iter().all(Option::is_none) {
                 kept.clauses.push(clause);
-            } else {
+            } else if !new.iter().flatten().any(Self::is_met) {
                 changed.push((clause, new));
             }
         }
         for (clause, new) in changed {
             let parts = clause.into_iter().zip(new).map(|(old, new)| new.unwrap_or_else(|| Self::one(old)));
-            kept = kept.and(parts.fold(Self::broken(), Self::or));
+            kept = kept.and(parts.reduce(Self::or).unwrap_or_else(Self::broken));
         }
         kept
     }

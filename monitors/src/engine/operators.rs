@@ -89,6 +89,8 @@ pub(crate) struct Operators {
     names: Vec<Vec<Arc<str>>>,
     /// The events whose last message matters in states with a message on another channel.
     remembered: u64,
+    /// The events that have windows.
+    awaited: u64,
     past: Arc<Past>,
 }
 
@@ -97,11 +99,11 @@ impl Operators {
     pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Arc<Past>) -> Self {
         let remembered = past.remembered();
         let (known, operators, open) = (Vec::new(), Vec::new(), Vec::new());
-        let mut compiler = Compiler { vocabulary, alphabet, past, known, operators, open, remembered };
+        let mut compiler = Compiler { vocabulary, alphabet, past, known, operators, open, remembered, awaited: 0 };
         let root = compiler.parts(form);
-        let Compiler { known: literals, operators, open, remembered, .. } = compiler;
+        let Compiler { known: literals, operators, open, remembered, awaited, .. } = compiler;
         let names = literals.iter().map(|literal| vocabulary.free(literal)).collect();
-        Self { root, remembered, operators, literals, open, names, past: Arc::clone(past) }
+        Self { root, remembered, awaited, operators, literals, open, names, past: Arc::clone(past) }
     }
 
     /// The literal of an operator.
@@ -159,11 +161,20 @@ impl Operators {
         })
     }
 
+    /// Whether the state may change any obligations of these operators.
+    pub(crate) fn are_triggered(&self, state: State<'_>) -> bool {
+        // What compares values has no bit that tells whether it holds.
+        let passed = if state.data.is_some() { state.letter.channel } else { state.letter.satisfied };
+        passed & self.awaited != 0
+            || (0..self.operators.len()).any(|operator| self.is_triggered(operator as u32, state.letter))
+    }
+
     /// Whether the state may change these obligations.
     pub(crate) fn concerns(&self, obligations: &Obligations, state: State<'_>) -> bool {
         obligations.clauses().iter().flatten().any(|obligation| match obligation {
-            Obligation::Goes(..) => true,
-            Obligation::Waits(operator, _) => self.is_asked(*operator, state.letter),
+            Obligation::Goes(operator, _) | Obligation::Waits(operator, _) => {
+                self.is_triggered(*operator, state.letter)
+            }
             Obligation::Passes { event, first, values, .. } => {
                 *first <= state.now && self.passes(*event, state, values)
             }
@@ -172,15 +183,20 @@ impl Operators {
 
     /// The events for which the root's own literals wait in this state, each with the values that it compares with.
     pub(crate) fn answers(&self, state: State<'_>) -> Vec<(EventId, Values)> {
-        let of_clause = |clause: &CompiledPart| {
+        let mut answers = Vec::new();
+        for clause in &self.root {
             let values = state.remembered(clause, &Values::default());
-            let awaited = clause.literals.iter().filter_map(|literal| match literal {
-                Compiled::Time { event, holds: true, .. } => Some((*event, values.only(&self.past.names(*event)))),
+            answers.extend(clause.literals.iter().filter_map(|literal| match *literal {
+                Compiled::Time { event, holds: true, .. } => Some((event, self.values_of(event, state, &values))),
                 _ => None,
-            });
-            awaited.collect::<Vec<_>>()
-        };
-        self.root.iter().flat_map(of_clause).collect()
+            }));
+        }
+        answers
+    }
+
+    /// Those of the values that an event compares with.
+    fn values_of(&self, event: EventId, state: State<'_>, values: &Values) -> Values {
+        if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() }
     }
 
     /// Whether the state's message satisfies the event.
@@ -250,13 +266,34 @@ impl Operators {
         self.root.iter().all(|clause| clause.literals.iter().any(holds))
     }
 
+    /// Whether a letter checks a part of an operator.
+    fn is_triggered(&self, operator: u32, letter: Letter) -> bool {
+        let at = |parts: &[Asked]| parts.iter().any(|part| part.trigger.at(letter));
+        match &self.operators[operator as usize] {
+            Operator::Next { trigger, .. } => trigger.at(letter),
+            Operator::Until { hold, goal } => at(hold) || at(goal),
+            Operator::Release { escape, hold } => at(escape) || at(hold),
+        }
+    }
+
     fn all(&self, clauses: &[CompiledPart], state: State<'_>, values: &Values) -> Obligations {
-        clauses.iter().fold(Obligations::met(), |all, clause| all.and(self.clause(clause, state, values)))
+        let clauses = clauses.iter().map(|clause| self.clause(clause, state, values));
+        clauses.reduce(Obligations::and).unwrap_or_default()
     }
 
     fn clause(&self, clause: &CompiledPart, state: State<'_>, values: &Values) -> Obligations {
+        // Mostly, an event settles it; one that does not hold adds nothing.
+        let holds = |literal: &Compiled| match *literal {
+            Compiled::Event { bit, holds } => Some((state.last & bit != 0) == holds),
+            _ => None,
+        };
+        if clause.literals.iter().any(|literal| holds(literal) == Some(true)) {
+            return Obligations::met();
+        }
         let values = &state.remembered(clause, values);
-        clause.literals.iter().fold(Obligations::broken(), |any, literal| any.or(self.literal(*literal, state, values)))
+        let open = clause.literals.iter().filter(|literal| holds(literal).is_none());
+        let open = open.map(|literal| self.literal(*literal, state, values));
+        open.reduce(Obligations::or).unwrap_or_else(Obligations::broken)
     }
 
     fn product(&self, product: &CompiledPart, state: State<'_>, values: &Values) -> Obligations {
@@ -298,7 +335,7 @@ impl Operators {
         values: &Values,
     ) -> Obligations {
         let passes = self.passes(event, state, values);
-        let values = if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() };
+        let values = self.values_of(event, state, values);
         let windows = bound.windows().map(|window| {
             if window.first == 0 && passes {
                 return Obligations::constant(holds);
@@ -308,13 +345,15 @@ impl Operators {
             Obligations::one(Obligation::Passes { event, holds, first, last, before, values: values.clone() })
         });
         let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
-        windows.fold(Obligations::constant(!holds), combine)
+        windows.reduce(combine).unwrap_or_else(|| Obligations::constant(!holds))
     }
 
     /// The obligation of an `until` or a release from this state on; `None` if it is only itself, as in states that
     /// concern none of its parts.
     fn unfold(&self, operator: u32, state: State<'_>, values: &Values) -> Option<Obligations> {
-        let is_triggered = |parts: &[Asked]| parts.iter().any(|part| part.trigger.at(state.letter));
+        if !self.is_triggered(operator, state.letter) {
+            return None;
+        }
         let asked = |parts: &[Asked]| -> Vec<usize> {
             (0..parts.len()).filter(|part| parts[*part].trigger.at(state.letter)).collect()
         };
@@ -332,13 +371,9 @@ impl Operators {
         // The expansion laws: α until β is β ∨ (α ∧ ○(α until β)), and release is its dual. Parts that this state does
         // not trigger neither hold nor fail here.
         match &self.operators[operator as usize] {
-            Operator::Until { hold, goal } if is_triggered(hold) || is_triggered(goal) => {
-                Some(any(goal).or(all(hold).and(later())))
-            }
-            Operator::Release { escape, hold } if is_triggered(escape) || is_triggered(hold) => {
-                Some(all(hold).and(any(escape).or(later())))
-            }
-            _ => None,
+            Operator::Until { hold, goal } => Some(any(goal).or(all(hold).and(later()))),
+            Operator::Release { escape, hold } => Some(all(hold).and(any(escape).or(later()))),
+            Operator::Next { .. } => None,
         }
     }
 }
@@ -361,6 +396,7 @@ struct Compiler<'a> {
     operators: Vec<Operator>,
     open: Vec<Literal>,
     remembered: u64,
+    awaited: u64,
 }
 
 impl Compiler<'_> {
@@ -393,6 +429,7 @@ impl Compiler<'_> {
             }
             Literal::Event { event, holds } => Compiled::Event { bit: 1 << event.0, holds: *holds },
             Literal::Time { event, bound, holds } => {
+                self.awaited |= 1 << event.0;
                 let before = self.vocabulary.is_timed && bound.relation == Relation::Less;
                 Compiled::Time { event: *event, bound: *bound, holds: *holds, before }
             }

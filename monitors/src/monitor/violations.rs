@@ -120,6 +120,8 @@ struct Clause {
     is_violated: bool,
     /// What it demands because of earlier positions, which are told apart only as far as they demand different things.
     pending: VecDeque<Pending>,
+    /// Before this τ, time changes nothing of that.
+    changes_at: u64,
 }
 
 #[derive(Clone, Debug)]
@@ -179,11 +181,13 @@ impl Recurrence {
         let Position { observation, letter, memory, now } = position;
         let state = State::present(letter, memory, now);
         let event = observation.event;
+        if self.clauses.iter().any(|clause| clause.changes_at <= now) {
+            self.advance(observation, now);
+        }
+        if !self.missed.is_empty() {
+            self.answer(state, event);
+        }
         let mut failed: Vec<Failed> = Vec::new();
-        self.clauses.iter_mut().for_each(|clause| clause.advance(observation, now, &mut failed));
-        failed.sort_by_key(|failed| failed.from.time);
-        failed.drain(..).for_each(|failed| self.miss(failed));
-        self.answer(state, event);
         self.clauses.iter_mut().for_each(|clause| clause.step(event, state, &mut failed));
         failed.into_iter().for_each(|failed| self.miss(failed));
         if let Some(settled) = settled {
@@ -193,6 +197,14 @@ impl Recurrence {
                 self.foreseen = self.violations.goes_on.then_some(place);
             }
         }
+    }
+
+    /// τ grows: deadlines pass.
+    fn advance(&mut self, observation: &Observation<'_>, now: u64) {
+        let mut failed: Vec<Failed> = Vec::new();
+        self.clauses.iter_mut().for_each(|clause| clause.advance(observation, now, &mut failed));
+        failed.sort_by_key(|failed| failed.from.time);
+        failed.into_iter().for_each(|failed| self.miss(failed));
     }
 
     /// The clauses about the present.
@@ -277,28 +289,26 @@ impl Clause {
             looks_ahead: !is_of_the_present(clause),
             is_violated: false,
             pending: VecDeque::new(),
+            changes_at: u64::MAX,
         }
     }
 
-    /// τ grows: deadlines pass.
     fn advance(&mut self, observation: &Observation<'_>, now: u64, failed: &mut Vec<Failed>) {
-        let operators = &self.operators;
+        self.changes_at = u64::MAX;
         self.pending.retain_mut(|pending| {
-            let Some(first) = pending.owed.changes_at().filter(|first| *first <= now) else { return true };
             // The first moment at which it is broken, if it is: a window has ended.
-            let mut moment = first;
-            loop {
+            let mut moment = pending.owed.changes_at();
+            while moment <= now {
                 let due = pending.owed.missed_at(moment);
-                pending.owed = operators.advance(std::mem::take(&mut pending.owed), moment);
+                pending.owed = self.operators.advance(std::mem::take(&mut pending.owed), moment);
                 if pending.owed.is_broken() {
                     failed.push(pending.fails(observation.at(due)));
                     return false;
                 }
-                match pending.owed.changes_at() {
-                    Some(next) if next <= now => moment = next,
-                    _ => return !pending.owed.is_met(),
-                }
+                moment = pending.owed.changes_at();
             }
+            self.changes_at = self.changes_at.min(moment);
+            !pending.owed.is_met()
         });
     }
 
@@ -308,16 +318,19 @@ impl Clause {
             return;
         }
         let operators = &self.operators;
-        self.pending.retain_mut(|pending| {
-            if !operators.concerns(&pending.owed, state) {
-                return true;
-            }
-            pending.owed = operators.step(std::mem::take(&mut pending.owed), state);
-            if pending.owed.is_broken() {
-                failed.push(pending.fails(EventTime::of(event)));
-            }
-            !pending.owed.is_broken() && !pending.owed.is_met()
-        });
+        if operators.are_triggered(state) {
+            self.pending.retain_mut(|pending| {
+                if !operators.concerns(&pending.owed, state) {
+                    return true;
+                }
+                pending.owed = operators.step(std::mem::take(&mut pending.owed), state);
+                if pending.owed.is_broken() {
+                    failed.push(pending.fails(EventTime::of(event)));
+                }
+                self.changes_at = self.changes_at.min(pending.owed.changes_at());
+                !pending.owed.is_broken() && !pending.owed.is_met()
+            });
+        }
         if !self.trigger.at(state.letter) {
             return;
         }
@@ -334,6 +347,7 @@ impl Clause {
         if let Some(last) = self.pending.back_mut().filter(is_same) {
             last.count += 1;
         } else if self.pending.len() < MOST_AT_ONCE {
+            self.changes_at = self.changes_at.min(owed.changes_at());
             self.pending.push_back(Pending { owed, awaited, count: 1 });
         }
     }
