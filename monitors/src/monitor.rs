@@ -10,7 +10,10 @@ use std::any::Any;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict};
+use channels::{
+    ChannelId, Event, EventKind, GraphMonitor, LocationId, Message, Monitor, NoNormalForm, ProgramGraph, Topology,
+    Verdict,
+};
 
 use crate::clause::Window;
 use crate::describe;
@@ -423,22 +426,34 @@ impl ScopeMonitor {
             self.is_disordered = true;
             return;
         }
-        let now = tau.saturating_sub(start);
+        let now = tau - start;
         let message = match &event.kind {
             EventKind::Received { channel, message } => Some((*channel, message)),
             EventKind::Tick => None,
         };
-        self.record.see(event, letter, message, &self.synthesis.past, now.saturating_sub(self.now));
-        for watch in &mut self.watches {
-            watch.see(event, letter, self.record.memory(), now);
+        self.record.see(event, letter, message, &self.synthesis.past, now - self.now);
+        let before = self.verdict;
+        if before != Verdict::False {
+            self.watches.iter_mut().for_each(|watch| watch.see(event, letter, self.record.memory(), now));
         }
-        if self.verdict == Verdict::True {
+        if before == Verdict::Inconclusive {
+            self.step(letter, message, now);
+        }
+        self.now = now;
+        if before == Verdict::True {
             // Only the antecedents are still of interest.
-            self.now = self.now.max(now);
             return;
         }
+        let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
+        if before == Verdict::Inconclusive {
+            self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict, (letter, now));
+        }
+        follow(&mut self.recurrence, &observation, letter, &self.record, now, self.verdict);
+    }
+
+    /// Moves the machine to a state with this letter and message at τ = `now`.
+    fn step(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>, now: u64) {
         if now > self.now {
-            self.now = now;
             self.run.advance(now);
             if let Some(rules) = &mut self.rules {
                 rules.advance(now);
@@ -446,36 +461,14 @@ impl ScopeMonitor {
             // Everything else that time decides is decided at the tick itself.
             if self.run.is_too_late() {
                 self.verdict = Verdict::False;
+                return;
             }
         }
-        if self.verdict == Verdict::Inconclusive {
-            self.run.read(letter, message, &self.synthesis.alphabet);
-            if let Some(rules) = &mut self.rules {
-                rules.read(letter, &self.synthesis.alphabet);
-            }
-            self.verdict = self.run.verdict();
+        self.run.read(letter, message, &self.synthesis.alphabet);
+        if let Some(rules) = &mut self.rules {
+            rules.read(letter, &self.synthesis.alphabet);
         }
-        let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
-        self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict, (letter, self.now));
-        follow(&mut self.recurrence, &observation, letter, &self.record, self.now, self.verdict);
-    }
-
-    /// Processes a state after a violation.
-    fn read_again(&mut self, event: &Event, letter: Letter) {
-        let start = self.start.unwrap_or(0);
-        let now = self.synthesis.vocabulary.tau(event).saturating_sub(start);
-        if now < self.now {
-            self.is_disordered = true;
-            return;
-        }
-        let message = match &event.kind {
-            EventKind::Received { channel, message } => Some((*channel, message)),
-            EventKind::Tick => None,
-        };
-        self.record.see(event, letter, message, &self.synthesis.past, now.saturating_sub(self.now));
-        self.now = self.now.max(now);
-        let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
-        follow(&mut self.recurrence, &observation, letter, &self.record, self.now, self.verdict);
+        self.verdict = self.run.verdict();
     }
 }
 
@@ -521,10 +514,8 @@ impl Monitor for ScopeMonitor {
             EventKind::Tick => Some(Letter::TICK),
             EventKind::Received { channel, message } => self.synthesis.alphabet.read(*channel, message),
         };
-        match letter {
-            Some(letter) if self.verdict == Verdict::False => self.read_again(event, letter),
-            Some(letter) => self.read(event, letter),
-            None => {}
+        if let Some(letter) = letter {
+            self.read(event, letter);
         }
     }
 

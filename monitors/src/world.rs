@@ -1,6 +1,6 @@
 //! What a property sees of the world: changes of the fields that it mentions.
 
-use channels::{ChannelId, EventKind, Topology, Value};
+use channels::{ChannelId, EventKind, Message, Topology, Value};
 
 use crate::formula::EventAtom;
 use crate::{MONITORS, WORLD};
@@ -41,10 +41,14 @@ impl OwnWorld {
     /// Whether it is to be seen: a tick, a message of another channel, or one in which a field has changed. The first
     /// message of the world is always seen.
     pub fn sees(&mut self, kind: &EventKind) -> bool {
-        let EventKind::Received { channel, message } = kind else { return true };
-        if Some(*channel) != self.channel {
-            return true;
+        match kind {
+            EventKind::Received { channel, message } if Some(*channel) == self.channel => self.changes(message),
+            _ => true,
         }
+    }
+
+    /// Whether a field has changed, or this is the first message.
+    fn changes(&mut self, message: &Message) -> bool {
         let is_same = |last: &Vec<Option<Value>>| {
             self.fields.iter().zip(last).all(|(field, last)| message.field(*field) == last.as_ref())
         };
