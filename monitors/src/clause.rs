@@ -481,13 +481,15 @@ pub(crate) fn is_of_the_present(part: &LiteralSet) -> bool {
     part.iter().all(|literal| matches!(literal, Literal::Event { .. }) || literal.past().is_some())
 }
 
-/// The clauses that must always hold, if that is all that the formula demands.
+/// The clauses that must always hold, each once, if that is all that the formula demands.
 pub(crate) fn always(form: &Form) -> Option<Vec<&LiteralSet>> {
-    let mut clauses = Vec::new();
+    let (mut clauses, mut known) = (Vec::new(), BTreeSet::new());
     for clause in form {
         let mut literals = clause.iter();
         match (literals.next(), literals.next()) {
-            (Some(Literal::Release { escape, hold }), None) if escape.is_empty() => clauses.extend(hold),
+            (Some(Literal::Release { escape, hold }), None) if escape.is_empty() => {
+                clauses.extend(hold.iter().filter(|clause| known.insert(*clause)));
+            }
             _ => return None,
         }
     }

@@ -789,6 +789,20 @@ fn each_unanswered_request_is_one_missed_deadline() {
 }
 
 #[test]
+fn a_demand_is_missed_once_even_if_a_property_makes_it_twice() {
+    let demand = "((BatteryReader, BatteryLevel, true) implies time_until (BatteryLevel, BatteryReader, true) <= 1)";
+    let other = "(BatteryReader, BatteryLevel, level <= 100)";
+    let mut watch = Watch::new(&format!("always {demand} and always ({demand} and {other})"));
+    for _ in 0..5 {
+        watch.tick();
+        watch.level(10.0);
+    }
+    watch.tick();
+    watch.tick();
+    assert_eq!(watch.monitor().violations().map(|all| all.count), Some(5));
+}
+
+#[test]
 fn what_was_seen_before_a_violation_still_counts_after_it() {
     let mut watch = Watch::new(
         "always ((BatteryReader, BatteryLevel, level >= 20) and once (BatteryReader, BatteryLevel, level > 90))",
