@@ -55,17 +55,18 @@
 //!   when the process is created. Computed parts are checked when the message is sent; a message that its channel
 //!   cannot carry is `error.communication`.
 //! - Each message has a [role](channels::Role). A *request* has a number, which its *reply* repeats. A machine answers
-//!   each request once: an answer without a request is `error.communication`. Only the answer to the last request on a
-//!   channel counts: other answers, and repeated ones, are received and dropped.
+//!   each request once: an answer without a request is `error.communication`, and an error of the machine. Only the
+//!   answer to the last request on a channel counts: other answers, and repeated ones, are received and dropped.
 //! - A request from another machine becomes an event with its own name: the request `[<say>, "hello"]` is the event
 //!   `say`, whoever sent it, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's
 //!   next request is received when the last one has been answered. Requests of the tree are always received, and are
 //!   the events `BT.tick` and `BT.halt`.
 //! - An *action* takes time. The client sends the goal `pick.goal`, and may send `pick.cancel` while it is pursued. The
-//!   other machine receives these events, and sends any number of `pick.accepted` and `pick.feedback` and finally one
-//!   of `pick.succeeded`, `pick.aborted`, `pick.canceled` or `pick.rejected`. The client receives them with the name of
-//!   the sender: `Arm.pick.feedback`. All messages of a goal carry its number. A cancel is answered by the end of its
-//!   goal, whatever that is; one that arrives after the end is dropped.
+//!   other machine receives these events, and answers with `pick.rejected`, or with `pick.accepted`, any number of
+//!   `pick.feedback`, and finally one of `pick.succeeded`, `pick.aborted` or `pick.canceled`; anything else is an error
+//!   like an answer without a request. The client receives them with the name of the sender: `Arm.pick.feedback`. All
+//!   messages of a goal carry its number. A cancel is answered by the end of its goal, whatever that is; one that
+//!   arrives after the end is dropped.
 //! - A *choice* is open: of the events that a machine sends with `<send type="choice" event="opens"/>` and that are
 //!   due at the same time, it gets one, with the parameters as `_event.data`, before anything else happens to it. The
 //!   others are gone. Whatever schedules the processes chooses.

@@ -262,8 +262,8 @@ fn a_message_that_its_channel_does_not_carry_is_reported_with_its_position() {
         "{\"to\": \"Host\", \"event\": \"error\", \"data\": {\"reason\": 3}}",
         "<error> cannot be sent to Host: the field reason is text, and 3 is not",
     );
-    second("{\"to\": \"Host\", \"event\": \"ok\"}", "Host is not waiting for an answer");
-    second("{\"to\": \"Guide\", \"event\": \"ok\"}", "Guide is not waiting for an answer");
+    second("{\"to\": \"Host\", \"event\": \"ok\"}", "<ok> answers nothing: Host is not waiting for an answer");
+    second("{\"to\": \"Guide\", \"event\": \"ok\"}", "<ok> answers nothing: Guide is not waiting for an answer");
 }
 
 #[test]

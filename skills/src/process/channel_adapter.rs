@@ -21,10 +21,11 @@ use crate::machine::{MAX_WAITING, Machine, Undelivered};
 ///
 /// A message of [`Role::Request`] or [`Role::Goal`] opens a conversation and numbers it; everything that belongs to it
 /// carries the number. So an answer to an abandoned request is ignored, a request is answered once, and a goal ends
-/// once. Each channel has at most one open request, and one open goal per action: a client that asks again abandons its
-/// earlier request, and a process that serves others takes a client's next request only when it has answered the last
-/// one. (The tree is different: its requests are always taken, since a halt must reach a leaf that has not answered. So
-/// are those to a component that may never answer. And a [patient](Self::patient) process abandons nothing.)
+/// once, after it has been accepted or by its rejection. Each channel has at most one open request, and one open goal
+/// per action: a client that asks again abandons its earlier request, and a process that serves others takes a client's
+/// next request only when it has answered the last one. (The tree is different: its requests are always taken, since a
+/// halt must reach a leaf that has not answered. So are those to a component that may never answer. And a
+/// [patient](Self::patient) process abandons nothing.)
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ChannelAdapter {
     pub(super) wiring: Arc<Wiring>,
@@ -46,24 +47,38 @@ pub struct ChannelAdapter {
     is_overtaken: bool,
 }
 
-/// The open conversations on a channel: the action of each, or none for a service, and its number.
-type Open = Vec<(Option<Arc<str>>, RequestNumber)>;
+/// A request that has not been answered, or a goal that has not ended.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Conversation {
+    /// None for a request of a service.
+    action: Option<Arc<str>>,
+    number: RequestNumber,
+    /// Whether it is a goal that this process has accepted.
+    is_accepted: bool,
+}
+
+/// The open conversations on a channel.
+type Open = Vec<Conversation>;
+
+/// What `m[1]` ends with if a goal is accepted or rejected: what may be said of a goal depends on that.
+const ACCEPTED: &str = "accepted";
+const REJECTED: &str = "rejected";
 
 /// The newest one.
 fn find(open: &Open, action: Option<&str>) -> Option<RequestNumber> {
-    open.iter().rfind(|(known, _)| known.as_deref() == action).map(|(_, number)| *number)
+    open.iter().rfind(|known| known.action.as_deref() == action).map(|known| known.number)
 }
 
 /// Returns whether another one of the same kind was open.
 fn begin(open: &mut Open, action: Option<&str>, number: RequestNumber) -> bool {
     let was_open = end(open, action).is_some();
-    open.push((action.map(Arc::from), number));
+    open.push(Conversation { action: action.map(Arc::from), number, is_accepted: false });
     was_open
 }
 
 fn end(open: &mut Open, action: Option<&str>) -> Option<RequestNumber> {
-    let index = open.iter().position(|(known, _)| known.as_deref() == action)?;
-    Some(open.remove(index).1)
+    let index = open.iter().position(|known| known.action.as_deref() == action)?;
+    Some(open.remove(index).number)
 }
 
 /// The action that a message `pick.goal` belongs to; `None` for the messages of services and topics.
@@ -184,7 +199,7 @@ impl ChannelAdapter {
             (Role::Cancel, Some(_)) if find(&self.pending[index], action) != Some(envelope.request) => return None,
             (Role::Reply | Role::Feedback | Role::Result, Some(asked)) => {
                 let is_its_own =
-                    |(of, number): &(Option<Arc<str>>, _)| of.as_deref() == action && *number == envelope.request;
+                    |known: &Conversation| known.action.as_deref() == action && known.number == envelope.request;
                 let place = asked.iter().position(is_its_own)?;
                 if role != Role::Feedback {
                     asked.remove(place);
@@ -260,10 +275,7 @@ impl ChannelAdapter {
     /// The number of the conversation that a message to this channel begins, continues or ends.
     fn request_number(&mut self, out: usize, head: &str, role: Role) -> Result<RequestNumber, Undelivered> {
         let action = action(role, head);
-        let Wiring { outgoing, incoming, .. } = &*self.wiring;
-        let peer = &outgoing[out].peer;
-        let not_asked = || Undelivered::Late(format!("{peer} is not waiting for an answer"));
-        let back = || incoming.iter().position(|incoming| incoming.peer == *peer).ok_or_else(not_asked);
+        let peer = &self.wiring.outgoing[out].peer;
         match role {
             Role::Request | Role::Goal => {
                 self.last_request += 1;
@@ -271,25 +283,47 @@ impl ChannelAdapter {
                     end(&mut self.asked[out], action);
                 }
                 let number = self.last_request();
-                self.asked[out].push((action.map(Arc::from), number));
+                self.asked[out].push(Conversation { action: action.map(Arc::from), number, is_accepted: false });
                 Ok(number)
             }
             Role::Cancel => {
                 let nothing = || Undelivered::Late(format!("{peer} has no goal of this process to cancel"));
                 find(&self.asked[out], action).ok_or_else(nothing)
             }
-            Role::Reply if &**peer == CLIENT => {
-                let is_late = &mut self.is_overtaken;
-                let twice = || match std::mem::take(is_late) {
-                    true => not_asked(),
-                    false => Undelivered::Unfit(format!("<{head}> answers nothing: {peer} has had its answer")),
-                };
-                end(&mut self.pending[back()?], action).ok_or_else(twice)
-            }
-            Role::Reply | Role::Result => end(&mut self.pending[back()?], action).ok_or_else(not_asked),
-            Role::Feedback => find(&self.pending[back()?], action).ok_or_else(not_asked),
+            Role::Reply | Role::Feedback | Role::Result => self.answer(out, head, role),
             Role::Topic => Ok(RequestNumber::default()),
         }
+    }
+
+    /// The number of the conversation to which an answer belongs.
+    fn answer(&mut self, out: usize, head: &str, role: Role) -> Result<RequestNumber, Undelivered> {
+        let action = action(role, head);
+        let Wiring { outgoing, incoming, .. } = &*self.wiring;
+        let peer = &outgoing[out].peer;
+        let is_open = |open: &Open| open.iter().position(|known| known.action.as_deref() == action);
+        let back = incoming.iter().position(|incoming| incoming.peer == *peer);
+        let Some((open, place)) = back.and_then(|back| Some((back, is_open(&self.pending[back])?))) else {
+            let is_client = &**peer == CLIENT;
+            if is_client && std::mem::take(&mut self.is_overtaken) {
+                return Err(Undelivered::Late(format!("{peer} is not waiting for an answer")));
+            }
+            let why = if is_client { "has had its answer" } else { "is not waiting for an answer" };
+            return Err(Undelivered::Unfit(format!("<{head}> answers nothing: {peer} {why}")));
+        };
+        let open = &mut self.pending[open];
+        let Some(action) = action else { return Ok(open.remove(place).number) };
+        let goal = &mut open[place];
+        let decides = [ACCEPTED, REJECTED].iter().any(|part| head.strip_prefix(action) == Some(&format!(".{part}")));
+        if decides == goal.is_accepted {
+            let is = if decides { "is already" } else { "is not" };
+            return Err(Undelivered::Unfit(format!("<{head}> does not fit: the goal of {peer} {is} accepted")));
+        }
+        goal.is_accepted = true;
+        let number = goal.number;
+        if role == Role::Result {
+            open.remove(place);
+        }
+        Ok(number)
     }
 
     /// Appends the unanswered requests of this process, as [`Process::awaits`](channels::Process::awaits) does.
@@ -297,7 +331,7 @@ impl ChannelAdapter {
         for (out, asked) in self.wiring.outgoing.iter().zip(&self.asked) {
             let mut asked = asked.clone();
             asked.sort();
-            requests.extend(asked.into_iter().map(|(_, number)| (out.channel, number)));
+            requests.extend(asked.into_iter().map(|asked| (out.channel, asked.number)));
         }
     }
 
@@ -316,10 +350,10 @@ impl ChannelAdapter {
         let requests = wiring.outgoing.iter().map(|out| out.channel).zip(&mut self.asked);
         let others = wiring.incoming.iter().map(|incoming| incoming.channel).zip(&mut self.pending);
         for (channel, open) in requests.chain(others) {
-            open.iter_mut().for_each(|(_, number)| form.number(channel, number));
+            open.iter_mut().for_each(|known| form.number(channel, &mut known.number));
             open.sort();
         }
-        self.last_request = self.asked.iter().flatten().map(|(_, number)| number.0).max().unwrap_or_default();
+        self.last_request = self.asked.iter().flatten().map(|asked| asked.number.0).max().unwrap_or_default();
         Ok(())
     }
 

@@ -425,9 +425,21 @@ fn a_machine_without_a_normal_form_says_why() {
     assert_eq!(system.normalize().map_err(|(_, why)| why), Err(endless));
 }
 
+/// The mistakes of the arm, with the states in which it makes them, and the events of the run.
+fn mistakes(client: &str, arm: &str) -> (Vec<String>, Vec<(String, Event)>) {
+    let (events, system) = run([client, SILENT, arm], 1);
+    let of = |process: &str| {
+        let process = system.topology().find_process(process).unwrap();
+        system.process::<SkillProcess>(process).unwrap().mishaps()
+    };
+    assert_eq!(of("One"), []);
+    let words = of("Arm").iter().map(|mishap| format!("{}: {}", mishap.place("Arm"), mishap.message));
+    (words.collect(), events)
+}
+
 /// Nothing tells the client, and properties see no message: the run must say that the machine has made a mistake.
 #[test]
-fn an_answer_that_does_not_fit_is_a_mistake_of_the_machine_and_a_late_one_is_not() {
+fn an_answer_that_does_not_fit_or_that_nobody_awaits_is_a_mistake_of_the_machine() {
     let arm = |answers: &str| {
         format!(
             "<datamodel><data id='n' expr='9007199254740992'/></datamodel>
@@ -439,15 +451,62 @@ fn an_answer_that_does_not_fit_is_a_mistake_of_the_machine_and_a_late_one_is_not
         format!("<send type='channel' targetexpr='_event.origin' event='ok'>{param}</send>")
     };
     let mistakes = |answers: &str| {
-        let (events, system) = run([TALKER, SILENT, &arm(answers)], 1);
-        let arm = system.topology().find_process("Arm").unwrap();
-        let mishaps = system.process::<SkillProcess>(arm).unwrap().mishaps();
-        let words: Vec<(Option<String>, String)> =
-            mishaps.iter().map(|mishap| (mishap.state.clone(), mishap.message.clone())).collect();
+        let (words, events) = mistakes(TALKER, &arm(answers));
         (words, count(&events, "Arm ok One"))
     };
-    let unfit = "<ok> cannot be sent to One: the field text is text, and 9007199254740992 is not".to_owned();
-    assert_eq!(mistakes(&answer("n")), (vec![(Some("idle".to_owned()), unfit)], 0));
-    let (none, answered) = mistakes(&(answer("'a'") + &answer("'b'")));
-    assert!(none.is_empty() && answered > 0, "{none:?}");
+    let unfit = "Arm, state idle: <ok> cannot be sent to One: the field text is text, and 9007199254740992 is not";
+    assert_eq!(mistakes(&answer("n")), (vec![unfit.to_owned()], 0));
+    let (twice, answered) = mistakes(&(answer("'a'") + &answer("'b'")));
+    assert_eq!(twice, ["Arm, state idle: <ok> answers nothing: One is not waiting for an answer"]);
+    assert!(answered > 0);
+    let (once, answered_once) = mistakes(&answer("'a'"));
+    assert_eq!((once, answered_once), (vec![], answered), "the client gets the first answer alone");
+    let unasked =
+        "<onentry><send type='channel' target='Two' event='ok'><param name='text' expr=\"''\"/></send></onentry>";
+    let (unasked, _) = self::mistakes(SILENT, &format!("<state id='s'>{unasked}<transition event='say'/></state>"));
+    assert_eq!(unasked, ["Arm, state s: <ok> answers nothing: Two is not waiting for an answer"]);
+}
+
+#[test]
+fn a_goal_that_is_not_accepted_first_or_goes_on_after_its_end_is_a_mistake_of_the_machine() {
+    let client = "<state id='s'><transition event='Arm'/><onentry>
+        <send type='channel' target='Arm' event='pick.goal'><param name='n' expr='1'/></send></onentry></state>";
+    let answers = |parts: &[&str]| {
+        let sends = parts.iter().map(|part| {
+            let param = if ["accepted", "canceled"].contains(part) { "" } else { "<param name='n' expr='1'/>" };
+            format!("<send type='channel' targetexpr='_event.origin' event='pick.{part}'>{param}</send>")
+        });
+        let sends: String = sends.collect();
+        let arm = format!("<state id='s'><transition event='pick.goal'>{sends}</transition></state>");
+        let (mistakes, events) = mistakes(client, &arm);
+        let ends = ["succeeded", "canceled"].map(|end| count(&events, &format!("Arm pick.{end} One")));
+        let start = "Arm, state s: <pick.";
+        let mistakes = mistakes.iter().map(|words| words.strip_prefix(start).unwrap_or(words).to_owned());
+        (mistakes.collect::<Vec<_>>(), ends.iter().sum::<usize>() > 0)
+    };
+    let none = Vec::<String>::new();
+    assert_eq!(answers(&["accepted", "feedback", "feedback", "succeeded"]), (none.clone(), true));
+    assert_eq!(answers(&["accepted", "canceled"]), (none, true));
+    let is_not = |part: &str| vec![format!("{part}> does not fit: the goal of One is not accepted")];
+    assert_eq!(answers(&["succeeded"]), (is_not("succeeded"), false));
+    assert_eq!(answers(&["canceled"]), (is_not("canceled"), false));
+    assert_eq!(answers(&["feedback", "accepted", "succeeded"]), (is_not("feedback"), true));
+    let again = vec!["accepted> does not fit: the goal of One is already accepted".to_owned()];
+    assert_eq!(answers(&["accepted", "accepted", "succeeded"]), (again, true));
+    let after = |part: &str| vec![format!("{part}> answers nothing: One is not waiting for an answer")];
+    for part in ["feedback", "succeeded", "canceled"] {
+        assert_eq!(answers(&["accepted", "succeeded", part]), (after(part), true));
+    }
+}
+
+/// It may have ended just before.
+#[test]
+fn to_cancel_a_goal_that_has_ended_is_no_mistake() {
+    for seed in 0..50 {
+        let (_, system) = run([&picker(400), SILENT, ARM], seed);
+        for name in ["One", "Arm"] {
+            let process = system.topology().find_process(name).unwrap();
+            assert_eq!(system.process::<SkillProcess>(process).unwrap().mishaps(), [], "{name}, seed {seed}");
+        }
+    }
 }
