@@ -189,17 +189,22 @@ impl Child {
         (!shown.is_empty()).then(|| shown.join(" / "))
     }
 
-    /// Ends the program. An error if it, or a process that watches it, had ended before, or if it has written without
-    /// being asked. To find that out, its input is closed: a program that ends with its input has then written all.
+    /// Ends the program. An error if it, or a process that watches it, had ended before, if it ends with a failure, or
+    /// if it has written without being asked. To find that out, its input is closed: a program that ends with its input
+    /// has then written all. Whether a failure comes before or after that depends on real time, so both count.
     pub(crate) fn conclude(&mut self) -> Result<(), Silence> {
         self.unasked(Duration::ZERO)?;
         if let Some(status) = self.process.try_wait()? {
             return Err(Silence::Gone(status));
         }
         self.requests = channel().0;
+        let deadline = now() + FAREWELL;
         self.unasked(FAREWELL)?;
+        let left = deadline.saturating_duration_since(now());
+        let has_ended = self.gone.recv_timeout(left) == Err(RecvTimeoutError::Disconnected);
         self.stop();
         match self.process.try_wait()? {
+            Some(status) if has_ended && !status.success() => Err(Silence::Gone(status)),
             // The outer keeper may not yet have noticed it.
             #[cfg(unix)]
             Some(status) if was_unkept(&status) => Err(Silence::Gone(status)),

@@ -210,6 +210,32 @@ fn a_program_that_only_answers_is_ended_without_a_failure() {
     }
 }
 
+/// Whether it has noticed that its input has ended depends on real time.
+#[test]
+fn a_program_that_ends_with_a_failure_at_the_end_of_its_run_has_failed() {
+    if !has_python() {
+        return;
+    }
+    let told = [
+        ("print('{}', flush=True); os._exit(3)", "the program ended with exit status 3 when the run ended"),
+        (
+            "print('{}', flush=True); os.kill(os.getpid(), signal.SIGSEGV)",
+            "the program ended with the signal SIGSEGV when the run ended",
+        ),
+        (
+            "print('{}', flush=True); sys.stdin.read(); sys.exit('no more')",
+            "the program ended with exit status 1 when the run ended; on stderr: no more",
+        ),
+    ];
+    for (doing, message) in told {
+        let (stage, mut process) = asked_once(doing);
+        process.conclude();
+        let messages: Vec<&str> = process.mishaps().iter().map(|mishap| mishap.message.as_str()).collect();
+        assert_eq!(messages, [message]);
+        assert_eq!(stage.left_over(), [""; 0]);
+    }
+}
+
 #[test]
 fn an_unsolicited_line_is_noticed_before_the_next_message() {
     if !has_python() {
