@@ -4,6 +4,7 @@ mod adapter;
 mod channel_adapter;
 mod check;
 mod mishap;
+mod misreadings;
 mod system;
 mod translate;
 mod vocabulary;
@@ -69,7 +70,7 @@ impl SkillProcess {
     /// # Errors
     /// [`SkillError::UnknownProcess`] and [`SkillError::UnknownParameter`] for unknown names, [`SkillError::Wiring`]
     /// with everything in the file that does not fit the skill's channels: processes that it cannot reach, messages and
-    /// fields that a channel does not carry, events that no process sends.
+    /// fields that a channel does not carry, events that no process sends, fields of events that no message has.
     pub fn new<'a>(
         name: &str,
         chart: &Arc<Chart>,
@@ -88,7 +89,8 @@ impl SkillProcess {
         let mut machine = Machine::with_parameters(Arc::clone(chart), parameters)?;
         machine.set_session(name);
         let adapter = ChannelAdapter::new(topology, process);
-        let problems = check::problems(&machine, &adapter.wiring, topology);
+        let mut problems = check::problems(&machine, &adapter.wiring, topology);
+        problems.extend(chart.misreadings(&misreadings::heard(&adapter.wiring)));
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }

@@ -136,6 +136,23 @@ impl Expr {
         }
     }
 
+    /// Calls `visit` with the expression and with all its parts.
+    pub(crate) fn visit<'e>(&'e self, visit: &mut dyn FnMut(&'e Self)) {
+        visit(self);
+        match self {
+            Self::Constant(_) | Self::Data(_) | Self::Unknown(_) | Self::Broken(_) | Self::Foreign(_) => {}
+            Self::Event | Self::EventField(_) | Self::MachineName | Self::SessionId | Self::IoProcessors => {}
+            Self::In(_) => {}
+            Self::Member(part, _) | Self::Unary(_, part) | Self::InDynamic(part) => part.visit(visit),
+            Self::Index(parts) | Self::Binary(_, parts) | Self::Logic(_, parts) => {
+                parts.iter().for_each(|part| part.visit(visit));
+            }
+            Self::Choice(parts) => parts.iter().for_each(|part| part.visit(visit)),
+            Self::Array(items) => items.iter().for_each(|part| part.visit(visit)),
+            Self::Object(members) => members.iter().for_each(|(_, part)| part.visit(visit)),
+        }
+    }
+
     /// Whether the expression is literal: a JSON value, or nearly.
     pub(super) fn is_literal(&self) -> bool {
         match self {

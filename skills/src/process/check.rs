@@ -268,7 +268,6 @@ impl<'a> Check<'a> {
     }
 }
 
-/// The fields of messages that begin with `head`, except the first.
 /// The fields of messages that begin with this symbol, after it.
 pub(super) fn fields<'a>(out: &'a Domain, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
     shapes_of(out, head).flat_map(|shape| shape.fields().get(1..).unwrap_or_default())
@@ -281,7 +280,7 @@ fn carried(out: &Domain, head: &str) -> String {
 
 /// The events that the machine generates itself; `None` if it computes their names, or if they come from machines that
 /// it invokes.
-fn own_events(chart: &Chart) -> Option<BTreeSet<String>> {
+pub(super) fn own_events(chart: &Chart) -> Option<BTreeSet<String>> {
     let mut names: BTreeSet<String> = ["error.execution", "error.communication"].map(str::to_owned).into();
     let done = chart.states().filter(|state| can_be_done(chart, *state));
     names.extend(done.map(|state| format!("done.state.{}", chart.state(state).id())));

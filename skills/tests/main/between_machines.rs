@@ -293,6 +293,62 @@ fn a_request_that_nobody_sends_may_have_a_transition() {
     }
 }
 
+/// Such a field is undefined, so a condition about it is always false, or always true.
+#[test]
+fn a_field_that_no_message_of_an_event_has_and_a_value_that_it_never_has_are_refused() {
+    let mut topology = Topology::default();
+    let [client, server] = ["One", "Arm"].map(|name| topology.process(name).unwrap());
+    let state = Some(("state", FieldKind::symbols(["open", "closed"])));
+    let optional = Some(("n", FieldKind::Optional(Box::new(FieldKind::Int))));
+    let requests = [
+        shape("request", "say", Some(("text", FieldKind::Text)), Role::Request),
+        shape("request", "count", optional, Role::Request),
+        shape("request", "see", state, Role::Request),
+    ];
+    topology.channel(client, server, Capacity::One, Domain::new(requests)).unwrap();
+    topology.channel(server, client, Capacity::One, lines().1).unwrap();
+    topology.understand(server, shape("request", "fold", Some(("at", FieldKind::Text)), Role::Request));
+    let problems = |transition: &str| {
+        let data = "<datamodel><data id='kept'/></datamodel>";
+        let content = format!("{data}<state id='s'><onentry><raise event='own'/></onentry>{transition}</state>");
+        let chart = Chart::load("Arm.scxml", &file("", &content)).unwrap();
+        match SkillProcess::new("Arm", &chart, &topology, []) {
+            Ok(_) => Vec::new(),
+            Err(skills::SkillError::Wiring { problems, .. }) => {
+                problems.iter().map(|problem| format!("{problem}; {}", problem.help_text().unwrap())).collect()
+            }
+            Err(other) => panic!("{other}"),
+        }
+    };
+    let on = |event: &str, cond: &str| problems(&format!("<transition event='{event}' cond=\"{cond}\"/>"));
+    for (event, cond) in [
+        ("say", "_event.data.text != 'broken' &amp;&amp; _event.data.request == 'say'"),
+        ("say see", "_event.data.text == 'a' || _event.data.state == 'open'"),
+        ("count", "_event.data.n === undefined || _event.data.n > 0.5"),
+        ("count", "_event.data.n == '3'"),
+        ("see", "_event.data.state != null"),
+        ("fold", "_event.data.at == 'home'"),
+        // What comes with these is not known.
+        ("own say", "_event.data.mod == 3"),
+        ("*", "_event.data.mod == 3"),
+    ] {
+        assert_eq!(on(event, cond), Vec::<String>::new(), "{event} {cond}");
+    }
+    let say = "`say` has no field `txt`; did you mean `text`?";
+    assert_eq!(on("say", "_event.data.txt != 'broken'"), [say]);
+    assert_eq!(on("say", "_event.data['txt'] != 'broken'"), [say]);
+    let assigned = "<assign location='kept' expr='_event.data.txt'/>";
+    assert_eq!(problems(&format!("<transition event='say'>{assigned}</transition>")), [say]);
+    let asked = "<if cond='kept == _event.data.txt'><log expr='kept'/></if>";
+    assert_eq!(problems(&format!("<transition event='say'>{asked}</transition>")), [say]);
+    let either = on("say see", "!_event.data.speed");
+    assert!(either[0].starts_with("`say` or `see` has no field `speed`; "), "{either:?}");
+    let [stage] = &on("see", "_event.data.state == 'opne'")[..] else { panic!("one problem") };
+    assert_eq!(stage, "the field `state` is never `opne`; it is <open> | <closed>");
+    assert_eq!(on("say", "5 &lt; _event.data.text"), ["the field `text` cannot be compared with 5; it is text"]);
+    assert_eq!(on("count", "_event.data.n == 'no'").len(), 1);
+}
+
 #[test]
 fn a_component_without_clients_may_answer_requests() {
     let mut topology = Topology::default();
