@@ -3,6 +3,7 @@
 mod channel;
 mod condition;
 mod duration;
+mod pointless;
 mod unit;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -53,7 +54,7 @@ pub(crate) fn meaning(condition: &Condition, remembered: &[&str], shapes: &[Shap
     let mut resolver = Resolver::new(&topology, Duration::ZERO);
     resolver.remembered = remembered.iter().map(ToString::to_string).collect();
     let meant = resolver.condition(condition, Some(channel));
-    meant.filter(|_| resolver.problems.is_empty())
+    meant.filter(|_| !resolver.problems.iter().any(Problem::is_error))
 }
 
 /// Where a constraint is.

@@ -221,3 +221,62 @@ fn a_number_in_another_unit_than_that_of_the_field_causes_a_warning() {
         assert_eq!(warnings(condition), [""; 0], "{condition}");
     }
 }
+
+/// The message of each problem or warning, with what it is: `!` for a warning.
+fn messages(constants: &str, condition: &str) -> Vec<String> {
+    let text = format!("{constants}\nproperty p := always (BatteryReader, BatteryLevel, {condition})\n");
+    let problems = match monitors::load("p.scope", &text, &topology(), Duration::from_secs(1)) {
+        Ok(file) => file.warnings.problems().to_vec(),
+        Err(error) => error.problems().to_vec(),
+    };
+    let message = |problem: &diagnostics::Problem| {
+        let mark = if problem.is_error() { "" } else { "! " };
+        format!("{mark}{}", problem.message())
+    };
+    // What follows from such a comparison is told, too.
+    problems.iter().map(message).filter(|message| !message.contains(" can never be ")).collect()
+}
+
+#[test]
+fn a_comparison_that_no_message_changes_is_told() {
+    let (limit, level) = ("const limit := 20", "const level := 20");
+    let hides = "! `level` is a constant here, and not the field of this name";
+    for (constants, condition, expected) in [
+        (limit, "level >= limit", vec![]),
+        (limit, "20 <= level and m.level >= limit", vec![]),
+        (limit, "level as l and 20 < l", vec![]),
+        ("", "level >= 20 and level < 30", vec![]),
+        (limit, "20 <= limit", vec!["! no field is compared here"]),
+        (limit, "limit + 1 < 30 or level < 10", vec!["! no field is compared here"]),
+        (limit, "level >= level", vec!["! a value is compared with itself"]),
+        (limit, "m.level = level", vec!["! a value is compared with itself"]),
+        (level, "20 <= level", vec!["`level` is a constant here, so no field is compared"]),
+        (level, "level >= level", vec![hides]),
+        (level, "m.level >= level", vec![hides]),
+        (level, "m.level <= level + 1 and level <= m.level", vec!["! a value is compared with itself"]),
+    ] {
+        assert_eq!(messages(constants, condition), expected, "{constants} {condition}");
+    }
+}
+
+#[test]
+fn a_limit_that_is_shorter_than_a_tick_is_told() {
+    let event = "(BatteryReader, BatteryLevel, level >= 20)";
+    let warnings = |keyword: &str, bound: &str| {
+        let text = format!("{keyword} p := always ({event} implies time_until {event} {bound})");
+        let file = monitors::load("p.scope", &text, &topology(), Duration::from_secs(10)).unwrap();
+        file.warnings.problems().iter().map(|problem| problem.message().to_owned()).collect::<Vec<_>>()
+    };
+    let less = "this is less than a tick, and there is one every 10s";
+    assert!(warnings("property", "<= 500 ms").contains(&less.to_owned()));
+    assert!(warnings("property", "< 9.9 s").contains(&less.to_owned()));
+    for (keyword, bound) in [
+        ("property", "< 10 s"),
+        ("property", "<= 10 s"),
+        ("property", "<= 0"),
+        ("property", "> 500 ms"),
+        ("timed property", "<= 500 ms"),
+    ] {
+        assert!(!warnings(keyword, bound).contains(&less.to_owned()), "{keyword} {bound}");
+    }
+}

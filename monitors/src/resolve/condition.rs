@@ -26,9 +26,12 @@ impl<'a> Resolver<'a> {
                 let (left, right) = (self.condition(left, channel), self.condition(right, channel));
                 MessageCondition::Implies(Box::new(left?), Box::new(right?))
             }
-            ConditionKind::Compare { left: Term::Field(field), relation, right: Term::Operand(value) }
+            ConditionKind::Compare { left: Term::Field(field), relation, right: right @ Term::Operand(value) }
                 if !self.is_field_or_remembered(value, channel) =>
             {
+                if let Some(name) = self.hidden_field(right, channel) {
+                    self.doubt_name(name);
+                }
                 let constant = self.value(value);
                 let positions = channel.and_then(|channel| self.positions(field, channel));
                 let (positions, constant) = (positions?, constant?);
@@ -103,6 +106,7 @@ impl<'a> Resolver<'a> {
         let [left, right] = sides.map(|term| self.term(term, channel));
         let ((left, of_left), (right, of_right)) = (left?, right?);
         self.check_kinds(whole, relation, of_left, of_right);
+        self.doubt_comparison(whole, sides, [&left, &right], channel);
         // `20 m < level`: the other order is a comparison with a constant.
         if let (Term::Operand(operand), formula::Term::Value(value)) = (sides[0], &left)
             && let (Some(field), Some(channel)) = (self.field_of(sides[1], channel), channel)
@@ -130,11 +134,7 @@ impl<'a> Resolver<'a> {
     fn is_field_or_remembered(&self, operand: &Operand, channel: Option<ChannelId>) -> bool {
         let Operand::Constant(name) = operand else { return false };
         let text = name.text.as_str();
-        let is_field = || {
-            let shapes = channel.map(|channel| self.topology.get(channel).domain.shapes()).unwrap_or_default();
-            shapes.iter().flat_map(Shape::fields).any(|(field, _)| field == text)
-        };
-        self.remembered.contains(text) || !self.constants.contains_key(text) && is_field()
+        self.remembered.contains(text) || !self.constants.contains_key(text) && self.is_field(text, channel)
     }
 
     /// A term, and what is known about its value.

@@ -26,7 +26,10 @@ impl Resolver<'_> {
             Literal::Int(ticks) if ticks >= 0 => return Some(Bound::new(relation, ticks.unsigned_abs())),
             Literal::Int(_) => Problem::new("a bound must not be negative").at(bound.span(), "negative"),
             Literal::Duration { nanos, unit } => match self.round(relation, nanos) {
-                Ok(ticks) => return Some(Bound { relation, ticks, written: Some((nanos, unit)) }),
+                Ok(ticks) => {
+                    self.doubt_duration(relation, nanos, bound);
+                    return Some(Bound { relation, ticks, written: Some((nanos, unit)) });
+                }
                 Err(problem) => problem.at(bound.span(), "not a whole number of ticks"),
             },
             Literal::Real(_) => Problem::new("a bound is a whole number of ticks or a duration")
@@ -38,6 +41,18 @@ impl Resolver<'_> {
         };
         self.problems.push(problem);
         None
+    }
+
+    /// Warns of a limit that is shorter than the time between two ticks: it is kept by whatever comes before the next
+    /// tick, however late.
+    fn doubt_duration(&mut self, relation: Relation, nanos: u64, bound: &Operand) {
+        let is_limit = matches!(relation, Relation::Less | Relation::LessOrEqual);
+        if !is_limit || u128::from(nanos) >= self.tick_period.as_nanos() {
+            return;
+        }
+        let problem = Problem::new(format!("this is less than a tick, and there is one every {:?}", self.tick_period));
+        let problem = problem.at(bound.span(), "means: before the next tick");
+        self.problems.push(problem.with_help("to measure time, write `timed property`").as_warning());
     }
 
     fn round(&self, relation: Relation, nanos: u64) -> Result<u64, Problem> {
