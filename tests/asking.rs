@@ -12,6 +12,8 @@ const INTERFACE: &str = "
 request = { what = \"text\" }
 reply = { grams = \"real\" }
 [services.rest]
+[services.look]
+reply = { state = [\"open\", \"shut\"] }
 [topics.light]
 fields = { lux = \"real\" }
 [actions.pick]
@@ -339,6 +341,19 @@ fn what_does_not_fit_is_refused_with_its_place() {
             "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", success_when = \"reply.gram > 1\" }",
             "did you mean `grams`?",
         ),
+        (
+            "leaves.Do = { request = \"Arm.look\", success_when = \"reply.state == 'opne'\" }",
+            "the field `state` is never `opne`",
+        ),
+        (
+            "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", success_when = \"reply.grams == 'few'\" }",
+            "the field `grams` cannot be compared with \"few\"",
+        ),
+        (
+            "leaves.Do = { request = \"Arm.look\", outputs.grams = \"state\" }",
+            "the port `grams` of `Do` is real, and `state` of Arm is <open> | <shut>",
+        ),
+        ("leaves.Do = { request = \"Arm.weigh\", arguments.what = \"{what}\" }", "`Do` needs the port `what`"),
         (
             "leaves.Do = { action = \"Arm.pick\", arguments.what = \"x\", feedback.share = \"part\" }",
             "unknown field of <pick.feedback>",

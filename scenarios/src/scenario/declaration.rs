@@ -257,8 +257,16 @@ fn check_entries<'p>(
         let leaves: Vec<&bt::Node> = parts.tree.leaves().filter(is_of).collect();
         let Some(asking) = entry.asking.as_ref().filter(|_| !leaves.is_empty()) else { continue };
         let fits = asking.check(offers, complaints);
-        let leaves = leaves.into_iter().filter(|leaf| !asking.check_ports(parts.tree, leaf, complaints) || !fits);
-        unfit.extend(leaves.map(bt::Node::process));
+        // Several leaves may be the same node of the tree's file.
+        let mut told = BTreeSet::new();
+        for leaf in leaves {
+            let misfits = asking.port_misfits(parts.tree, leaf, offers);
+            if !asking.check_ports(parts.tree, leaf, complaints) || !misfits.is_empty() || !fits {
+                unfit.insert(leaf.process());
+            }
+            let new = misfits.into_iter().filter(|problem| told.insert(problem.one_line()));
+            new.for_each(|problem| complaints.push(problem));
+        }
     }
     unfit
 }

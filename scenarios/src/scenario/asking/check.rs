@@ -1,7 +1,9 @@
 //! Whether a component offers what an entry asks for.
 
-use channels::FieldKind;
+use bt::{Node, Source, Tree};
+use channels::{FieldKind, Shape};
 use diagnostics::{Problem, Span, Spanned};
+use skills::Datum;
 
 use super::{Argument, Asking, Endpoint, SuccessWhen, Written};
 use crate::error::Complaints;
@@ -76,6 +78,66 @@ impl Asking {
         if let Some(SuccessWhen { fields, span, .. }) = &self.success_when {
             fields.iter().for_each(|field| check(OfferMessage::Answer, field, span));
         }
+        if let Some(when) = self.success_when.as_ref().filter(|_| problems.is_empty()) {
+            let fields: Vec<(String, FieldKind)> = offer.fields(OfferMessage::Answer).cloned().collect();
+            problems.extend(when.misreadings(&fields));
+        }
+    }
+
+    /// Reports ports of a leaf that do not fit what is offered: an input port that is not set though the request needs
+    /// its value, and an output port that cannot have the value of its field.
+    pub(in crate::scenario) fn port_misfits(
+        &self,
+        tree: &Tree,
+        leaf: &Node,
+        offers: &[(&str, Vec<Offer>)],
+    ) -> Vec<Problem> {
+        let Ok(offer) = offered(self.of, &self.asked, offers) else { return Vec::new() };
+        let Endpoint { component, name } = &self.asked;
+        let kind = |of, field: &str| offer.fields(of).find(|(known, _)| known == field).map(|(_, kind)| kind);
+        let mut problems = Vec::new();
+        for (field, argument) in &self.arguments {
+            let Argument::Port(port) = &argument.value else { continue };
+            let is_unset = |found: bt::Port<'_>| found.name == port && found.source == Source::Nothing;
+            let kind = kind(OfferMessage::Request, &field.value);
+            if kind.is_some_and(|kind| !matches!(kind, FieldKind::Optional(_))) && tree.ports(leaf.id()).any(is_unset) {
+                let message = format!("`{}` needs the port `{port}`", leaf.label());
+                let help = format!("it is the field `{}` of {}.{}", field.value, component.value, name.value);
+                problems.push(tree.problem_at(leaf.id(), message, "not set here", help));
+            }
+        }
+        let replies = bt::reply_domain(tree, leaf.id());
+        let answers = self.outputs.iter().map(|written| (OfferMessage::Answer, written));
+        let feedback = self.feedback.iter().map(|written| (OfferMessage::Feedback, written));
+        for (of, Written { port, field }) in answers.chain(feedback) {
+            let ports = replies.shapes().iter().flat_map(Shape::fields);
+            let Some((_, taken)) = ports.into_iter().find(|(known, _)| *known == port.value) else { continue };
+            let Some(given) = kind(of, &field.value) else { continue };
+            if sample(given).is_some_and(|value| skills::field_value(&value, taken).is_none()) {
+                let taken = if let FieldKind::Optional(taken) = taken { taken } else { taken };
+                let message = format!(
+                    "the port `{}` of `{}` is {taken}, and `{}` of {} is {given}",
+                    port.value,
+                    leaf.label(),
+                    field.value,
+                    component.value
+                );
+                let help = format!("declare its type in the tree: <output_port name=\"{}\" type=\"…\"/>", port.value);
+                problems.push(port.span.problem(message).with_label("this port").with_help(help));
+            }
+        }
+        problems
+    }
+}
+
+/// A value of a kind; `None` for a list, which no port takes.
+fn sample(kind: &FieldKind) -> Option<Datum> {
+    match kind {
+        FieldKind::Bool => Some(true.into()),
+        FieldKind::Int | FieldKind::Real => Some(0.0.into()),
+        FieldKind::Text | FieldKind::Symbol(_) => Some(Datum::text("")),
+        FieldKind::Optional(kind) => sample(kind),
+        FieldKind::List(_) => None,
     }
 }
 

@@ -2,14 +2,18 @@
 
 use std::collections::BTreeSet;
 
+use channels::FieldKind;
 use diagnostics::markup::attribute;
 use diagnostics::{Problem, Span, Spanned};
-use skills::{Chart, SkillError};
+use skills::{Chart, MessageForm, SkillError};
 
 use crate::scenario::scxml_text::Text;
 
 /// The data of an event, in a machine.
 pub(super) const DATA: &str = "_event.data";
+
+/// The event of the answer, in the machine of a condition.
+const ANSWER: &str = "answer";
 
 /// A condition on the fields of an answer.
 #[derive(Clone, Debug)]
@@ -66,14 +70,8 @@ impl SuccessWhen {
     /// would have the same problems, in words that the author of the expression does not know.
     pub(super) fn problems(&self, answer: &str, mut names: BTreeSet<String>) -> Vec<Problem> {
         names.insert(answer.to_owned());
-        let mut text = Text::default();
-        text.open_machine("condition");
-        text.element("datamodel", |text| {
-            names.iter().for_each(|name| text.line(&format!("<data id=\"{}\"/>", attribute(name))));
-        });
         let written = attribute(&self.written);
-        text.state("asking", |text| text.line(&format!("<transition event=\"answer\" cond=\"{written}\"/>")));
-        let text = text.finish();
+        let text = machine(&written, &names);
         let problems = match Chart::load("condition", &text) {
             Ok(chart) => chart.warnings().to_vec(),
             Err(SkillError::Load { problems, .. }) => problems,
@@ -95,6 +93,19 @@ impl SuccessWhen {
         of_condition.map(in_file).collect()
     }
 
+    /// Comparisons of the answer's fields with values that they never have.
+    pub(super) fn misreadings(&self, fields: &[(String, FieldKind)]) -> Vec<Problem> {
+        let text = machine(&attribute(&self.expression), &self.ports.iter().cloned().collect());
+        let Ok(chart) = Chart::load("condition", &text) else { return Vec::new() };
+        let answer = MessageForm { peer: None, event: ANSWER.to_owned(), fields: fields.to_vec() };
+        let found = chart.misreadings(&[answer]).into_iter();
+        let in_file = |found: Problem| {
+            let help = found.help_text().map(str::to_owned);
+            self.span.problem(found.message()).with_label("in this condition").with_help_if(help)
+        };
+        found.map(in_file).collect()
+    }
+
     fn push(&mut self, word: &str, answer: &str) {
         let before = self.expression.trim_end();
         if word == answer && !before.ends_with('.') {
@@ -106,4 +117,15 @@ impl SuccessWhen {
         }
         self.expression.push_str(word);
     }
+}
+
+/// A machine with this condition alone, and data with these names.
+fn machine(condition: &str, names: &BTreeSet<String>) -> String {
+    let mut text = Text::default();
+    text.open_machine("condition");
+    text.element("datamodel", |text| {
+        names.iter().for_each(|name| text.line(&format!("<data id=\"{}\"/>", attribute(name))));
+    });
+    text.state("asking", |text| text.line(&format!("<transition event=\"{ANSWER}\" cond=\"{condition}\"/>")));
+    text.finish()
 }
