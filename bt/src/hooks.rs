@@ -87,6 +87,11 @@ impl Hooks {
         })
     }
 
+    /// Those that decide whether the node is ticked.
+    pub(crate) fn conditions(&self) -> impl Iterator<Item = &Script> {
+        [&self.failure_if, &self.success_if, &self.skip_if, &self.while_].into_iter().flatten()
+    }
+
     /// All of them.
     pub(crate) fn all(&self) -> impl Iterator<Item = &Script> {
         let before = [&self.failure_if, &self.success_if, &self.skip_if, &self.while_];

@@ -88,6 +88,12 @@ impl Program {
         own.into_iter().chain(self.hooks.get(&node).into_iter().flat_map(Hooks::all))
     }
 
+    /// The scripts of a node whose values decide what it does.
+    pub(crate) fn conditions_of(&self, node: u32) -> impl Iterator<Item = &Script> {
+        let own = (!self.ops[node as usize].kind.is_leaf()).then(|| self.setting(node)).and_then(Setting::condition);
+        own.into_iter().chain(self.hooks.get(&node).into_iter().flat_map(Hooks::conditions))
+    }
+
     /// The blackboard before the first tick.
     pub(crate) fn blackboard(&self) -> Blackboard {
         let mut entries = self.entries.clone();

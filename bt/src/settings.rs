@@ -77,6 +77,14 @@ impl Setting {
         }
     }
 
+    /// The script that decides what it does.
+    pub(crate) fn condition(&self) -> Option<&Script> {
+        match self {
+            Self::Condition(script) | Self::Precondition { script, .. } => Some(script),
+            _ => None,
+        }
+    }
+
     /// The inputs that the file gives to one of BehaviorTree.CPP's nodes. Those of Nav2's nodes come from outside.
     pub(crate) fn inputs(&self) -> Vec<&Input> {
         match self {

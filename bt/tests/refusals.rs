@@ -290,6 +290,30 @@ fn a_string_that_is_set_before_a_script_assigns_another_is_no_problem() {
 }
 
 #[test]
+fn a_condition_that_assigns_where_it_seems_to_compare_is_a_warning() {
+    let made = "<Script code=\"x := 1; y := 'a'\"/>";
+    let help = "`==` compares; the value of an assignment is that of its right side";
+    for condition in [
+        "<ScriptCondition code=\"y = 'a'\"/>",
+        "<ScriptCondition code=\"x += 1; x = 2\"/>",
+        "<AlwaysSuccess _skipIf=\"x = 2\"/>",
+        "<AlwaysSuccess _while=\"x = 2\"/>",
+        "<Precondition if=\"x = 2\" else=\"FAILURE\"><AlwaysSuccess/></Precondition>",
+    ] {
+        assert_eq!(helps(&[made, condition]), [help], "{condition}");
+    }
+    for fine in [
+        "<ScriptCondition code=\"y == 'a'\"/>",
+        "<ScriptCondition code=\"x = 2; x > 1\"/>",
+        "<ScriptCondition code=\"x += 1\"/>",
+        "<Script code=\"x = 2\"/>",
+        "<AlwaysSuccess _onSuccess=\"x = 2\"/>",
+    ] {
+        assert_eq!(helps(&[made, fine]), [""; 0], "{fine}");
+    }
+}
+
+#[test]
 fn a_child_of_a_reactive_sequence_in_explicit_form_is_a_warning() {
     let tree = |open: &str, close: &str, child: &str| {
         let models = "<Action ID=\"Go\"/><Condition ID=\"Near\"/>";

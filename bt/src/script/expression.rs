@@ -35,6 +35,11 @@ impl Script {
         }
     }
 
+    /// Whether its value is that of an assignment to an entry with `=`.
+    pub(crate) fn only_assigns(&self) -> bool {
+        matches!(self.statements.last(), Some(Expression::Assignment(Assignment::Existing, ..)))
+    }
+
     /// Whether the script calculates with an integer that is too large for it: one in its text, or the value of one of
     /// these entries. Those to which it assigns such an integer are added.
     pub(crate) fn calculates_with_large(&self, large: &mut BTreeSet<Slot>) -> bool {

@@ -165,6 +165,12 @@ pub(super) fn string_refused(key: &str, of: Option<Type>) -> Problem {
     Problem::new(format!("the entry `{key}` cannot take a string from a script")).as_warning().with_help(help)
 }
 
+/// A script that decides something assigns to an entry.
+pub(super) fn assigned_condition() -> Problem {
+    let problem = Problem::new("the `=` of this condition assigns; it does not compare").as_warning();
+    problem.with_help("`==` compares; the value of an assignment is that of its right side")
+}
+
 /// Something happens to an integer that is too large for it.
 pub(super) fn large_integer(what: &str) -> Problem {
     let problem = Problem::new(format!("{what} of more than 53 bits")).as_warning();

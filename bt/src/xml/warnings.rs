@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use diagnostics::Problem;
 
-use super::problems::{Written, copy_refused, large_integer, string_refused};
+use super::problems::{Written, assigned_condition, copy_refused, large_integer, string_refused};
 use super::source_file::SourceFile;
 use crate::blackboard::{Declared, Scopes, Slot, Type};
 use crate::program::{Flags, Program};
+use crate::script::Script;
 use crate::settings::{Input, Setting};
 use crate::{Direction, Kind, Node};
 
@@ -36,6 +37,13 @@ impl Assembled<'_> {
         self.warn_of_copies(&scripted, &mut report);
         self.warn_of_strings(&scripted, &mut report);
         self.warn_of_large_integers(&mut report);
+        self.warn_of_assignments(&mut report);
+    }
+
+    /// Warns of each condition that assigns where it seems to compare.
+    fn warn_of_assignments(&self, report: &mut impl FnMut(&Node, Problem)) {
+        let assigns = |node: &&Node| self.program.conditions_of(node.number.0).any(Script::only_assigns);
+        self.nodes.iter().filter(assigns).for_each(|node| report(node, assigned_condition()));
     }
 
     /// The entries that scripts assign to.
