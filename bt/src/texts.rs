@@ -4,6 +4,7 @@
 //! outside the system chooses is followed here. Texts that the tree knows itself may be used in any way.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use channels::{Beyond, Choice, Comparisons, Possible};
 use diagnostics::Problem;
@@ -34,16 +35,27 @@ impl Tree {
     /// are the chosen texts in words, by number.
     #[must_use]
     pub fn texts(&self, outputs: &BTreeMap<(String, String), Possible>, choices: &[String]) -> TextsOfTree {
-        let mut board = Board { tree: self, outputs, choices, entries: BTreeMap::new(), used: TextsOfTree::default() };
-        board.begin();
-        loop {
-            let before = board.entries.clone();
-            self.nodes().iter().for_each(|node| board.node(node));
-            if board.entries == before {
-                break;
-            }
-        }
+        let mut board = Board::new(self, outputs, choices, &[]);
+        board.settle();
         board.finish()
+    }
+
+    /// Warns of each node that compares an output with texts that it never is. `choices` are the outputs in words, by
+    /// number, and `symbols` are the texts of which each of them is one.
+    #[must_use]
+    pub fn never_equal(
+        &self,
+        outputs: &BTreeMap<(String, String), Possible>,
+        choices: &[String],
+        symbols: &[BTreeSet<Arc<str>>],
+    ) -> Vec<Problem> {
+        let mut board = Board::new(self, outputs, choices, symbols);
+        board.settle();
+        let mut told = board.never_equal;
+        // Several nodes may be the same one of the file.
+        told.sort_by_key(Problem::offset);
+        told.dedup_by_key(|problem| (problem.offset(), problem.to_string()));
+        told
     }
 }
 
@@ -52,8 +64,11 @@ struct Board<'a> {
     tree: &'a Tree,
     outputs: &'a BTreeMap<(String, String), Possible>,
     choices: &'a [String],
+    /// The texts of which each choice is one; any text if there are none.
+    symbols: &'a [BTreeSet<Arc<str>>],
     entries: BTreeMap<Slot, Possible>,
     used: TextsOfTree,
+    never_equal: Vec<Problem>,
 }
 
 /// What a value in the file may be.
@@ -69,7 +84,30 @@ fn of_value(value: &Value) -> Possible {
     }
 }
 
-impl Board<'_> {
+impl<'a> Board<'a> {
+    fn new(
+        tree: &'a Tree,
+        outputs: &'a BTreeMap<(String, String), Possible>,
+        choices: &'a [String],
+        symbols: &'a [BTreeSet<Arc<str>>],
+    ) -> Self {
+        let (entries, used) = (BTreeMap::new(), TextsOfTree::default());
+        Self { tree, outputs, choices, symbols, entries, used, never_equal: Vec::new() }
+    }
+
+    /// Visits all nodes until nothing is new.
+    fn settle(&mut self) {
+        self.begin();
+        loop {
+            let before = self.entries.clone();
+            self.never_equal.clear();
+            self.tree.nodes().iter().for_each(|node| self.node(node));
+            if self.entries == before {
+                break;
+            }
+        }
+    }
+
     fn begin(&mut self) {
         for (slot, entry) in (0..).map(Slot).zip(&self.tree.program.entries) {
             entry.initial().1.into_iter().for_each(|value| self.write(slot, &of_value(value)));
@@ -243,6 +281,9 @@ impl Board<'_> {
     }
 
     fn compare(&mut self, node: &Node, left: &Possible, right: &Possible) {
+        for (chosen, texts) in [(left, right), (right, left)] {
+            self.doubt(node, chosen, texts);
+        }
         if let Err(beyond) = self.used.comparisons.compare(left, right, true) {
             let what = match beyond {
                 Beyond::Open => "compares {} with a text that is computed",
@@ -253,6 +294,33 @@ impl Board<'_> {
             both.join(right);
             self.refuse(node, what, &both);
         }
+    }
+
+    /// Warns of a comparison of nothing but choices with nothing but texts that none of them can be.
+    fn doubt(&mut self, node: &Node, chosen: &Possible, texts: &Possible) {
+        let none = Possible::default();
+        let is_only_chosen = Possible { chosen: chosen.chosen.clone(), ..none.clone() } == *chosen;
+        let is_only_texts = Possible { texts: texts.texts.clone(), ..none.clone() } == *texts;
+        // Whether a text is empty asks whether anything has been written.
+        let asks_nothing = texts.texts.iter().all(|text| text.is_empty());
+        if !is_only_chosen || !is_only_texts || *chosen == none || asks_nothing {
+            return;
+        }
+        let Some(may_be) = chosen.choices().map(|choice| self.symbols.get(choice)).collect::<Option<Vec<_>>>() else {
+            return;
+        };
+        if may_be.iter().any(|symbols| !symbols.is_disjoint(&texts.texts)) {
+            return;
+        }
+        let list = |all: &mut dyn Iterator<Item = &Arc<str>>| {
+            all.map(|text| format!("`{text}`")).collect::<Vec<_>>().join(" or ")
+        };
+        let words: BTreeSet<&str> = chosen.choices().map(|choice| self.choices[choice].as_str()).collect();
+        let words = words.into_iter().collect::<Vec<_>>().join(" or ");
+        let texts = list(&mut texts.texts.iter());
+        let message = format!("`{}` compares {words} with {texts}, which it never is", node.label());
+        let help = format!("it is {}", list(&mut may_be.into_iter().flatten()));
+        self.never_equal.push(self.tree.problem_at(node.id(), message, "this node", help).as_warning());
     }
 
     fn script(&mut self, node: &Node, script: &Script) {
@@ -330,6 +398,11 @@ mod tests {
     use super::*;
 
     fn texts(body: &str) -> TextsOfTree {
+        let outputs = BTreeMap::from([(("Ask".to_owned(), "answer".to_owned()), Possible::choice(0))]);
+        tree(body).texts(&outputs, &["`v` of O".to_owned()])
+    }
+
+    fn tree(body: &str) -> Tree {
         let xml = format!(
             r#"<root BTCPP_format="4" main_tree_to_execute="T"><BehaviorTree ID="T"><Sequence><Action ID="Ask" answer="{{answer}}"/>{body}</Sequence></BehaviorTree>
             <BehaviorTree ID="Sub"><ScriptCondition code="given == 'from below'"/></BehaviorTree>
@@ -337,9 +410,7 @@ mod tests {
             <Action ID="Tell"><input_port name="what" type="std::string"/></Action>
             <Action ID="Count"><input_port name="number" type="int"/></Action></TreeNodesModel></root>"#
         );
-        let tree = Tree::from_xml("t.xml", &xml).expect("a sound tree");
-        let outputs = BTreeMap::from([(("Ask".to_owned(), "answer".to_owned()), Possible::choice(0))]);
-        tree.texts(&outputs, &["`v` of O".to_owned()])
+        Tree::from_xml("t.xml", &xml).expect("a sound tree")
     }
 
     #[test]
@@ -365,6 +436,33 @@ mod tests {
                 assert_eq!(found.inputs[&("Tell".to_owned(), "what".to_owned())], Possible::choice(0));
             }
         }
+    }
+
+    #[test]
+    fn a_comparison_with_a_text_that_an_output_never_is_is_told_at_its_node() {
+        let never = |body: &str| -> Vec<String> {
+            let outputs = BTreeMap::from([(("Ask".to_owned(), "answer".to_owned()), Possible::choice(0))]);
+            let symbols = [BTreeSet::from(["open".into(), "shut".into()])];
+            let found = tree(body).never_equal(&outputs, &["`v` of O".to_owned()], &symbols);
+            found
+                .iter()
+                .map(|problem| format!("{}; {}", problem.message(), problem.help_text().unwrap_or("")))
+                .collect()
+        };
+        let told = "`ScriptCondition` compares `v` of O with `opne`, which it never is; it is `open` or `shut`";
+        assert_eq!(never(r#"<ScriptCondition code="answer == 'opne' || answer == 'shut'"/>"#), [told]);
+        assert_eq!(never(r#"<Script code="kept := answer"/><ScriptCondition code="'opne' != kept"/>"#), [told]);
+        assert_eq!(never(r#"<SubTree ID="Sub" given="{answer}"/>"#).len(), 1);
+        let switch = r#"<Switch2 variable="{answer}" case_1="open" case_2="closed"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/></Switch2>"#;
+        assert_eq!(never(switch).len(), 1);
+        for body in [
+            r#"<ScriptCondition code="answer == 'open' || answer != 'shut' || answer != ''"/>"#,
+            r#"<Script code="answer := 'unknown'"/><ScriptCondition code="answer == 'unknown'"/>"#,
+            r#"<Script code="other := 'a'"/><ScriptCondition code="other == 'b' || answer == other .. 'c'"/>"#,
+        ] {
+            assert_eq!(never(body), [""; 0], "{body}");
+        }
+        assert!(texts(r#"<ScriptCondition code="answer == 'opne'"/>"#).problems.is_empty());
     }
 
     #[test]
