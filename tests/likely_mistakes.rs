@@ -65,6 +65,23 @@ fn a_misspelled_argument_and_an_entry_that_nothing_writes_are_named() {
 }
 
 #[test]
+fn a_run_warns_of_an_entry_that_nothing_writes() {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("Say.scxml", SKILL);
+    write("own.toml", "tree = \"tree.xml\"\nskills = \".\"\nexecution.max_time_s = 3\n");
+    let (file, out) = (folder.path().join("own.toml"), folder.path().join("out"));
+    // One with a similar name exists, or not.
+    for script in ["", "<Script code=\"what := 'x'\"/>"] {
+        let say = MAIN.replace("hello", "{waht}").replace("<Sequence>", &format!("<Sequence>{script}"));
+        write("tree.xml", &format!("<root BTCPP_format=\"4\">{say}</root>"));
+        let output = steward(&["run", file.to_str().unwrap(), "--no-snapshots", "--out", out.to_str().unwrap()]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains("nothing writes the entry `waht`"), "{script}: {said}");
+    }
+}
+
+#[test]
 fn a_running_state_that_cannot_be_halted_is_named() {
     assert_eq!(findings(MAIN, "", SLOW), ["the state `saying` has no transition for `BT.halt`"]);
     let condition = MAIN.replace("Action", "Condition");
