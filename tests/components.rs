@@ -108,6 +108,8 @@ fn each_mistake_has_one_message() {
         ("[components.Speaker]\ninterface = \"none.toml\"", "cannot read the interface none.toml"),
         ("[components.Speaker]\nvolume = 3", "`volume`"),
         ("[components.Speaker.data]\nvolume = 3", "unknown datum of Speaker.scxml `volume`"),
+        ("[components.Speeker.data]\nseconds_per_letter = 3", "did you mean `Speaker`?"),
+        ("prove.properties = [\"anounced\"]", "unknown property `anounced`"),
         ("[components.BT]\nmachine = \"Speaker.scxml\"", "a component cannot be named `BT`"),
         (
             "[components.WaitForUser]\nmachine = \"Speaker.scxml\"\ninterface = \"speaker.toml\"",
@@ -129,6 +131,11 @@ fn each_mistake_has_one_message() {
     let said = problems(&folder, "tour.toml");
     assert!(said.contains("the channel AnnounceArrival → Speaker carries no <say>"), "{said}");
     assert!(said.contains("Speaker does not publish <spoken>"), "{said}");
+    let without = SCENARIO.replace("interface = \"speaker.toml\"\n", "");
+    fs::write(folder.path().join("tour.toml"), without).unwrap();
+    let said = problems(&folder, "tour.toml");
+    assert!(said.contains("Speaker cannot be asked anything: its `interface` has what it can be asked"), "{said}");
+    assert!(said.contains("Speaker publishes nothing: its `interface` has what it publishes"), "{said}");
 }
 
 /// The client waits in vain, and properties see no message.

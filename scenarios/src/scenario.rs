@@ -61,7 +61,7 @@ pub use file::{BehaviorEntry, BehaviorFiles, ScenarioFile};
 pub use find::{Found, FoundKind};
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
-pub use monitoring::{MachineMonitor, Monitoring, Watched};
+pub use monitoring::{MachineMonitor, Monitoring, Watched, named_like_a_general_one};
 pub use offer::{Offer, OfferMessage};
 pub use offered::OfferedComponents;
 pub use premises::{Premises, PremisesEntry, Sites, Start};

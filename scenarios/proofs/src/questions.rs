@@ -3,7 +3,9 @@
 use diagnostics::Problem;
 use scenarios::Complaints;
 use scenarios::names::unknown;
-use scenarios::scenario::{ALL_REACHED, GENERAL, Monitoring, PROGRESS, ProofOutcome, Scenario};
+use scenarios::scenario::{
+    ALL_REACHED, GENERAL, Monitoring, PROGRESS, ProofOutcome, Scenario, named_like_a_general_one,
+};
 
 /// A property to be proved.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,10 +42,8 @@ pub(super) fn of(
     let monitors = monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
     let monitors: Vec<(&str, Subject)> = monitors.zip((0..).map(Subject::Monitor)).collect();
     let general = [(PROGRESS, Subject::Progress), (ALL_REACHED, Subject::AllReached)];
-    for (name, _) in monitors.iter().filter(|(name, _)| GENERAL.contains(name)) {
-        let problem = Problem::new(format!("a property to be proved cannot be called `{name}`"));
-        complaints
-            .push(problem.with_help(format!("every proof has a property `{name}`; choose another name for this one")));
+    for (watched, _) in monitoring.monitors().iter().filter(|(watched, _)| GENERAL.contains(&watched.name.as_str())) {
+        complaints.push(named_like_a_general_one(&watched.name, &watched.place));
     }
     let known: Vec<(&str, Subject)> = monitors.into_iter().chain(general).collect();
     check_names(scenario, &known, only, complaints);

@@ -19,7 +19,7 @@ use remote::{FromNode, Offered, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
-use scenarios::scenario::{Behavior, Monitoring, STEP, Scenario, TreeIds};
+use scenarios::scenario::{Behavior, GENERAL, Monitoring, STEP, Scenario, TreeIds};
 use scenarios::{Complaints, Error};
 
 use self::judged::Judged;
@@ -518,8 +518,12 @@ fn monitoring(scenario: &Scenario, system: &ChannelSystem) -> Result<Arc<Monitor
     let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
     let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
     let stop = &scenario.file.stop;
+    let prove = &scenario.file.prove;
+    let proved = prove.properties.iter().chain(prove.expect.iter().map(|(name, _)| name));
+    let proved = proved.filter(|name| !GENERAL.contains(&name.value.as_str()));
     let named =
         expected.chain(stop.on_violation.names()).chain(stop.when_settled.names()).chain(stop.final_for.names());
+    let named = named.chain(proved);
     let is_missing =
         |name: &&diagnostics::Spanned<String>| !known().any(|other| other == name.value) && scenario.file.means(name);
     for name in named.filter(is_missing) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use devices::{DeviceKind, DeviceSettings};
 use diagnostics::document::{Referent, Table};
-use diagnostics::{Span, Spanned};
+use diagnostics::{Span, Spanned, did_you_mean};
 use programs::Limits;
 use serde_json::{Value, json};
 
@@ -93,7 +93,9 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
             "A component that answers others: an SCXML machine, a program, nodes of ROS 2, or a device of the world.";
         let entry = table.table(name).about(about).rules(one_form).named_after(Referent::Component);
         let Some(entry) = entry.optional() else { continue };
-        let runs = read_runs(&entry, name, span);
+        let others = table.keys().map(|(other, _)| other).filter(|other| *other != name);
+        let near = did_you_mean(name, others);
+        let runs = read_runs(&entry, (name, span), near);
         let data = read_data(
             entry,
             "The initial value of `<data id=\"ID\">`; for a program, a value that it receives when it starts.",
@@ -155,7 +157,8 @@ pub(super) fn forms() -> impl Iterator<Item = Form> {
     [machine, ("program", None, "program", program), remote].into_iter().chain(DeviceKind::ALL.into_iter().map(device))
 }
 
-fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
+/// `near` is advice in case that the name of another component was meant.
+fn read_runs(entry: &Table<'_>, (name, span): (&str, &Span), near: Option<String>) -> Option<RunsEntry> {
     let machine = path(*entry, "machine", "The file of its machine.").refers_to(Referent::File(&["scxml"])).optional();
     let command = entry.get("program").words(STRINGS).spanned().about(
         "A program instead of a machine: a path relative to the folder of the file that sets it or a name on the \
@@ -191,8 +194,8 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
         }
         [] => {
             let problem = span.problem(format!("the component `{name}` has nothing to run"));
-            let help = "give it a `machine`, a `program`, a `ros` namespace or a `builtin` device";
-            entry.report(problem.with_label("this component").with_help(help));
+            let help = || "give it a `machine`, a `program`, a `ros` namespace or a `builtin` device".to_owned();
+            entry.report(problem.with_label("this component").with_help(near.unwrap_or_else(help)));
             return None;
         }
     }

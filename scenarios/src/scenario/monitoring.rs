@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use channels::{Monitor, Topology};
-use diagnostics::Span;
+use diagnostics::{Problem, Span};
 use monitors::{Property, ScopeMonitor, Warnings, scope_monitor};
 use recording::Graph;
 use roaml::Model;
@@ -16,6 +16,7 @@ use skills::Chart;
 
 use super::expectations;
 use super::file::ScenarioFile;
+use super::prove::GENERAL;
 use super::ready_made::{ReadyMade, ReadyMadeKind};
 use crate::error::{Complaints, Error};
 
@@ -90,14 +91,14 @@ impl Monitoring {
             for mut property in loaded.properties {
                 // The text of one that is no file's was made of what the scenario says there.
                 property.place = property.place.filter(|_| index < file.properties.len());
-                check_name(&property, place, &mut complaints);
+                check_name(&property, place, file, &mut complaints);
                 made.add(property, place, &mut complaints);
             }
             made.warnings.extend(Some(loaded.warnings).filter(|warnings| !warnings.is_empty()));
         }
         for (index, entry) in file.monitors.iter().enumerate() {
             if let Some(property) = ready_made(entry, watching.get(&index), topology, &mut complaints) {
-                check_name(&property, &entry.span, &mut complaints);
+                check_name(&property, &entry.span, file, &mut complaints);
                 made.add(property, &entry.span, &mut complaints);
             }
         }
@@ -144,14 +145,26 @@ impl Monitoring {
     }
 }
 
-/// Reports a property whose outcome no scenario could expect: in `[expect]`, its name means something else.
-fn check_name(property: &Property, place: &Span, complaints: &mut Complaints) {
+/// Reports a property whose outcome no scenario could expect: in `[expect]` or in a proof, its name means something
+/// else.
+fn check_name(property: &Property, place: &Span, file: &ScenarioFile, complaints: &mut Complaints) {
     let name = &property.name;
+    let place = property.place.as_ref().unwrap_or(place);
+    if file.prove.is_said() && GENERAL.contains(&name.as_str()) {
+        complaints.push(named_like_a_general_one(name, place));
+    }
     if expectations::KEYS.contains(&name.as_str()) {
-        let place = property.place.as_ref().unwrap_or(place);
         let problem = place.problem(format!("a property cannot be called `{name}`")).with_label("this property");
         complaints.push(problem.with_help(format!("`expect.{name}` means something else; choose another name")));
     }
+}
+
+/// The problem of a property with the name of one that every proof has.
+#[must_use]
+pub fn named_like_a_general_one(name: &str, place: &Span) -> Problem {
+    let problem = place.problem(format!("a property to be proved cannot be called `{name}`"));
+    let help = format!("every proof has a property `{name}`; choose another name for this one");
+    problem.with_label("this property").with_help(help)
 }
 
 /// An entry of the scenario's `[[monitors]]`, with its machine if one could be loaded.

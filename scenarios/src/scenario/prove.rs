@@ -290,6 +290,11 @@ impl ProveEntry {
         })
     }
 
+    /// Whether the scenario says anything about proofs of its own properties.
+    pub(super) fn is_said(&self) -> bool {
+        !self.properties.is_empty() || !self.expect.is_empty() || !self.components.is_empty()
+    }
+
     /// Replaces components by machines.
     pub(super) fn put_stand_ins(&self, components: &mut [ComponentEntry]) -> Result<(), Error> {
         let mut complaints = Complaints::default();

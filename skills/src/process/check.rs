@@ -185,11 +185,20 @@ impl<'a> Check<'a> {
         let head = event.literal()?;
         if shapes_of(domain, head).next().is_none() {
             let name = &self.wiring.name;
-            let (message, what) = match target.and_then(Attribute::literal) {
-                Some(peer) => (format!("the channel {name} → {peer} carries no <{head}>"), "its messages"),
-                None => (format!("{name} does not publish <{head}>, and the message has no target"), "its topics"),
+            let (message, what, none) = match target.and_then(Attribute::literal) {
+                Some(peer) => (
+                    format!("the channel {name} → {peer} carries no <{head}>"),
+                    "its messages",
+                    format!("{peer} cannot be asked anything: its `interface` has what it can be asked"),
+                ),
+                None => (
+                    format!("{name} does not publish <{head}>, and the message has no target"),
+                    "its topics",
+                    format!("{name} publishes nothing: its `interface` has what it publishes"),
+                ),
             };
-            let help = nearest_or_all(head, what, &heads(domain));
+            let known = heads(domain);
+            let help = if known.is_empty() { none } else { nearest_or_all(head, what, &known) };
             self.problems.push(Problem::new(message).at(event.span, "unknown message").with_help(help));
             return None;
         }
