@@ -274,7 +274,7 @@ fn what_cannot_be_proved_is_reported_with_a_remedy() {
     std::fs::write(&machine, text.replace("_event.data.level >", "2 * _event.data.level >"))
         .expect("room for a machine");
     let said = refused(&[&format!("leaves.BatteryLevel.machine='{}'", machine.display())]);
-    assert!(said.contains("the machine computes with a level, which a proof cannot follow"), "{said}");
+    assert!(said.contains("the machine computes with a number, which a proof cannot follow"), "{said}");
     assert!(said.contains("BatteryLevel.scxml"), "{said}");
 }
 

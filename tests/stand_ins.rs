@@ -100,6 +100,26 @@ fn a_component_may_answer_anything_at_any_tick() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
 }
 
+/// A proof of one property says nothing about another one.
+#[test]
+fn a_property_that_compares_a_text_that_is_not_known_is_refused_alone() {
+    let same = "same = \"always ((Pick, Arm, request = <pick.goal> and what as w) \
+                implies eventually (Arm, Pick, label = w))\"\n";
+    let folder =
+        application(&SCENARIO.replace("\"cup\"", "\"{what}\"").replace("[prove]\n", &format!("{same}[prove]\n")));
+    let arm = ARM.replace("real[]", "real").replace("colour =", "label = \"text\", colour =");
+    let pick = "<Script code=\"cup := 'cup' .. 5\"/><Action ID=\"Pick\" what=\"{cup}\"/>";
+    let tree = TREE.replace("<Action ID=\"Pick\"/>", pick);
+    assert_ne!(tree, TREE);
+    for (name, text) in [("arm.toml", &arm), ("tree.xml", &tree)] {
+        fs::write(folder.path().join(name), text).expect("room for a file");
+    }
+    assert_eq!(outcome(&prove(folder.path(), &["--property", "light"]), "light"), "violated");
+    let said = refusal(&["prove", &at(folder.path(), "arms.toml"), "--property", "same"]);
+    let flat = said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ");
+    assert!(flat.contains("the property same compares `label` of Arm with a text that is not known"), "{said}");
+}
+
 /// The stand-in as a component of its own: what is proved of it holds in its runs, and what is violated is in some.
 #[test]
 fn in_runs_the_scheduler_chooses() {

@@ -13,7 +13,7 @@ use crate::{Chart, Datum};
 
 /// How to fix a machine that computes with a quantity.
 const WAY_OUT: &str =
-    "compare it with constants and continue with the result; a proof distinguishes levels only by such comparisons";
+    "compare it with constants and continue with the result; a proof distinguishes numbers only by such comparisons";
 
 impl Chart {
     /// The constants with which the machine compares a quantity that events carry as `_event.data.FIELD`, in no
@@ -151,7 +151,7 @@ impl<'a> Following<'a> {
                     if self.is_quantity(this) {
                         match self.constants(other) {
                             Some(constants) => self.thresholds.extend(constants),
-                            None => self.refuse(place, "compares a level with something that is not constant", "here"),
+                            None => self.refuse(place, "compares a number with something that is not constant", "here"),
                         }
                     } else {
                         self.follow(this, place);
@@ -162,8 +162,8 @@ impl<'a> Following<'a> {
             Expr::Unary(UnaryOp::Not, part) => self.follow(part, place),
             Expr::Logic(_, parts) => parts.iter().for_each(|part| self.follow(part, place)),
             Expr::Choice(parts) => parts.iter().for_each(|part| self.follow(part, place)),
-            Expr::Event | Expr::EventField(_) => self.refuse(place, "keeps an entire event with a level", "here"),
-            _ => self.refuse(place, "computes with a level", "this is computed from it"),
+            Expr::Event | Expr::EventField(_) => self.refuse(place, "keeps an entire event with a number", "here"),
+            _ => self.refuse(place, "computes with a number", "this is computed from it"),
         }
     }
 
@@ -286,7 +286,7 @@ impl<'a> Following<'a> {
 
     fn pass_on(&mut self, value: &Expr, place: SourceSpan) {
         if self.carries(value) {
-            self.refuse(place, "passes a level on", "this is sent");
+            self.refuse(place, "passes a number on", "this is sent");
         } else {
             self.follow(value, place);
         }
@@ -294,7 +294,7 @@ impl<'a> Following<'a> {
 
     fn keep_out(&mut self, value: &Expr, place: SourceSpan) {
         if self.carries(value) {
-            self.refuse(place, "computes with a level", "this is computed from it");
+            self.refuse(place, "computes with a number", "this is computed from it");
         } else {
             self.follow(value, place);
         }
@@ -342,16 +342,16 @@ mod tests {
     fn anything_more_than_a_comparison_is_refused_with_its_location() {
         let refused = |data: &str, body: &str| thresholds(data, body).expect_err(body).join("; ");
         let sum = refused("", r#"<transition event="a" cond="_event.data.level + 1 &gt; 30"/>"#);
-        assert_eq!(sum, "the machine computes with a level, which a proof cannot follow");
+        assert_eq!(sum, "the machine computes with a number, which a proof cannot follow");
         let open =
             refused(r#"<data id="open" expr="1"/>"#, r#"<transition event="a" cond="_event.data.level &gt; open"/>"#);
-        assert!(open.contains("compares a level with something that is not constant"), "{open}");
+        assert!(open.contains("compares a number with something that is not constant"), "{open}");
         let sent = r#"<transition event="a"><send type="channel" target="X" event="e">
             <param name="p" expr="_event.data.level"/></send></transition>"#;
-        assert!(refused("", sent).contains("passes a level on"));
+        assert!(refused("", sent).contains("passes a number on"));
         let data = r#"<data id="sum" expr="0"/>"#;
         let script = r#"<transition event="a"><script>sum += _event.data.level</script></transition>"#;
-        assert!(refused(data, script).contains("computes with a level"));
+        assert!(refused(data, script).contains("computes with a number"));
     }
 
     #[test]

@@ -16,6 +16,13 @@ pub(super) fn check(scenario: &Scenario, topology: &Topology, monitor: &dyn Moni
     if carriers.is_empty() {
         return Ok(());
     }
+    let name = monitor.name();
+    if let Some(words) = scenario.samples.unfollowed.get(name) {
+        let problem = Problem::new(format!(
+            "the property {name} compares {words} with a text that is not known, which a proof cannot follow"
+        ));
+        return Err(problem.with_help("compare it with constants, or with what it is sent as"));
+    }
     let texts = Texts { topology, carriers };
     let is_followed = match (MachineMonitor::of(monitor), scope_monitor(monitor)) {
         (Some(machine), _) => !topology.channels().any(|id| texts.on(id) && machine.watches(id)),
@@ -29,7 +36,6 @@ pub(super) fn check(scenario: &Scenario, topology: &Topology, monitor: &dyn Moni
     let mut from: Vec<&str> = from.into_iter().filter(|from| *from != recording::TREE).collect();
     from.sort_unstable();
     from.dedup();
-    let name = monitor.name();
     let problem = Problem::new(format!(
         "the property {name} does more with texts from {} than a proof can follow",
         from.join(" and ")

@@ -102,6 +102,11 @@ impl Asking {
         Some(asking)
     }
 
+    /// What a problem of the machine is about: the only part that its author wrote as an expression, if there is one.
+    pub(super) fn place(&self) -> &Span {
+        self.success_when.as_ref().map_or(&self.asked.name.span, |when| &when.span)
+    }
+
     /// What cannot be done by a leaf of this kind, if it cannot.
     pub(super) fn misfit(&self, leaf: &Node) -> Option<&'static str> {
         let is_misfit = leaf.kind() == Kind::Condition && self.of == Subject::Action;

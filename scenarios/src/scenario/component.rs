@@ -286,7 +286,7 @@ impl FileReader<'_> {
     fn component_machine(&mut self, path: &Spanned<PathBuf>, data: &Data) -> Option<Skill> {
         let text = self.text(&path.span, "machine", &path.value)?;
         let machine = self.complaints.note(Chart::load(&path.value.display().to_string(), &text))?;
-        let mut skill = Skill { path: path.value.clone(), machine, data: BTreeMap::new() };
+        let mut skill = Skill { path: path.value.clone(), machine, place: None, data: BTreeMap::new() };
         skill.set_data(data).into_iter().for_each(|problem| self.complaints.push(problem));
         Some(skill)
     }

@@ -52,7 +52,7 @@ pub(super) fn machines(model: &Model) -> (BTreeMap<String, Skill>, BTreeMap<Stri
     let (mut skills, mut components) = (BTreeMap::new(), BTreeMap::new());
     for process in model.processes() {
         let machine = Arc::clone(process.machine.chart());
-        let skill = Skill { path: PathBuf::from(machine.file().name()), machine, data: BTreeMap::new() };
+        let skill = Skill { path: PathBuf::from(machine.file().name()), machine, place: None, data: BTreeMap::new() };
         if process.is_leaf {
             skills.insert(process.name, skill);
         } else {

@@ -7,7 +7,7 @@ use std::ptr;
 use std::sync::Arc;
 
 use bt::{Direction, Node, Source, Tree, Type};
-use diagnostics::Problem;
+use diagnostics::{Problem, Span};
 use skills::{Chart, Datum};
 
 use super::data::Data;
@@ -24,6 +24,8 @@ pub struct Skill {
     pub path: PathBuf,
     /// The machine.
     pub machine: Arc<Chart>,
+    /// Where the scenario describes the machine, if nobody wrote it.
+    pub(super) place: Option<Span>,
     /// By datum id: the values of the leaf's ports, or those that the scenario sets instead.
     pub(super) data: BTreeMap<String, Datum>,
 }
@@ -34,6 +36,13 @@ impl Skill {
     pub fn data_of<'a>(&'a self, machine: &'a Chart) -> impl Iterator<Item = (&'a str, Datum)> {
         let has = |id: &str| machine.parameters().any(|known| known == id);
         self.data.iter().filter(move |(id, _)| has(id)).map(|(id, value)| (id.as_str(), value.clone()))
+    }
+
+    /// A problem of the machine, where its author can mend it.
+    pub(super) fn at_its_place(&self, problem: Problem) -> Problem {
+        let Some(place) = &self.place else { return problem };
+        let moved = place.problem(problem.message()).with_label(problem.label_text().unwrap_or("here"));
+        moved.with_help_if(problem.help_text().map(str::to_owned))
     }
 
     /// Gives the machine its initial values. Returns a problem of each datum that it does not have.
@@ -96,7 +105,8 @@ impl FileReader<'_> {
             let Some((path, machine)) = self.machine_of(folder, tree, leaf, entry, &mut machines, &mut problems) else {
                 continue;
             };
-            let mut skill = Skill { path, machine, data: constant_ports(tree, leaf) };
+            let place = entry.and_then(|entry| entry.asking.as_ref()).map(|asking| asking.place().clone());
+            let mut skill = Skill { path, machine, place, data: constant_ports(tree, leaf) };
             if let Some(entry) = entry {
                 let unknown = skill.set_data(&entry.data);
                 // Said once of all leaves with this entry and machine.

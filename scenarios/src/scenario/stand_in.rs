@@ -52,6 +52,8 @@ pub struct Samples {
     pub others: BTreeMap<(String, String), usize>,
     /// Where in messages a text may be that such a component has chosen.
     pub carriers: Vec<Carrier>,
+    /// The properties that compare such texts with one that is not known, with these in words.
+    pub unfollowed: BTreeMap<String, String>,
 }
 
 impl<'a> StandIns<'a> {
@@ -114,7 +116,8 @@ impl<'a> StandIns<'a> {
             tried.tried.insert(key, values);
         }
         tried.carriers.clone_from(&self.texts.carriers);
-        Ok(Skill { path: PathBuf::from(file), machine, data: BTreeMap::new() })
+        tried.unfollowed.clone_from(&self.texts.unfollowed);
+        Ok(Skill { path: PathBuf::from(file), machine, place: None, data: BTreeMap::new() })
     }
 
     /// The values of a field, one for each case that anything distinguishes.

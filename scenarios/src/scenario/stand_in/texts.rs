@@ -47,6 +47,8 @@ pub(super) struct Chosen {
     /// How they are tried, by component and field.
     pub(super) tried: BTreeMap<(String, String), Tried>,
     pub(super) carriers: Vec<Carrier>,
+    /// The properties that compare chosen texts with one that is not known, with these in words.
+    pub(super) unfollowed: BTreeMap<String, String>,
 }
 
 /// Everything that may do something with a text.
@@ -189,6 +191,7 @@ struct Flow<'a> {
     /// Those that lists and objects keep.
     in_structures: BTreeSet<Choice>,
     questions: Vec<Question>,
+    unfollowed: BTreeMap<String, String>,
     problems: Vec<Problem>,
 }
 
@@ -203,6 +206,7 @@ impl<'a> Flow<'a> {
             kept: Vec::new(),
             in_structures: BTreeSet::new(),
             questions: Vec::new(),
+            unfollowed: BTreeMap::new(),
             problems: Vec::new(),
         }
     }
@@ -221,6 +225,9 @@ impl<'a> Flow<'a> {
                 break;
             }
         }
+        // Several leaves may have the same entry.
+        let mut known = BTreeSet::new();
+        self.problems.retain(|problem| known.insert(problem.one_line()));
         // Nothing bounds how many texts a list or an object keeps.
         let among = self.comparisons.among.iter().flat_map(|(one, other)| [*one, *other]);
         let many: BTreeSet<Choice> = among.filter(|choice| self.in_structures.contains(choice)).collect();
@@ -262,7 +269,7 @@ impl<'a> Flow<'a> {
         self.comparisons.join(found.comparisons);
         self.kept.extend(found.kept);
         self.in_structures.extend(found.in_structures);
-        self.problems.extend(found.problems);
+        self.problems.extend(found.problems.into_iter().map(|problem| skill.at_its_place(problem)));
     }
 
     fn tree(&mut self) {
@@ -298,12 +305,7 @@ impl<'a> Flow<'a> {
             }
             if related.is_open {
                 let words: Vec<&str> = related.chosen.iter().map(|choice| self.words[*choice].as_str()).collect();
-                let message = format!(
-                    "the property {property} compares {} with a text that is not known, which a proof cannot follow",
-                    words.join(" or ")
-                );
-                self.problems
-                    .push(Problem::new(message).with_help("compare it with constants, or with what it is sent as"));
+                self.unfollowed.insert(property.clone(), words.join(" or "));
             }
             for choice in &related.chosen {
                 self.comparisons.with.entry(*choice).or_default().extend(related.texts.iter().cloned());
@@ -342,7 +344,8 @@ impl<'a> Flow<'a> {
             to: Some(process.clone()),
             field: Some(port.clone()),
         });
-        Chosen { tried, carriers: carriers.into_iter().chain(ports).collect() }
+        let carriers = carriers.into_iter().chain(ports).collect();
+        Chosen { tried, carriers, unfollowed: self.unfollowed }
     }
 
     /// How many different texts of these choices may be told from each other at once: those that are kept, those that
