@@ -186,7 +186,10 @@ fn inputs_that_a_machine_does_not_read_give_a_warning() {
     assert_eq!(warned(), [unread("pace"), unread("speed")]);
     let machine = files.0.path().join("skills/GoTo.scxml");
     let text = std::fs::read_to_string(&machine).unwrap();
-    std::fs::write(machine, text.replace("_event.data.reason", "_event.data.pace")).unwrap();
+    let tick = "<transition event=\"BT.tick\" target=\"trip\"/>";
+    assert!(text.contains(tick), "{text}");
+    let read = tick.replace(" target", " cond=\"_event.data.pace != ''\" target");
+    std::fs::write(machine, text.replace(tick, &read)).unwrap();
     assert_eq!(warned(), [unread("speed")], "what comes with the tick can be read as its data, too");
 }
 

@@ -34,6 +34,7 @@ mod skill;
 mod snapshots;
 mod stand_in;
 mod stop;
+mod symbols;
 mod truth;
 mod world;
 
@@ -275,7 +276,7 @@ impl Scenario {
     pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
         let Behavior::Tree(tree) = &self.behavior else { return None };
         let mut concerns = skill::concerns(tree, &self.skills);
-        concerns.extend(asking::never_equal(tree, &self.file.leaves, &self.components));
+        concerns.extend(symbols::never_equal(tree, &self.file.leaves, &self.components));
         // Only the tree writes to its blackboard, and a fault may replace the machine of a leaf.
         concerns.extend(tree.unwritten_entries(&|leaf, port| {
             let skill = self.skills.get(leaf.process());

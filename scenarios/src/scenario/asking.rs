@@ -3,7 +3,6 @@
 mod check;
 mod machine;
 mod success;
-mod symbols;
 
 use std::time::Duration;
 
@@ -14,7 +13,6 @@ use serde_json::{Value, json};
 use skills::Datum;
 
 use self::success::SuccessWhen;
-pub(super) use self::symbols::never_equal;
 use super::data::{datum, scalar};
 use super::offer::Subject;
 use crate::error::Complaints;

@@ -84,6 +84,24 @@ impl Asking {
         }
     }
 
+    /// The field that is written to this port, in words, and its kind if there is a value. `offers` knows what a
+    /// component offers.
+    pub(in crate::scenario) fn written_to(
+        &self,
+        port: &str,
+        offers: &dyn Fn(&str) -> Option<Vec<Offer>>,
+    ) -> Option<(String, FieldKind)> {
+        let component = &self.asked.component.value;
+        let offers = offers(component)?;
+        let offer = offers.iter().find(|offer| offer.of == self.of && offer.name == self.asked.name.value)?;
+        let answers = self.outputs.iter().map(|written| (OfferMessage::Answer, written));
+        let mut written = answers.chain(self.feedback.iter().map(|written| (OfferMessage::Feedback, written)));
+        let (of, written) = written.find(|(_, written)| written.port.value == port)?;
+        let (name, kind) = offer.fields(of).find(|(name, _)| *name == written.field.value)?;
+        let kind = if let FieldKind::Optional(kind) = kind { kind } else { kind };
+        Some((format!("`{name}` of {component}"), kind.clone()))
+    }
+
     /// Reports ports of a leaf that do not fit what is offered: an input port that is not set though the request needs
     /// its value, and an output port that cannot have the value of its field.
     pub(in crate::scenario) fn port_misfits(
