@@ -76,6 +76,8 @@ pub struct Events<'r> {
     /// How many of the source's notes have been returned, and of what it says to be missing on topics.
     noted: usize,
     told_missing: usize,
+    /// Whether there may be gaps, grounds or notes that have not been returned.
+    has_news: bool,
     /// What comes before everything else.
     next: VecDeque<Found>,
     /// How many messages came too late, and the greatest delay.
@@ -193,6 +195,7 @@ impl<'r> Events<'r> {
             new_grounds: VecDeque::new(),
             noted: 0,
             told_missing: 0,
+            has_news: true,
             next: VecDeque::new(),
             late: (0, 0),
         }
@@ -255,6 +258,7 @@ impl<'r> Events<'r> {
     /// Reads the next message, and puts what it becomes in order. Returns whether there was one.
     fn fill(&mut self) -> bool {
         let received = self.source.receive(&mut self.body);
+        self.has_news = true;
         self.may_be_new |= !matches!(received, Received::Message(_));
         let head = match received {
             Received::Message(head) => head,
@@ -538,6 +542,7 @@ impl<'r> Events<'r> {
     }
 
     fn leave_out(&mut self, topic: usize, index: usize, reason: Reason, first: String) {
+        self.has_news = true;
         let (channel, entry) = &self.compiled.entries[topic][index];
         // Of bytes that do not fit, nobody knows how many items they should have been.
         let each = entry.as_ref().ok().and_then(|entry| entry.each.as_ref().map(|(_, each)| each.clone()));
@@ -603,6 +608,23 @@ impl<'r> Events<'r> {
         self.new_grounds.pop_front()
     }
 
+    /// The next gap, ground or note. New ones come only with what is read, or left out.
+    fn news(&mut self) -> Option<Found> {
+        if !self.has_news {
+            return None;
+        }
+        if let Some(gap) = self.new_gap() {
+            return Some(Found::LeftOut(gap));
+        }
+        if let Some((channel, ground)) = self.new_ground() {
+            return Some(Found::Vouched(channel, ground));
+        }
+        let note = self.source.notes().get(self.noted).cloned();
+        self.noted += usize::from(note.is_some());
+        self.has_news = note.is_some();
+        note.map(Found::Noted)
+    }
+
     /// The next tick, if it is due by this time.
     fn tick(&mut self, by_ns: i64) -> Option<Found> {
         let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
@@ -630,15 +652,8 @@ impl Iterator for Events<'_> {
             if let Some(found) = self.next.pop_front() {
                 return Some(found);
             }
-            if let Some(gap) = self.new_gap() {
-                return Some(Found::LeftOut(gap));
-            }
-            if let Some((channel, ground)) = self.new_ground() {
-                return Some(Found::Vouched(channel, ground));
-            }
-            if let Some(note) = self.source.notes().get(self.noted) {
-                self.noted += 1;
-                return Some(Found::Noted(note.clone()));
+            if let Some(news) = self.news() {
+                return Some(news);
             }
             // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the
             // end. Ticks that are due before it come first; its time is at least that of what has been returned.

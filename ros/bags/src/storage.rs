@@ -211,7 +211,7 @@ pub struct Messages {
     units: Vec<(usize, usize)>,
     /// How many messages of each channel have been read of each file.
     read: Vec<BTreeMap<u16, u64>>,
-    merge: Option<Merge>,
+    merge: Option<Box<Merge>>,
     readers: BTreeMap<usize, StorageReader>,
     survey: Survey,
     wanted: Wanted,
@@ -278,8 +278,8 @@ impl Messages {
     }
 
     /// Finds the units of all files.
-    fn begin(&mut self) -> Merge {
-        let mut merge = Merge::default();
+    fn begin(&mut self) -> Box<Merge> {
+        let mut merge = Box::<Merge>::default();
         for (number, file) in self.files.iter().enumerate() {
             let plan = file.plan().unwrap_or_else(|error| {
                 self.aside.lost.push(error.to_string());

@@ -28,7 +28,8 @@ const PRIVATE: u8 = 0x80;
 const DATA_END: u64 = 4;
 const FOOTER: u64 = 20;
 
-/// The number of bytes in a message's record before its data.
+/// The number of bytes in a record before its content, and of a message's content before its data.
+const RECORD_HEAD: usize = 1 + 8;
 const MESSAGE_HEAD: u64 = 22;
 
 /// The number of bytes in the record of an index before its entries, and of each of these.
@@ -191,8 +192,11 @@ impl Walk {
             self.file.seek(SeekFrom::Start(at)).ok()?;
             let (kind, length) = record_head(&mut self.file).ok()??;
             read_body(&mut self.file, length.min(LONGEST), &mut body).ok()?;
-            let Ok(Record::MessageIndex(index)) = parse_record(kind, &body) else { return None };
-            let times = || index.records.iter().map(|entry| entry.log_time);
+            // The channel, and the number of bytes in what follows: the time and the place of each message.
+            let (head, entries) = body.split_first_chunk::<{ INDEX_HEAD as usize }>()?;
+            let size = u32::from_le_bytes([head[2], head[3], head[4], head[5]]) as usize;
+            let entries = entries.get(..size).filter(|_| kind == op::MESSAGE_INDEX)?.chunks_exact(INDEX_ENTRY as usize);
+            let times = || entries.clone().filter_map(|entry| Some(u64::from_le_bytes(*entry.first_chunk()?)));
             times().min().zip(times().max())
         };
         Some((times(first)?.0, times(last)?.1))
@@ -557,19 +561,17 @@ impl Known {
         chooses: &mut impl Chooses,
         body: &mut Vec<u8>,
     ) -> io::Result<(WalkStep, u64)> {
+        // Nearly every record is a message, and in the buffer as a whole.
+        if let Some((length, head)) = message_in(input.fill_buf()?) {
+            input.consume(RECORD_HEAD + MESSAGE_HEAD as usize);
+            return Ok((self.message(head, length - MESSAGE_HEAD, input, chooses, body)?, length));
+        }
         let Some((kind, length)) = record_head(input)? else { return Ok((WalkStep::End, 0)) };
         let step = match kind {
             op::MESSAGE if length >= MESSAGE_HEAD => {
                 let mut head = [0; MESSAGE_HEAD as usize];
                 input.read_exact(&mut head)?;
-                let head = message_head(&head);
-                let (reading, rest) = (chooses(&head, &self.channels), length - MESSAGE_HEAD);
-                match reading {
-                    ReadDepth::Body => read_body(input, rest, body)?,
-                    ReadDepth::More => read_more(input, rest, body)?,
-                    ReadDepth::Nothing | ReadDepth::Head => input.pass(rest)?,
-                }
-                if reading == ReadDepth::Nothing { WalkStep::Other } else { WalkStep::Message(head, rest as usize) }
+                self.message(message_head(&head), length - MESSAGE_HEAD, input, chooses, body)?
             }
             op::SCHEMA | op::CHANNEL | op::METADATA if length <= LONGEST => {
                 let mut body = Vec::new();
@@ -594,6 +596,24 @@ impl Known {
             }
         };
         Ok((step, length))
+    }
+
+    /// Reads as much of a message as is wanted; this many bytes follow its head.
+    fn message(
+        &self,
+        head: MessageHeader,
+        rest: u64,
+        input: &mut (impl BufRead + Pass),
+        chooses: &mut impl Chooses,
+        body: &mut Vec<u8>,
+    ) -> io::Result<WalkStep> {
+        let reading = chooses(&head, &self.channels);
+        match reading {
+            ReadDepth::Body => read_body(input, rest, body)?,
+            ReadDepth::More => read_more(input, rest, body)?,
+            ReadDepth::Nothing | ReadDepth::Head => input.pass(rest)?,
+        }
+        Ok(if reading == ReadDepth::Nothing { WalkStep::Other } else { WalkStep::Message(head, rest as usize) })
     }
 }
 
@@ -654,7 +674,7 @@ fn record_head(input: &mut impl BufRead) -> io::Result<Option<(u8, u64)>> {
     if input.fill_buf()?.is_empty() {
         return Ok(None);
     }
-    let mut head = [0; 1 + 8];
+    let mut head = [0; RECORD_HEAD];
     input.read_exact(&mut head)?;
     let [kind, length @ ..] = head;
     Ok(Some((kind, u64::from_le_bytes(length))))
@@ -682,8 +702,17 @@ fn read_more(input: &mut impl BufRead, length: u64, bytes: &mut Vec<u8>) -> io::
     Err(io::ErrorKind::UnexpectedEof.into())
 }
 
+/// The length of the record that begins here, and the head of its message, if it is one.
+fn message_in(bytes: &[u8]) -> Option<(u64, MessageHeader)> {
+    let [kind, length @ ..] = bytes.first_chunk::<RECORD_HEAD>()?;
+    let length = u64::from_le_bytes(*length);
+    let head = bytes[RECORD_HEAD..].first_chunk()?;
+    (*kind == op::MESSAGE && length >= MESSAGE_HEAD).then(|| (length, message_head(head)))
+}
+
 fn message_head(bytes: &[u8; MESSAGE_HEAD as usize]) -> MessageHeader {
-    let number = |from: usize| u64::from_le_bytes(std::array::from_fn(|place| bytes[from + place]));
+    // An array that is made byte by byte takes a hundred instructions more.
+    let number = |from: usize| bytes[from..].first_chunk().map_or(0, |number| u64::from_le_bytes(*number));
     MessageHeader {
         channel_id: u16::from_le_bytes([bytes[0], bytes[1]]),
         sequence: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
