@@ -206,7 +206,7 @@ impl Source for Following {
                 }
                 Received::Over => {
                     if let Some((_, reader)) = self.current.take() {
-                        reader.compare(&self.wanted, &mut self.survey);
+                        reader.finish(&self.wanted, &mut self.survey);
                     }
                 }
                 _ => {

@@ -161,12 +161,19 @@ impl McapFollower {
 }
 
 impl McapFollower {
-    /// Compares how many messages have been read with how many the file counts, if it does so by now.
-    pub(super) fn compare(&self, wanted: &Wanted, survey: &mut Survey) {
-        let Ok(mut walk) = Walk::open(&self.walk.path) else { return };
-        let Some(summary) = walk.summary() else { return };
-        let found = self.seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
-        wanted.compare(&self.walk.path, &walk.known.channels, [&summary.counts, &found], survey);
+    /// Now that it is over, adds the wanted topics that the file lists, with or without messages, and compares how many
+    /// messages have been read with how many it counts, if it does so by now.
+    pub(super) fn finish(&self, wanted: &Wanted, survey: &mut Survey) {
+        let summed_up =
+            Walk::open(&self.walk.path).ok().and_then(|mut walk| Some((walk.summary()?, walk.known.channels)));
+        let listed = summed_up.iter().flat_map(|(_, channels)| channels.values());
+        for topic in self.walk.known.channels.values().chain(listed) {
+            wanted.index(topic, survey);
+        }
+        if let Some((summary, channels)) = summed_up {
+            let found = self.seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
+            wanted.compare(&self.walk.path, &channels, [&summary.counts, &found], survey);
+        }
     }
 }
 
