@@ -6,7 +6,6 @@ use std::fs;
 use std::rc::Rc;
 
 use bags::{Bag, BagWriter, Definition, Events, Found, Ground, Head, Received, Recorder, Source, Survey, Topic};
-use channels::ChannelId;
 use proptest::prelude::*;
 
 use crate::messages::{TF, TWIST, tf, twist};
@@ -38,6 +37,7 @@ enum Step {
 /// A source that is made up: it does these steps, and then is over.
 struct MadeUp {
     steps: std::vec::IntoIter<Step>,
+    counts_losses: bool,
     is_losing: bool,
     now_ns: i64,
     survey: Survey,
@@ -46,12 +46,13 @@ struct MadeUp {
 }
 
 impl MadeUp {
-    fn new(steps: Vec<Step>) -> Self {
+    fn new(steps: Vec<Step>, counts_losses: bool) -> Self {
         let mut survey = Survey::default();
         survey.add(topic(0));
         let start_ns = 1_700_000_000_000_000_000;
         Self {
             steps: steps.into_iter(),
+            counts_losses,
             is_losing: false,
             now_ns: start_ns,
             survey,
@@ -139,6 +140,10 @@ impl Source for MadeUp {
 
     fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    fn counts_losses(&self) -> bool {
+        self.counts_losses
     }
 }
 
@@ -228,6 +233,7 @@ proptest! {
         steps in prop::collection::vec(step(), 0..40),
         reorder_s in prop::sample::select(vec!["0", "0.1", "1"]),
         times in prop::sample::select(vec!["log", "publish"]),
+        counts_losses in any::<bool>(),
     ) {
         let text = format!(
             "tick_s = 0.25\nreorder_s = {reorder_s}\ntime = \"{times}\"\n[[messages]]\ntopic = \"/a\"\nfrom = \"a\"\n\
@@ -236,7 +242,7 @@ proptest! {
         );
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("run.mcap");
-        let (file, source) = (fs::File::create(&path).expect("a file"), MadeUp::new(steps));
+        let (file, source) = (fs::File::create(&path).expect("a file"), MadeUp::new(steps, counts_losses));
         let survey = source.survey().clone();
         let writer = Rc::new(RefCell::new(BagWriter::begin(file).expect("room for a file")));
         let source = Box::new(Told(Recorder::new(source, Rc::clone(&writer))));
@@ -244,6 +250,8 @@ proptest! {
         writer.borrow_mut().finish().expect("room for the end");
         let bag = Bag::open(&path).expect("a bag");
         let messages = Box::new(bag.messages_on(mapping(&text).topics()));
+        // Also if none was lost.
+        prop_assert!(messages.counts_losses() || !counts_losses);
         prop_assert_eq!(live, events(messages, bag.survey(), &text));
     }
 }

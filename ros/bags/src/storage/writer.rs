@@ -85,9 +85,16 @@ impl<W: Write + Seek> BagWriter<W> {
         Ok(channel)
     }
 
+    /// Such notes may come.
+    fn announce(&mut self, name: &'static str) {
+        if let Err(error) = self.topic_of_notes(name) {
+            self.failed.get_or_insert(io::Error::other(error));
+        }
+    }
+
     /// What a source says beside its messages.
     fn note(&mut self, name: &'static str, at_ns: i64, text: &str) {
-        let channel = self.notes.get(name).copied().map_or_else(|| self.topic_of_notes(name), Ok);
+        let channel = self.topic_of_notes(name);
         let mut body = CdrWriter::reusing(Vec::new());
         body.text(text);
         let at_ns = at_ns.max(self.newest_ns);
@@ -95,6 +102,9 @@ impl<W: Write + Seek> BagWriter<W> {
     }
 
     fn topic_of_notes(&mut self, name: &'static str) -> Result<u16, mcap::McapError> {
+        if let Some(channel) = self.notes.get(name) {
+            return Ok(*channel);
+        }
         let schema = self.writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")?;
         let channel = self.writer.add_channel(schema, name, "cdr", &BTreeMap::new())?;
         self.notes.insert(name, channel);
@@ -137,6 +147,10 @@ pub struct Recorder<S, W: Write + Seek> {
 impl<S: Source, W: Write + Seek> Recorder<S, W> {
     /// Writes the messages of a source. The file is ended by [`BagWriter::finish`].
     pub fn new(source: S, writer: Rc<RefCell<BagWriter<W>>>) -> Self {
+        if source.counts_losses() {
+            // The file counts them, too, even if it has none.
+            writer.borrow_mut().announce(MISSING);
+        }
         Self {
             source,
             writer,
