@@ -324,7 +324,7 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
     let text = |key, about| table.text(key).about(about).spanned();
     let topic = text("topic", "The topic, also of a service or an action: `/go/_action/status`. Without `/` at its beginning, it is within the \
                          namespace of each robot that `--robot` names.").required();
-    let about = "The type of the messages. With it, `watch` need not wait until the topic exists, nor `--follow` for its first message.";
+    let about = "The type of the messages. With it, `watch` need not wait until the topic exists, nor `--follow` for its first message. Of a topic with several types, messages of the others are left out.";
     let kind = text("type", about).refers_to(Referent::MessageType).optional();
     let from = text("from", "The process that sends.").refers_to(Referent::Process).required();
     let to = text("to", "The process that receives.").refers_to(Referent::Process).required();

@@ -166,3 +166,24 @@ fn a_condition_on_a_value_that_a_field_never_has_is_refused() {
     let all: Vec<String> = never.into_iter().chain(others).map(problems).collect();
     insta::assert_snapshot!(all.concat());
 }
+
+#[test]
+fn of_a_topic_with_several_types_an_entry_with_a_type_is_for_the_messages_of_that_type() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = ("p/msg/Other", "float64 x\n");
+    let messages = [("/a", TWIST, 0, twist(0.5)), ("/a", other, 1, [vec![0, 1, 0, 0], vec![0; 8]].concat())];
+    let bag = bag_of(folder.path(), &messages);
+    let entry = |kind: &str, to: &str, path: &str| {
+        format!("[[messages]]\ntopic = \"/a\"\ntype = \"{kind}\"\nfrom = \"a\"\nto = \"{to}\"\nfields.x = \"{path}\"\n")
+    };
+    let twists = entry(TWIST.0, "b", "linear.x");
+    let (lines, notes) = read_with(&bag, &twists);
+    assert_eq!(lines[1..], ["0 ms: 0, tick 0", "0 ms: 1, tick 0: a → b [0.5]"], "{lines:?}");
+    let left_out =
+        "1 message on /a is left out: the mapping does not fit the topic; the first: the messages on /a are of";
+    assert_eq!(notes, [format!("{left_out} p/msg/Other")]);
+    // Both can be mapped.
+    let (lines, notes) = read_with(&bag, &(twists + &entry("p/msg/Other", "c", "x")));
+    assert_eq!(lines.last().map(String::as_str), Some("1 ms: 2, tick 0: a → c [0.0]"), "{lines:?}");
+    assert_eq!(notes, [""; 0]);
+}

@@ -16,7 +16,7 @@ pub(crate) fn written(messages: &[Written<'_>], options: mcap::WriteOptions) -> 
     let mut writer = options.compression(None).profile("ros2").create(&mut bytes).expect("a writer");
     let mut channels = BTreeMap::new();
     for (sequence, (topic, (kind, definition), ms, data)) in messages.iter().enumerate() {
-        let channel_id = *channels.entry(topic).or_insert_with(|| {
+        let channel_id = *channels.entry((topic, kind)).or_insert_with(|| {
             let schema = writer.add_schema(kind, "ros2msg", definition.as_bytes()).expect("a schema");
             writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).expect("a channel")
         });

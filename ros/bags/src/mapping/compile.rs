@@ -193,6 +193,11 @@ impl Compiled {
     }
 }
 
+/// Of which type the messages on a topic are, in words.
+fn of_type(topic: &Topic) -> String {
+    format!("the messages on {} are of {}", topic.name, topic.kind)
+}
+
 impl Mapped {
     /// The topic as the mapping describes it.
     fn promised(&self) -> Option<Topic> {
@@ -237,8 +242,9 @@ impl Mapping {
         for (mapped, made, shape) in found {
             let Some(channel) = channel_of(mapped, &shape, &topology, &mut problems) else { continue };
             for (topic, mut entry) in made {
-                problems.extend(entry.suit(mapped, &shape, &topology.get(channel).domain).err());
-                entries[topic].push((channel, Ok(entry)));
+                let domain = &topology.get(channel).domain;
+                problems.extend(entry.as_mut().ok().and_then(|entry| entry.suit(mapped, &shape, domain).err()));
+                entries[topic].push((channel, entry));
             }
         }
         FileProblems::none_of(problems)?;
@@ -270,14 +276,24 @@ impl Mapping {
         definitions: &Definitions<'_>,
         on_board: &mut BTreeSet<String>,
         problems: &mut Vec<Problem>,
-    ) -> Option<(Vec<(usize, CompiledEntry)>, Shape)> {
+    ) -> Option<(Vec<(usize, Result<CompiledEntry, String>)>, Shape)> {
         let all = &definitions.survey.topics;
         let topics = all.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
+        let is_of = |mapped: &Mapped, topic: &Topic| mapped.kind.as_ref().is_none_or(|kind| kind.value == topic.kind);
+        let has_type = topics.clone().any(|(_, topic)| is_of(mapped, topic));
         // The last type decides the shape; messages of another one that do not fit are left out when they are read.
         let (mut entries, mut shape) = (Vec::new(), None);
         for (index, topic) in topics {
+            // Messages of another type than that which is named are left out, unless another entry is for them.
+            if has_type && !is_of(mapped, topic) {
+                let mut others = self.messages.iter().filter(|other| other.topic.value == topic.name);
+                if !others.any(|other| is_of(other, topic)) {
+                    entries.push((index, Err(of_type(topic))));
+                }
+                continue;
+            }
             let (entry, of_entry) = self.entry_for(mapped, topic, definitions, on_board, problems)?;
-            entries.push((index, entry));
+            entries.push((index, Ok(entry)));
             shape = Some(of_entry);
         }
         if shape.is_none()
@@ -310,7 +326,7 @@ impl Mapping {
         problems: &mut Vec<Problem>,
     ) -> Option<(CompiledEntry, Shape)> {
         if let Some(kind) = mapped.kind.as_ref().filter(|kind| kind.value != topic.kind) {
-            let problem = kind.span.problem(format!("the messages on {} are of {}", topic.name, topic.kind));
+            let problem = kind.span.problem(of_type(topic));
             problems.push(problem.with_label("another type"));
             return None;
         }
