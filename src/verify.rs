@@ -213,6 +213,9 @@ fn verify_event_log(
         (None, LogError::Foreign { .. }) => {
             "correct the message; or name the scenario that the log is from: `--scenario NAME|FILE`"
         }
+        (None, LogError::AfterEnd { .. } | LogError::Backwards { .. }) => {
+            "check logs of several runs each in a file of its own"
+        }
         (None, _) => "each line of a log is one JSON object",
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
@@ -301,6 +304,7 @@ fn events_of<R: BufRead>(
     let (mut ahead, mut is_over) = (None, false);
     let mut unheard: BTreeSet<ChannelId> = topology.channels().collect();
     let (mut is_foreign, mut vouched) = (false, VecDeque::new());
+    let mut ends_early = Some("the log breaks off: its last line, which says how its run ended, is missing");
     std::iter::from_fn(move || {
         if ahead.is_none() && !is_over {
             match log.next_event() {
@@ -330,6 +334,13 @@ fn events_of<R: BufRead>(
                 }
                 GapMark::Ends(channel) => Found::Resumed(channel),
             }));
+        }
+        // One that is followed may only not have been written yet.
+        if ahead.is_none() && log.lacks_end() && interrupt::flow().is_continue() {
+            return ends_early.take().map(|why| {
+                gaps.borrow_mut().note(why);
+                Ok(Found::LeftOut(Gap::of_anything(why)))
+            });
         }
         ahead.take().map(|event| Ok(Found::Event(event)))
     })
@@ -560,6 +571,26 @@ mod tests {
         writeln!(file, "{}", level(11, 10.0)).expect("room for a line");
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");
+    }
+
+    #[test]
+    fn a_log_that_breaks_off_is_unsure_of_what_more_could_change() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let level = |step: u64, level: f64| {
+            format!(
+                r#"{{"step":{step},"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{{"sym":"ok"}},{level}]}}"#
+            )
+        };
+        let first =
+            [r#"{"scenario":"nominal","has_end":true}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
+        let judged = |file: &Path| verify_log(&args(file, "phi1"), file, None).expect("a readable log").verdict(0);
+        writeln!(file, "{}\n{}", first.join("\n"), level(1, 50.0)).expect("room for three lines");
+        assert_eq!(judged(file.path()), "unsure");
+        writeln!(file, r#"{{"end":"arrival","time_s":0.5}}"#).expect("room for a line");
+        assert_eq!(judged(file.path()), "satisfied");
+        let mut cut = tempfile::NamedTempFile::new().expect("a file");
+        writeln!(cut, "{}\n{}", first.join("\n"), level(1, 9.0)).expect("room for three lines");
+        assert_eq!(judged(cut.path()), "violated", "whatever came after it");
     }
 
     /// Such as those of a scenario that names a process otherwise.

@@ -47,6 +47,7 @@ pub(crate) fn recorded(scenario: &str, arguments: &[&str]) -> (Value, Vec<(f64, 
 pub(crate) fn messages(log: &Path) -> Vec<(f64, String)> {
     let text = std::fs::read_to_string(log).unwrap();
     let lines = text.lines().skip(1).map(|line| (serde_json::from_str::<Value>(line).unwrap(), line));
+    let lines = lines.filter(|(value, _)| value["end"].is_null());
     lines.filter_map(|(value, line)| Some((value["time_s"].as_f64()?, line.to_owned()))).collect()
 }
 

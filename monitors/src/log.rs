@@ -8,7 +8,7 @@
 //! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
 //! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the
 //! message before it. So has a message of the world, which is no step: instead, a tick says how many of these have
-//! come, `"world":7`.
+//! come, `"world":7`. If the first line has `"has_end":true`, the last one says how the run ended: `"end":"arrival"`.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -64,6 +64,12 @@ pub enum LogError {
         message: Message,
         /// What the channel carries.
         domain: Domain,
+    },
+    /// An event after the line with the end of the run.
+    #[error("line {line} of the log comes after the end of its run")]
+    AfterEnd {
+        /// The number of the line, counted from 1.
+        line: u64,
     },
     /// Lines are not in chronological order.
     #[error("line {line} of the log goes back in time: step {step}, tick {tick}, {} s", time.as_secs_f64())]
@@ -143,6 +149,9 @@ pub struct EventLog<R> {
     gaps: VecDeque<GapMark>,
     lacks_lines: bool,
     repeats_lines: bool,
+    /// Whether the log says that it has a line with the end of the run, and whether this has come.
+    has_end: bool,
+    is_ended: bool,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
     is_foreign: bool,
@@ -197,6 +206,8 @@ impl<R: BufRead> EventLog<R> {
             gaps: VecDeque::new(),
             lacks_lines: false,
             repeats_lines: false,
+            has_end: false,
+            is_ended: false,
             skipped: 0,
             is_foreign: false,
             recent: 0,
@@ -243,10 +254,16 @@ impl<R: BufRead> EventLog<R> {
     }
 
     /// Where the next gap before the last event, or at the end, begins or ends: one that the log names, or that lines
-    /// are missing or come twice, where steps or ticks are not consecutive for the first time. A log whose end is
-    /// missing cannot be recognized.
+    /// are missing or come twice, where steps or ticks are not consecutive for the first time. Whether the end of the
+    /// log is missing, [`lacks_end`](Self::lacks_end) tells.
     pub fn next_gap_mark(&mut self) -> Option<GapMark> {
         self.gaps.pop_front()
+    }
+
+    /// Whether the line with the end of the run has not come, although the log says that it has one.
+    #[must_use]
+    pub fn lacks_end(&self) -> bool {
+        self.has_end && !self.is_ended
     }
 
     fn complaint(&self, at: usize, problem: &str) -> LogError {
@@ -263,15 +280,18 @@ impl<R: BufRead> EventLog<R> {
             return Ok(None);
         }
         let mut found = self.object(&mut scanner).map_err(unreadable)?;
-        let marked = found.gap_mark(|from, to| {
-            let place = self.channel(from, to)?;
-            Some(self.channels[place].channel)
-        });
-        if let Some(mark) = marked {
-            self.gaps.push_back(mark);
+        if let Some(mut gap) = found.gap.take() {
+            let marked = gap.mark(|from, to| {
+                let place = self.channel(from, to)?;
+                Some(self.channels[place].channel)
+            });
+            self.gaps.extend(marked);
         }
         if !found.generated && found.from.is_none() && found.to.is_none() && found.message.is_none() {
             return Ok(None);
+        }
+        if self.is_ended {
+            return Err(LogError::AfterEnd { line: number });
         }
         let missing = |key: &str| self.complaint(0, &format!("this event has no `{key}`"));
         let step = found.step.ok_or_else(|| missing("step"))?;
@@ -371,11 +391,11 @@ impl<R: BufRead> EventLog<R> {
                 b"generated" => found.generated = scanner.string()? == b"tick",
                 b"message" => found.message = Some(self.message(scanner)?),
                 b"missing" => match scanner.token()? {
-                    JsonToken::Text(why) => found.missing = Some(why.into_owned()),
+                    JsonToken::Text(why) => found.gap().missing = Some(why.into_owned()),
                     _ => return Err(scanner.unreadable("what is missing must be a string")),
                 },
                 b"flaw" => {
-                    found.flaw = match scanner.string()? {
+                    found.gap().flaw = match scanner.string()? {
                         b"displaced" => Flaw::Displaced,
                         b"late" => Flaw::Late,
                         b"mixed" => Flaw::Mixed,
@@ -388,10 +408,15 @@ impl<R: BufRead> EventLog<R> {
                     }
                 }
                 b"world" => found.world = Some(scanner.whole()?),
-                b"since_s" => found.since = Some(scanner.seconds()?),
-                b"channel" => found.on = Some(scanner.pair()?),
-                b"ends" => found.ends = scanner.token()? == JsonToken::Bool(true),
-                b"resumed" => found.resumed = Some(scanner.pair()?),
+                b"has_end" => self.has_end |= scanner.token()? == JsonToken::Bool(true),
+                b"end" => {
+                    scanner.skip()?;
+                    self.is_ended = true;
+                }
+                b"since_s" => found.gap().since = Some(scanner.seconds()?),
+                b"channel" => found.gap().on = Some(scanner.pair()?),
+                b"ends" => found.gap().ends = scanner.token()? == JsonToken::Bool(true),
+                b"resumed" => found.gap().resumed = Some(scanner.pair()?),
                 _ => scanner.skip()?,
             }
             if !scanner.take(b',') {
@@ -497,6 +522,19 @@ struct Found<'a> {
     generated: bool,
     message: Option<Message>,
     world: Option<u64>,
+    /// In a box, since hardly any line has it.
+    gap: Option<Box<FoundGap<'a>>>,
+}
+
+impl<'a> Found<'a> {
+    fn gap(&mut self) -> &mut FoundGap<'a> {
+        self.gap.get_or_insert_default()
+    }
+}
+
+/// What a line says of a gap.
+#[derive(Debug, Default)]
+struct FoundGap<'a> {
     missing: Option<String>,
     flaw: Flaw,
     since: Option<Duration>,
@@ -505,9 +543,9 @@ struct Found<'a> {
     resumed: Option<[&'a [u8]; 2]>,
 }
 
-impl Found<'_> {
-    /// Where a gap begins or ends, if the line says so. One that ends, in a channel that is not `known`, is none.
-    fn gap_mark(&mut self, mut known: impl FnMut(&[u8], &[u8]) -> Option<ChannelId>) -> Option<GapMark> {
+impl FoundGap<'_> {
+    /// Where the gap begins or ends, if the line says so. One that ends, in a channel that is not `known`, is none.
+    fn mark(&mut self, mut known: impl FnMut(&[u8], &[u8]) -> Option<ChannelId>) -> Option<GapMark> {
         if let Some([from, to]) = self.resumed {
             return known(from, to).map(GapMark::Ends);
         }

@@ -281,3 +281,30 @@ fn a_log_with_lines_out_of_order_is_refused_at_the_line() {
         assert!(reported.starts_with("line 3 of the log goes back"), "{reported}");
     }
 }
+
+#[test]
+fn a_log_that_has_an_end_breaks_off_without_it_and_has_nothing_after_it() {
+    let lines = [
+        r#"{"scenario":"nominal","has_end":true}"#,
+        r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#,
+        r#"{"end":"arrival","time_s":0.5}"#,
+        r#"{"step":0,"tick":1,"time_s":1,"generated":"tick"}"#,
+    ];
+    let topology = topology();
+    let read = |kept: &[usize]| {
+        let text: String = kept.iter().map(|index| format!("{}\n", lines[*index])).collect();
+        let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
+        loop {
+            match log.next_event() {
+                Ok(Some(_)) => {}
+                Ok(None) => return Ok(log.lacks_end()),
+                Err(error) => return Err(error.to_string()),
+            }
+        }
+    };
+    assert_eq!(read(&[0, 1, 2]), Ok(false));
+    assert_eq!((read(&[0]), read(&[0, 1]), read(&[0, 1, 3])), (Ok(true), Ok(true), Ok(true)));
+    // Other programs write none.
+    assert_eq!(read(&[1, 3]), Ok(false));
+    assert_eq!(read(&[0, 1, 2, 3]), Err("line 4 of the log comes after the end of its run".to_owned()));
+}

@@ -7,7 +7,7 @@ use diagnostics::seconds;
 use monitors::WORLD;
 use serde_json::json;
 
-use crate::{Carried, Follower, Happening, RunView};
+use crate::{Carried, Ended, Follower, Happening, RunView};
 
 /// An event as a line of the event log, without the newline.
 #[must_use]
@@ -80,7 +80,7 @@ fn value_json(value: &Value) -> serde_json::Value {
 }
 
 /// Writes the event log as JSON Lines: one line that describes the run, then one line per communication, one per
-/// generated tick, and one with the tree's statuses each time they change.
+/// generated tick, and one with the tree's statuses each time they change. The last line says why the run ended.
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
@@ -100,7 +100,7 @@ impl<W: Write> EventLogWriter<W> {
         Self::with(output, Some(Vec::new()), view)
     }
 
-    /// The same without the tree's statuses.
+    /// The same without the tree's statuses, and without the line of the end.
     pub(crate) fn of_messages(output: W, view: &RunView) -> io::Result<Self> {
         Self::with(output, None, view)
     }
@@ -116,6 +116,9 @@ impl<W: Write> EventLogWriter<W> {
             "tick_s": seconds(header.tick),
             "channels": Carried::by(view.topology()).written(),
         });
+        if log.statuses.is_some() {
+            description["has_end"] = true.into();
+        }
         if !header.remote.is_empty() {
             description["remote"] = json!(header.remote);
         }
@@ -160,7 +163,12 @@ impl<W: Write> Follower for EventLogWriter<W> {
             }
             writeln!(self.output, "{line}")?;
         }
-        self.write_statuses(view, view.outcomes(), view.ticks().saturating_sub(1))
+        self.write_statuses(view, view.outcomes(), view.ticks().saturating_sub(1))?;
+        let is_whole = |ended: &&Ended| self.statuses.is_some() && !matches!(ended, Ended::CutOff(_));
+        if let Some(ended) = view.end().map(|end| &end.ended).filter(is_whole) {
+            writeln!(self.output, "{}", json!({ "end": ended.name(), "time_s": seconds(view.time()) }))?;
+        }
+        Ok(())
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use recording::{Archive, EventLogWriter, FORMAT, Follower, Recording, RecordingError, RunView};
 
-use crate::drive::{record, start, steps};
+use crate::drive::{end, record, start, steps};
 
 /// The bytes of the run in a file of this name.
 fn recorded(folder: &Path, name: &str) -> Vec<u8> {
@@ -132,7 +132,7 @@ fn an_event_log_has_the_events_and_the_changes_of_the_tree() {
     let provenance = r#"{"commit":null,"inputs":[],"scenario":"","set":[]}"#;
     let channels = r#"{"BatteryLevel → BT":["failure()","success()"],"BatteryReader → BatteryLevel":["ok(level)"]}"#;
     let run = r#""scenario":"drive","seed":7,"tick_s":1.0,"version":"""#;
-    assert_eq!(lines[0], format!(r#"{{"channels":{channels},"provenance":{provenance},{run}}}"#));
+    assert_eq!(lines[0], format!(r#"{{"channels":{channels},"has_end":true,"provenance":{provenance},{run}}}"#));
     assert_eq!(lines[1], r#"{"generated":"tick","step":0,"tick":0,"time_s":0.2}"#);
     let level =
         r#"{"from":"BatteryReader","message":[{"sym":"ok"},79.8],"step":1,"tick":0,"time_s":0.2,"to":"BatteryLevel"}"#;
@@ -140,4 +140,10 @@ fn an_event_log_has_the_events_and_the_changes_of_the_tree() {
     assert_eq!(lines[3], r#"{"tick":0,"time_s":0.2,"tree":{"0 root":null,"1 BatteryLevel":"running"}}"#);
     // The tree's line is not repeated while nothing changes in it.
     assert_eq!(lines.len(), 4 + 2 + 2);
+    let mut log = EventLogWriter::begin(Vec::new(), &view).unwrap();
+    view.finish(end()).unwrap();
+    log.follow(&view).unwrap();
+    let text = String::from_utf8(log.finish().unwrap()).unwrap();
+    let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(last, serde_json::json!({ "end": "time_limit", "time_s": view.time().as_secs_f64() }));
 }
