@@ -127,7 +127,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         Some(file) => Box::new(Recorder::new(robot, Rc::clone(file))),
         None => robot,
     };
-    let kept = args.black_box.map(|span_s| Rc::new(RefCell::new(Kept::new((span_s * 1e9) as i64))));
+    let kept = args.black_box.map(|span_s| Rc::new(RefCell::new(Kept::new((span_s * 1e9) as i64, counts_losses))));
     let source: Box<dyn Source> = match &kept {
         Some(kept) => {
             let kept = Rc::clone(kept);

@@ -16,6 +16,8 @@ const MOST: usize = 1 << 28;
 #[derive(Default)]
 pub(super) struct Kept {
     span_ns: i64,
+    /// Whether the source tells which messages are missing.
+    counts_losses: bool,
     told: VecDeque<(Received, Vec<u8>)>,
     bytes: usize,
     /// Whether older messages had no room.
@@ -28,14 +30,18 @@ pub(super) struct Kept {
 }
 
 impl Kept {
-    pub(super) fn new(span_ns: i64) -> Self {
-        Self { span_ns, ..Self::default() }
+    pub(super) fn new(span_ns: i64, counts_losses: bool) -> Self {
+        Self { span_ns, counts_losses, ..Self::default() }
     }
 
     /// Keeps what has been told, and forgets what is too old.
     pub(super) fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
         if lost.len() > self.lost.len() {
             self.lost = lost.to_vec();
+        }
+        if (&self.survey.ground, &self.survey.grounds) != (&survey.ground, &survey.grounds) {
+            self.survey.ground.clone_from(&survey.ground);
+            self.survey.grounds.clone_from(&survey.grounds);
         }
         let (ns, body) = match received {
             Received::Message(head) => (head.log_ns, body.to_vec()),
@@ -82,8 +88,8 @@ impl Kept {
         let path = folder.join(name(property, number));
         let writer = Rc::new(RefCell::new(BagWriter::begin(BufWriter::new(File::create_new(&path)?))?));
         let notes = self.is_cut.then(|| "the messages before these had no room".to_owned());
-        let (survey, lost) = (&self.survey, self.lost.as_slice());
-        let told = Again { told: self.told.iter(), survey, lost, notes: notes.into_iter().collect() };
+        let (survey, lost, counts_losses) = (&self.survey, self.lost.as_slice(), self.counts_losses);
+        let told = Again { told: self.told.iter(), survey, lost, notes: notes.into_iter().collect(), counts_losses };
         let mut recorder = Recorder::new(told, Rc::clone(&writer));
         let mut body = Vec::new();
         while recorder.receive(&mut body) != Received::Over {}
@@ -110,6 +116,7 @@ struct Again<'k> {
     survey: &'k Survey,
     lost: &'k [String],
     notes: Vec<String>,
+    counts_losses: bool,
 }
 
 impl Source for Again<'_> {
@@ -130,6 +137,10 @@ impl Source for Again<'_> {
     fn notes(&self) -> &[String] {
         &self.notes
     }
+
+    fn counts_losses(&self) -> bool {
+        self.counts_losses
+    }
 }
 
 /// A span of time as it is written: `60s`, `90` or `2min`, in seconds.
@@ -144,7 +155,7 @@ pub(super) fn span(text: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use bags::{Bag, Definition, Topic};
+    use bags::{Bag, Definition, Ground, Topic};
 
     use super::*;
 
@@ -154,8 +165,9 @@ mod tests {
         let mut survey = Survey::default();
         let definition = Definition { language: "ros2msg".to_owned(), text: "int64 x\n".to_owned() };
         let [name, kind, encoding] = ["/a", "p/msg/P", "cdr"].map(str::to_owned);
-        survey.add(Topic { name, kind, encoding, definition: Some(definition), hash: None });
-        let mut kept = Kept::new(10 * SECOND_NS);
+        let topic = survey.add(Topic { name, kind, encoding, definition: Some(definition), hash: None });
+        survey.vouch(topic, Ground::Numbered);
+        let mut kept = Kept::new(10 * SECOND_NS, true);
         for index in 0..messages {
             let ns = (1_700_000_000 + index) * SECOND_NS;
             kept.keep(Received::Message(Head { topic: 0, log_ns: ns, publish_ns: ns }), &[0, 1, 0, 0, 7], &survey, &[]);
@@ -174,6 +186,11 @@ mod tests {
         // Those at the ends of ten seconds, both.
         assert_eq!(bag.survey().counts[topic], 10);
         assert!(bag.survey().topics.iter().any(|topic| topic.name == "/steward/violation"));
+        // What vouched for them does so in the file.
+        let mut messages = bag.messages_on(["/a"]);
+        assert!(messages.counts_losses());
+        while messages.receive(&mut Vec::new()) != Received::Over {}
+        assert_eq!(*messages.survey().ground(topic), Ground::Numbered);
         assert_eq!(kept.write(folder.path(), "low", "{}").expect("no file"), None);
         let other = kept.write(folder.path(), "high", "{}").expect("room for a file");
         assert_eq!(other, Some(folder.path().join("black-box-high-1.mcap")));
