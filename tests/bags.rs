@@ -127,6 +127,28 @@ fn messages_before_the_damage_are_checked() {
 }
 
 #[test]
+fn parts_of_a_bag_that_are_named_one_by_one_are_noted_once() {
+    let recorded = Recorded::new();
+    let whole = fs::read(recorded.root.join("nav2.mcap")).unwrap();
+    let folder = recorded.root.join("drive");
+    fs::create_dir(&folder).unwrap();
+    let parts = ["drive_0.mcap", "drive_1.mcap"].map(|name| {
+        fs::write(folder.join(name), &whole).unwrap();
+        folder.join(name).to_str().unwrap().to_owned()
+    });
+    let of_each = || recorded.verify(&[&parts[0], &parts[1]], &[]).2;
+    assert_eq!(of_each(), "", "two recordings");
+    let list = "relative_file_paths:\n- drive_0.mcap\n- drive_1.mcap\nduration: 1\n";
+    fs::write(folder.join("metadata.yaml"), list).unwrap();
+    let what = "is one of the 2 files of a recording; to check it as a whole, name the folder:";
+    let expected = format!("note: {} {what} {}", parts[0], folder.display());
+    assert_eq!(unwrapped(&of_each()), expected);
+    // The only file of a recording is the whole.
+    fs::write(folder.join("metadata.yaml"), list.replace("- drive_1.mcap\n", "")).unwrap();
+    assert_eq!(of_each(), "");
+}
+
+#[test]
 fn a_bag_that_cannot_be_checked_is_refused() {
     let recorded = Recorded::new();
     let (scope, mapping) = (recorded.path("nav2.scope"), recorded.path("mapping.toml"));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bags::{Bag, Contents, Definitions, Following, Listed, Mapping, Received, Source, Survey, Through};
 use campaigns::Error;
@@ -62,7 +62,18 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let is_to_end = || args.follow && interrupt::flow().is_break();
     let mut verified = mapped.judge(&survey, source, &is_to_end)?;
     verified.notes.extend(is_to_end().then(|| STILL_WRITTEN.to_owned()));
+    verified.notes.extend(part(&args.logs, path));
     Ok(verified)
+}
+
+/// That a file is only a part of a recording, in words: at the first of its parts.
+fn part(logs: &[PathBuf], path: &Path) -> Option<String> {
+    let (folder, count) = (path.parent()?, bags::parts(path)?);
+    let is_part = |log: &&PathBuf| log.parent() == Some(folder) && bags::parts(log).is_some();
+    let shown = if folder == Path::new("") { Path::new(".") } else { folder };
+    let what = format!("is one of the {count} files of a recording; to check it as a whole, name the folder");
+    let note = format!("{} {what}: {}", path.display(), shown.display());
+    (logs.iter().find(is_part)? == path).then_some(note)
 }
 
 /// Looks again after a while if nothing more has been written.

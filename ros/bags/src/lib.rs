@@ -37,6 +37,7 @@ pub use mapping::{Compiled, Described, Mapping, Remapping, RobotTopics, prefix, 
 pub use ros_messages::messages_on_board;
 pub use storage::{
     Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Through, Topic, is_bag,
+    parts,
 };
 
 /// Why a bag cannot be read at all.

@@ -23,7 +23,7 @@ use merge::{Block, Merge, Plan, Unit};
 use source::{Aside, Wanted};
 use zstandard::Zstandard;
 
-pub use files::is_bag;
+pub use files::{is_bag, parts};
 pub use following::Following;
 pub(crate) use source::is_note;
 pub use source::{Received, Source, Through};
@@ -172,15 +172,18 @@ fn refuse_others(folder: &Path, files: &[BagFile], parts: &mut [Survey]) -> Resu
         }
         others.get_or_insert(pair);
     }
-    if let Some([first, second]) = others {
-        let note = format!(
-            "{} and {} are read as one recording: no {} lists its files",
-            names[first],
-            names[second],
-            metadata::METADATA
-        );
-        parts[first].notes.push(note);
-    }
+    let note = |[first, second]: [usize; 2], and: &str| {
+        let (first, second) = (&names[first], &names[second]);
+        format!("{first} {and} {second} are read as one recording: no {} lists its files", metadata::METADATA)
+    };
+    let note = match (others, names.len()) {
+        (Some(pair), _) => note(pair, "and"),
+        (None, 0 | 1) => return Ok(()),
+        (None, count) => {
+            note([0, count - 1], if count == 2 { "and" } else { "to" }) + ", so a later one may be missing"
+        }
+    };
+    parts[0].notes.push(note);
     Ok(())
 }
 

@@ -48,6 +48,14 @@ pub fn is_bag(path: &Path) -> bool {
     path.is_dir() || path.is_file() && Format::of(path).is_some()
 }
 
+/// How many files the recording has that this file is a part of, as the metadata beside it says; none if it has no
+/// others.
+#[must_use]
+pub fn parts(file: &Path) -> Option<usize> {
+    let listed = Metadata::of(file.parent()?).listed;
+    (listed.len() > 1 && listed.contains(&name_of(file))).then_some(listed.len())
+}
+
 /// The files of a bag.
 #[derive(Debug, Default)]
 pub(super) struct Files {
