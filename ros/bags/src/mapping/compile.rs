@@ -193,6 +193,9 @@ impl Compiled {
     }
 }
 
+/// An entry for the messages on a topic, or why they are left out.
+type FoundEntry = Result<CompiledEntry, String>;
+
 /// Of which type the messages on a topic are, in words.
 fn of_type(topic: &Topic) -> String {
     format!("the messages on {} are of {}", topic.name, topic.kind)
@@ -276,7 +279,7 @@ impl Mapping {
         definitions: &Definitions<'_>,
         on_board: &mut BTreeSet<String>,
         problems: &mut Vec<Problem>,
-    ) -> Option<(Vec<(usize, Result<CompiledEntry, String>)>, Shape)> {
+    ) -> Option<(Vec<(usize, FoundEntry)>, Shape)> {
         let all = &definitions.survey.topics;
         let topics = all.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
         let is_of = |mapped: &Mapped, topic: &Topic| mapped.kind.as_ref().is_none_or(|kind| kind.value == topic.kind);
@@ -286,10 +289,8 @@ impl Mapping {
         for (index, topic) in topics {
             // Messages of another type than that which is named are left out, unless another entry is for them.
             if has_type && !is_of(mapped, topic) {
-                let mut others = self.messages.iter().filter(|other| other.topic.value == topic.name);
-                if !others.any(|other| is_of(other, topic)) {
-                    entries.push((index, Err(of_type(topic))));
-                }
+                let is_mapped = self.messages.iter().any(|of| of.topic.value == topic.name && is_of(of, topic));
+                entries.extend((!is_mapped).then(|| (index, Err(of_type(topic)))));
                 continue;
             }
             let (entry, of_entry) = self.entry_for(mapped, topic, definitions, on_board, problems)?;
