@@ -13,6 +13,7 @@
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
 
+mod found;
 mod scan;
 
 use std::collections::VecDeque;
@@ -24,6 +25,8 @@ use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Flaw, Gap, Messag
 
 use crate::WORLD;
 use crate::monitor::EventTime;
+use found::Found;
+pub use found::GapMark;
 use scan::{JsonToken, Scanner, Unreadable};
 
 /// Why an event log cannot be read further.
@@ -168,15 +171,6 @@ struct NamedChannel {
     to: String,
     channel: ChannelId,
     domain: Domain,
-}
-
-/// Where a gap in the messages of a log begins, or where those of a channel end.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum GapMark {
-    /// A gap begins.
-    Begins(Gap),
-    /// The gaps of this channel that end are over.
-    Ends(ChannelId),
 }
 
 /// The longest line allowed. A line is held in memory, and a log without line breaks could be of any size.
@@ -508,54 +502,6 @@ impl<R: BufRead> EventLog<R> {
             self.recent = self.channels.iter().position(is)?;
         }
         Some(self.recent)
-    }
-}
-
-/// The contents of a line.
-#[derive(Default)]
-struct Found<'a> {
-    step: Option<u64>,
-    tick: Option<u64>,
-    time: Option<Duration>,
-    from: Option<&'a [u8]>,
-    to: Option<&'a [u8]>,
-    generated: bool,
-    message: Option<Message>,
-    world: Option<u64>,
-    /// In a box, since hardly any line has it.
-    gap: Option<Box<FoundGap<'a>>>,
-}
-
-impl<'a> Found<'a> {
-    fn gap(&mut self) -> &mut FoundGap<'a> {
-        self.gap.get_or_insert_default()
-    }
-}
-
-/// What a line says of a gap.
-#[derive(Debug, Default)]
-struct FoundGap<'a> {
-    missing: Option<String>,
-    flaw: Flaw,
-    since: Option<Duration>,
-    on: Option<[&'a [u8]; 2]>,
-    ends: bool,
-    resumed: Option<[&'a [u8]; 2]>,
-}
-
-impl FoundGap<'_> {
-    /// Where the gap begins or ends, if the line says so. One that ends, in a channel that is not `known`, is none.
-    fn mark(&mut self, mut known: impl FnMut(&[u8], &[u8]) -> Option<ChannelId>) -> Option<GapMark> {
-        if let Some([from, to]) = self.resumed {
-            return known(from, to).map(GapMark::Ends);
-        }
-        let anything = Gap { flaw: self.flaw, since: self.since, ..Gap::of_anything(self.missing.take()?) };
-        let channel = self.on.map(|[from, to]| known(from, to));
-        match channel {
-            None => Some(GapMark::Begins(anything)),
-            Some(None) => (!self.ends).then_some(GapMark::Begins(anything)),
-            Some(channel) => Some(GapMark::Begins(Gap { channel, ends: self.ends, ..anything })),
-        }
     }
 }
 
