@@ -12,13 +12,18 @@ use bags::{BagWriter, Head, Received, Recorder, Source, Survey};
 /// The most bytes of messages that are kept.
 const MOST: usize = 1 << 28;
 
+/// What a source has told, with the bytes of a message.
+type Told = (Received, Vec<u8>);
+
 /// What a source has told within a while.
 #[derive(Default)]
 pub(super) struct Kept {
     span_ns: i64,
     /// Whether the source tells which messages are missing.
     counts_losses: bool,
-    told: VecDeque<(Received, Vec<u8>)>,
+    told: VecDeque<Told>,
+    /// What is missing on topics since before all that is kept: how many messages, and after which time.
+    open: BTreeMap<usize, (Option<u64>, i64)>,
     bytes: usize,
     /// Whether older messages had no room.
     is_cut: bool,
@@ -65,7 +70,6 @@ impl Kept {
         while let Some((first, body)) = self.told.front() {
             let is_old = match first {
                 Received::Message(Head { log_ns: ns, .. }) | Received::Quiet(ns) => *ns < since_ns,
-                // What is missing before all that is kept says nothing.
                 _ => true,
             };
             self.is_cut |= !is_old && self.bytes > MOST;
@@ -73,7 +77,20 @@ impl Kept {
                 break;
             }
             self.bytes -= size(body);
+            let first = *first;
             self.told.pop_front();
+            self.forget(first);
+        }
+    }
+
+    /// What is missing on a topic stays so until its next message, or until it is over.
+    fn forget(&mut self, told: Received) {
+        match told {
+            Received::Message(Head { topic, .. }) | Received::Resumed { topic, .. } => _ = self.open.remove(&topic),
+            Received::Lost { topic, count, since_ns } => {
+                self.open.entry(topic).and_modify(|(count, _)| *count = None).or_insert((count, since_ns));
+            }
+            Received::Late { .. } | Received::Quiet(_) | Received::Idle | Received::Over => {}
         }
     }
 
@@ -89,7 +106,15 @@ impl Kept {
         let writer = Rc::new(RefCell::new(BagWriter::begin(BufWriter::new(File::create_new(&path)?))?));
         let notes = self.is_cut.then(|| "the messages before these had no room".to_owned());
         let (survey, lost, counts_losses) = (&self.survey, self.lost.as_slice(), self.counts_losses);
-        let told = Again { told: self.told.iter(), survey, lost, notes: notes.into_iter().collect(), counts_losses };
+        let open: Vec<Told> = self
+            .open
+            .iter()
+            .map(|(topic, (count, since_ns))| {
+                (Received::Lost { topic: *topic, count: *count, since_ns: *since_ns }, Vec::new())
+            })
+            .collect();
+        let told = open.iter().chain(&self.told);
+        let told = Again { told, survey, lost, notes: notes.into_iter().collect(), counts_losses };
         let mut recorder = Recorder::new(told, Rc::clone(&writer));
         let mut body = Vec::new();
         while recorder.receive(&mut body) != Received::Over {}
@@ -103,7 +128,7 @@ impl Kept {
 
 /// The bytes that an entry takes.
 fn size(body: &[u8]) -> usize {
-    size_of::<(Received, Vec<u8>)>() + body.len()
+    size_of::<Told>() + body.len()
 }
 
 fn name(property: &str, number: u64) -> String {
@@ -111,15 +136,15 @@ fn name(property: &str, number: u64) -> String {
 }
 
 /// What has been told, once more.
-struct Again<'k> {
-    told: std::collections::vec_deque::Iter<'k, (Received, Vec<u8>)>,
+struct Again<'k, T> {
+    told: T,
     survey: &'k Survey,
     lost: &'k [String],
     notes: Vec<String>,
     counts_losses: bool,
 }
 
-impl Source for Again<'_> {
+impl<'k, T: Iterator<Item = &'k Told>> Source for Again<'k, T> {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         let Some((received, kept)) = self.told.next() else { return Received::Over };
         body.clone_from(kept);
@@ -194,6 +219,32 @@ mod tests {
         assert_eq!(kept.write(folder.path(), "low", "{}").expect("no file"), None);
         let other = kept.write(folder.path(), "high", "{}").expect("room for a file");
         assert_eq!(other, Some(folder.path().join("black-box-high-1.mcap")));
+    }
+
+    #[test]
+    fn what_is_missing_since_before_the_last_moments_is_missing_in_them() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let survey = kept(1).survey;
+        let at = |seconds: i64| (1_700_000_000 + seconds) * SECOND_NS;
+        let lost = Received::Lost { topic: 0, count: Some(2), since_ns: at(0) };
+        let found = |later: Received| {
+            let mut kept = kept(1);
+            for told in [lost, later, Received::Quiet(at(50))] {
+                kept.keep(told, &[0, 1, 0, 0, 7], &survey, &[]);
+            }
+            let path = kept.write(folder.path(), "low", "{}").expect("room for a file").expect("a file");
+            let mut messages = Bag::open(&path).expect("a bag").messages_on(["/a"]);
+            let all = std::iter::repeat_with(|| messages.receive(&mut Vec::new()));
+            all.take_while(|received| *received != Received::Over).collect::<Vec<_>>()
+        };
+        let lacks = |received: &Received| matches!(received, Received::Lost { count: Some(2), .. });
+        assert!(found(Received::Quiet(at(1))).iter().any(lacks));
+        for end in [
+            Received::Resumed { topic: 0, at_ns: at(2) },
+            Received::Message(Head { topic: 0, log_ns: at(2), publish_ns: at(2) }),
+        ] {
+            assert!(!found(end).iter().any(lacks), "{end:?}");
+        }
     }
 
     #[test]
