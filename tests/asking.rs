@@ -342,8 +342,8 @@ fn what_does_not_fit_is_refused_with_its_place() {
             "did you mean `grams`?",
         ),
         (
-            "leaves.Do = { request = \"Arm.look\", success_when = \"reply.state == 'opne'\" }",
-            "the field `state` is never `opne`",
+            "leaves.Do = { request = \"Arm.look\", success_when = \"reply.state == 'opeen'\" }",
+            "the field `state` is never `opeen`",
         ),
         (
             "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", success_when = \"reply.grams == 'few'\" }",

@@ -109,7 +109,7 @@ fn each_mistake_has_one_message() {
         ("[components.Speaker]\nvolume = 3", "`volume`"),
         ("[components.Speaker.data]\nvolume = 3", "unknown datum of Speaker.scxml `volume`"),
         ("[components.Speeker.data]\nseconds_per_letter = 3", "did you mean `Speaker`?"),
-        ("prove.properties = [\"anounced\"]", "unknown property `anounced`"),
+        ("prove.properties = [\"aonnounced\"]", "unknown property `aonnounced`"),
         ("[components.BT]\nmachine = \"Speaker.scxml\"", "a component cannot be named `BT`"),
         (
             "[components.WaitForUser]\nmachine = \"Speaker.scxml\"\ninterface = \"speaker.toml\"",

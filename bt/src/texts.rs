@@ -449,9 +449,9 @@ mod tests {
                 .map(|problem| format!("{}; {}", problem.message(), problem.help_text().unwrap_or("")))
                 .collect()
         };
-        let told = "`ScriptCondition` compares `v` of O with `opne`, which it never is; it is `open` or `shut`";
-        assert_eq!(never(r#"<ScriptCondition code="answer == 'opne' || answer == 'shut'"/>"#), [told]);
-        assert_eq!(never(r#"<Script code="kept := answer"/><ScriptCondition code="'opne' != kept"/>"#), [told]);
+        let told = "`ScriptCondition` compares `v` of O with `opeen`, which it never is; it is `open` or `shut`";
+        assert_eq!(never(r#"<ScriptCondition code="answer == 'opeen' || answer == 'shut'"/>"#), [told]);
+        assert_eq!(never(r#"<Script code="kept := answer"/><ScriptCondition code="'opeen' != kept"/>"#), [told]);
         assert_eq!(never(r#"<SubTree ID="Sub" given="{answer}"/>"#).len(), 1);
         let switch = r#"<Switch2 variable="{answer}" case_1="open" case_2="closed"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/></Switch2>"#;
         assert_eq!(never(switch).len(), 1);
@@ -462,7 +462,7 @@ mod tests {
         ] {
             assert_eq!(never(body), [""; 0], "{body}");
         }
-        assert!(texts(r#"<ScriptCondition code="answer == 'opne'"/>"#).problems.is_empty());
+        assert!(texts(r#"<ScriptCondition code="answer == 'opeen'"/>"#).problems.is_empty());
     }
 
     #[test]

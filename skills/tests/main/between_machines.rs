@@ -343,8 +343,8 @@ fn a_field_that_no_message_of_an_event_has_and_a_value_that_it_never_has_are_ref
     assert_eq!(problems(&format!("<transition event='say'>{asked}</transition>")), [say]);
     let either = on("say see", "!_event.data.speed");
     assert!(either[0].starts_with("`say` or `see` has no field `speed`; "), "{either:?}");
-    let [stage] = &on("see", "_event.data.state == 'opne'")[..] else { panic!("one problem") };
-    assert_eq!(stage, "the field `state` is never `opne`; it is <open> | <closed>");
+    let [stage] = &on("see", "_event.data.state == 'opeen'")[..] else { panic!("one problem") };
+    assert_eq!(stage, "the field `state` is never `opeen`; it is <open> | <closed>");
     assert_eq!(on("say", "5 &lt; _event.data.text"), ["the field `text` cannot be compared with 5; it is text"]);
     assert_eq!(on("count", "_event.data.n == 'no'").len(), 1);
 }
