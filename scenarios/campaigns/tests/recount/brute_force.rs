@@ -137,6 +137,10 @@ impl Log {
                 log.has_failed |= tree.iter().any(|(node, status)| node.starts_with("0 ") && status == "failure");
                 continue;
             }
+            if line.get("end").is_some() {
+                assert_eq!(nanoseconds(line["time_s"].as_f64().unwrap()), log.end);
+                continue;
+            }
             let words = ["from", "to"].map(|key| line[key].as_str().map(str::to_owned));
             let word = match words {
                 [Some(from), Some(to)] => Some((from, to, line["message"][0]["sym"].as_str().unwrap().to_owned())),
