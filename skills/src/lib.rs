@@ -148,8 +148,8 @@ pub use load::{attributes_of, elements_in, layout};
 pub use machine::{Host, Machine, Note, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, mutate_all, mutations};
 pub use process::{
-    Adapter, AdapterState, CLIENT, ChannelAdapter, LeafOfSystem, MessageForm, Mishap, SkillOfSystem, SkillProcess,
-    Vocabulary, check_system, field_value,
+    Adapter, AdapterState, CLIENT, ChannelAdapter, EventFields, LeafOfSystem, MessageForm, Mishap, SkillOfSystem,
+    SkillProcess, Vocabulary, check_system, field_value,
 };
 pub use rehearsal::{Cue, Cues, Ending, RehearsalLine, RehearsalLineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};

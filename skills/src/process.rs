@@ -29,6 +29,7 @@ pub use adapter::{Adapter, AdapterState};
 pub use channel_adapter::ChannelAdapter;
 pub use mishap::Mishap;
 use mishap::Mishaps;
+pub use misreadings::EventFields;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 pub use translate::field_value;
 pub use vocabulary::{MessageForm, Vocabulary};
@@ -90,7 +91,7 @@ impl SkillProcess {
         machine.set_session(name);
         let adapter = ChannelAdapter::new(topology, process);
         let mut problems = check::problems(&machine, &adapter.wiring, topology);
-        problems.extend(chart.misreadings(&misreadings::heard(&adapter.wiring)));
+        problems.extend(chart.misreadings(&misreadings::received(&adapter.wiring)));
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }

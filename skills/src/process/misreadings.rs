@@ -1,76 +1,99 @@
 //! What a machine expects of messages that no message has.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
-use channels::{FieldKind, Shape};
+use channels::{FieldKind, Symbol};
 use diagnostics::{Problem, nearest_or_all};
 use miette::SourceSpan;
 
 use super::check::own_events;
-use super::vocabulary::MessageForm;
 use super::wiring::Wiring;
-use crate::chart::{Action, ActionKind, Transition, visit_actions};
+use crate::chart::{Action, ActionKind, EventClass, Transition, visit_actions};
 use crate::expression::{BinaryOp, EventField, Expr, Statement};
 use crate::{Chart, Datum};
 
-/// Every message of a process, one for each shape. A component may be made for more clients than those of one system.
-pub(super) fn heard(wiring: &Wiring) -> Vec<MessageForm> {
-    let form = |peer: Option<&Arc<str>>, event: &str, shape: &Shape| MessageForm {
-        peer: peer.map(|peer| peer.to_string()),
-        event: event.to_owned(),
-        fields: shape.fields().to_vec(),
-    };
-    let received = wiring.incoming.iter().flat_map(|incoming| {
-        incoming.domain.shapes().iter().flat_map(move |shape| {
-            let heads = incoming.events.iter().filter(|(head, ..)| shape.heads().contains(head));
-            let named = heads.map(move |(_, event, _)| form(Some(&incoming.peer), event, shape));
-            let unnamed = shape.heads().is_empty().then(|| form(Some(&incoming.peer), &incoming.peer, shape));
-            named.chain(unnamed)
-        })
-    });
-    let understood = wiring.understood.shapes().iter();
-    let understood = understood.flat_map(|shape| shape.heads().iter().map(move |head| form(None, head.name(), shape)));
-    received.chain(understood).collect()
+/// The fields of a message that becomes an event of a machine.
+#[derive(Clone, Copy, Debug)]
+pub struct EventFields<'m> {
+    /// The name of the event.
+    pub event: &'m str,
+    /// What `_event.data` has.
+    pub fields: &'m [(String, FieldKind)],
+}
+
+/// Every message that a process may receive. A component may be made for more clients than those of one system.
+pub(super) fn received(wiring: &Wiring) -> Vec<EventFields<'_>> {
+    let mut received = Vec::new();
+    for incoming in &wiring.incoming {
+        for shape in incoming.domain.shapes() {
+            let heads: BTreeSet<&Symbol> = shape.heads().iter().collect();
+            let named = incoming.events.iter().filter(|(head, ..)| heads.contains(head));
+            let unnamed = heads.is_empty().then_some(&incoming.peer);
+            let events = named.map(|(_, event, _)| event).chain(unnamed);
+            received.extend(events.map(|event| EventFields { event, fields: shape.fields() }));
+        }
+    }
+    for shape in wiring.understood.shapes() {
+        received.extend(shape.heads().iter().map(|head| EventFields { event: head.name(), fields: shape.fields() }));
+    }
+    received
 }
 
 impl Chart {
     /// Reports the fields that a transition reads from its event although no message that becomes this event has them,
-    /// and values with which it compares a field that can have none like it. `heard` are all messages of the machine.
+    /// and values with which it compares a field that can have none like it. `received` are all messages that the
+    /// machine may receive.
     ///
     /// Such a field is `undefined`, so a condition about it is always false, or always true.
     #[must_use]
-    pub fn misreadings(&self, heard: &[MessageForm]) -> Vec<Problem> {
+    pub fn misreadings(&self, received: &[EventFields<'_>]) -> Vec<Problem> {
         let Some(own) = own_events(self) else { return Vec::new() };
+        let own: BTreeSet<EventClass> = own.iter().map(|event| self.events.class(event)).collect();
+        let received: Vec<(EventClass, EventFields<'_>)> =
+            received.iter().map(|message| (self.events.class(message.event), *message)).collect();
         let transitions = self.transitions().map(|id| self.transition(id));
-        transitions.flat_map(|transition| self.misread_by(transition, heard, &own)).collect()
+        transitions.flat_map(|transition| misread_by(transition, &received, &own)).collect()
     }
+}
 
-    fn misread_by(&self, transition: &Transition, heard: &[MessageForm], own: &BTreeSet<String>) -> Vec<Problem> {
-        let takes = |event: &str| {
-            let class = self.events.class(event);
-            transition.descriptors.iter().any(|descriptor| descriptor.matches.contains(class))
-        };
-        let messages: Vec<&MessageForm> = heard.iter().filter(|message| takes(&message.event)).collect();
-        // What comes with the machine's own events is not known here.
-        if messages.is_empty() || own.iter().any(|event| takes(event)) {
-            return Vec::new();
+fn misread_by(
+    transition: &Transition,
+    received: &[(EventClass, EventFields<'_>)],
+    own: &BTreeSet<EventClass>,
+) -> Vec<Problem> {
+    let mut reads: Vec<(&Expr, SourceSpan)> = Vec::new();
+    visit_expressions(transition, &mut |part, span| {
+        if field(part).is_some() || compared(part).is_some() {
+            reads.push((part, span));
         }
-        let mut problems = Vec::new();
-        let mut read = |whole: &Expr, span: SourceSpan| {
-            whole.visit(&mut |part| {
-                let found = unknown_field(part, &messages).or_else(|| unlike(part, &messages));
-                problems.extend(found.map(|found| found.at(span, "here")));
-            });
-        };
-        if let Some(condition) = &transition.condition {
-            read(&condition.test, condition.span);
-        }
-        visit_actions(&transition.content, &mut |action| {
-            expressions(action).into_iter().for_each(|(expr, span)| read(expr, span));
-        });
-        problems
+    });
+    let takes = |class: EventClass| transition.descriptors.iter().any(|descriptor| descriptor.matches.contains(class));
+    // What comes with the machine's own events is not known here.
+    if reads.is_empty() || own.iter().any(|class| takes(*class)) {
+        return Vec::new();
     }
+    let messages: Vec<EventFields<'_>> =
+        received.iter().filter(|(class, _)| takes(*class)).map(|(_, message)| *message).collect();
+    if messages.is_empty() {
+        return Vec::new();
+    }
+    let misread = |(part, span): (&Expr, SourceSpan)| {
+        let found = unknown_field(part, &messages).or_else(|| unlike(part, &messages));
+        found.map(|found| found.at(span, "here"))
+    };
+    reads.into_iter().filter_map(misread).collect()
+}
+
+/// Visits every part of a transition's expressions.
+fn visit_expressions<'t>(transition: &'t Transition, visit: &mut dyn FnMut(&'t Expr, SourceSpan)) {
+    if let Some(condition) = &transition.condition {
+        condition.test.visit(&mut |part| visit(part, condition.span));
+    }
+    visit_actions(&transition.content, &mut |action| {
+        for (whole, span) in expressions(action) {
+            whole.visit(&mut |part| visit(part, span));
+        }
+    });
 }
 
 /// The expressions of an action, without those of the actions inside it.
@@ -107,32 +130,37 @@ fn field(expr: &Expr) -> Option<&str> {
 }
 
 /// The kinds that a field has in these messages.
-fn kinds<'m>(messages: &'m [&MessageForm], field: &'m str) -> impl Iterator<Item = &'m FieldKind> {
-    let fields = messages.iter().flat_map(|message| &message.fields);
+fn kinds<'m>(messages: &'m [EventFields<'m>], field: &'m str) -> impl Iterator<Item = &'m FieldKind> {
+    let fields = messages.iter().flat_map(|message| message.fields);
     fields.filter(move |(name, _)| name == field).map(|(_, kind)| kind)
 }
 
-fn unknown_field(expr: &Expr, messages: &[&MessageForm]) -> Option<Problem> {
+fn unknown_field(expr: &Expr, messages: &[EventFields<'_>]) -> Option<Problem> {
     let name = field(expr).filter(|name| kinds(messages, name).next().is_none())?;
-    let events: BTreeSet<&str> = messages.iter().map(|message| &*message.event).collect();
-    let known: BTreeSet<&str> = messages.iter().flat_map(|message| &message.fields).map(|(name, _)| &**name).collect();
+    let events: BTreeSet<&str> = messages.iter().map(|message| message.event).collect();
+    let known: BTreeSet<&str> = messages.iter().flat_map(|message| message.fields).map(|(name, _)| &**name).collect();
     let events = events.into_iter().map(|event| format!("`{event}`")).collect::<Vec<_>>().join(" or ");
     let problem = Problem::new(format!("{events} has no field `{name}`"));
     Some(problem.with_help(nearest_or_all(name, "fields", &known.into_iter().collect::<Vec<_>>())))
 }
 
-/// A comparison with a constant that no value of the field can be like.
-fn unlike(expr: &Expr, messages: &[&MessageForm]) -> Option<Problem> {
+/// The field and the constant of a comparison.
+fn compared(expr: &Expr) -> Option<(&str, &Datum)> {
     use BinaryOp::{Equal, Greater, GreaterEqual, Identical, Less, LessEqual, NotEqual, NotIdentical};
     let Expr::Binary(Equal | NotEqual | Identical | NotIdentical | Less | LessEqual | Greater | GreaterEqual, operands) =
         expr
     else {
         return None;
     };
-    let (name, value) = match &**operands {
-        [one, Expr::Constant(value)] | [Expr::Constant(value), one] => (field(one)?, value),
-        _ => return None,
-    };
+    match &**operands {
+        [one, Expr::Constant(value)] | [Expr::Constant(value), one] => Some((field(one)?, value)),
+        _ => None,
+    }
+}
+
+/// A comparison with a constant that no value of the field can be like.
+fn unlike(expr: &Expr, messages: &[EventFields<'_>]) -> Option<Problem> {
+    let (name, value) = compared(expr)?;
     let kind = kinds(messages, name).next()?;
     if kinds(messages, name).any(|kind| may_be_like(kind, value)) {
         return None;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use channels::FieldKind;
 use diagnostics::markup::attribute;
 use diagnostics::{Problem, Span, Spanned};
-use skills::{Chart, MessageForm, SkillError};
+use skills::{Chart, EventFields, SkillError};
 
 use crate::scenario::scxml_text::Text;
 
@@ -97,7 +97,7 @@ impl SuccessWhen {
     pub(super) fn misreadings(&self, fields: &[(String, FieldKind)]) -> Vec<Problem> {
         let text = machine(&attribute(&self.expression), &self.ports.iter().cloned().collect());
         let Ok(chart) = Chart::load("condition", &text) else { return Vec::new() };
-        let answer = MessageForm { peer: None, event: ANSWER.to_owned(), fields: fields.to_vec() };
+        let answer = EventFields { event: ANSWER, fields };
         let found = chart.misreadings(&[answer]).into_iter();
         let in_file = |found: Problem| {
             let help = found.help_text().map(str::to_owned);
