@@ -13,7 +13,7 @@ use bags::{BagWriter, Head, Received, Recorder, Source, Survey};
 const MOST: usize = 1 << 28;
 
 /// What a source has told, with the bytes of a message.
-type Told = (Received, Vec<u8>);
+type ReceivedBytes = (Received, Vec<u8>);
 
 /// What a source has told within a while.
 #[derive(Default)]
@@ -21,7 +21,7 @@ pub(super) struct Kept {
     span_ns: i64,
     /// Whether the source tells which messages are missing.
     counts_losses: bool,
-    told: VecDeque<Told>,
+    told: VecDeque<ReceivedBytes>,
     /// What is missing on topics since before all that is kept: how many messages, and after which time.
     open: BTreeMap<usize, (Option<u64>, i64)>,
     bytes: usize,
@@ -106,7 +106,7 @@ impl Kept {
         let writer = Rc::new(RefCell::new(BagWriter::begin(BufWriter::new(File::create_new(&path)?))?));
         let notes = self.is_cut.then(|| "the messages before these had no room".to_owned());
         let (survey, lost, counts_losses) = (&self.survey, self.lost.as_slice(), self.counts_losses);
-        let open: Vec<Told> = self
+        let open: Vec<ReceivedBytes> = self
             .open
             .iter()
             .map(|(topic, (count, since_ns))| {
@@ -128,7 +128,7 @@ impl Kept {
 
 /// The bytes that an entry takes.
 fn size(body: &[u8]) -> usize {
-    size_of::<Told>() + body.len()
+    size_of::<ReceivedBytes>() + body.len()
 }
 
 fn name(property: &str, number: u64) -> String {
@@ -144,7 +144,7 @@ struct Again<'k, T> {
     counts_losses: bool,
 }
 
-impl<'k, T: Iterator<Item = &'k Told>> Source for Again<'k, T> {
+impl<'k, T: Iterator<Item = &'k ReceivedBytes>> Source for Again<'k, T> {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         let Some((received, kept)) = self.told.next() else { return Received::Over };
         body.clone_from(kept);

@@ -46,11 +46,18 @@ def seconds(stamp):
     return stamp.sec + stamp.nanosec * 1e-9
 
 
+def lacks():
+    is_unknown = any("UNKNOWN" in of.node_name for of in node.get_publishers_info_by_topic("/map"))
+    topics = ("/clock", "/odom", "/battery_state", "/map")
+    lasers = {scan.header.frame_id for scan in heard.get("/scan", [])}
+    return is_unknown or len(lasers) < 2 or not all(topic in heard for topic in topics)
+
+
 def knows():
     spin(3)
-    # Who a node is may be known a moment later.
+    # Who a node is, and the first large messages, may come a moment later.
     end = time.monotonic() + 10
-    while time.monotonic() < end and any("UNKNOWN" in of.node_name for of in node.get_publishers_info_by_topic("/map")):
+    while time.monotonic() < end and lacks():
         spin(0.1)
     offers = {}
     for topic in ("/clock", "/tf", "/tf_static", "/odom", "/scan", "/battery_state", "/map", "/contacts"):
