@@ -405,7 +405,8 @@ impl<R: BufRead> EventLog<R> {
                 b"has_end" => self.has_end |= scanner.token()? == JsonToken::Bool(true),
                 b"end" => {
                     scanner.skip()?;
-                    self.is_ended = true;
+                    // In a log of another program, it may mean anything.
+                    self.is_ended |= self.has_end;
                 }
                 b"since_s" => found.gap().since = Some(scanner.seconds()?),
                 b"channel" => found.gap().on = Some(scanner.pair()?),

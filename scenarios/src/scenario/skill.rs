@@ -24,7 +24,7 @@ pub struct Skill {
     pub path: PathBuf,
     /// The machine.
     pub machine: Arc<Chart>,
-    /// Where the scenario describes the machine, if nobody wrote it.
+    /// Where the scenario describes a machine that is generated.
     pub(super) place: Option<Span>,
     /// By datum id: the values of the leaf's ports, or those that the scenario sets instead.
     pub(super) data: BTreeMap<String, Datum>,
