@@ -30,7 +30,7 @@ pub use combinations::samples;
 pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub use limits::Limits;
 pub(crate) use obligations::{Clause, Obligation, Obligations};
-pub(crate) use operators::{Operators, State};
+pub(crate) use operators::{Awaited, Operators, State};
 pub(crate) use past::{Bits, LetterTrigger, Memory, Past};
 pub(crate) use progression::Progression;
 pub(crate) use situation::Situation;

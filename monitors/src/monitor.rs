@@ -240,8 +240,8 @@ impl ScopeMonitor {
         }
         let start = self.start.unwrap_or(0);
         let is_timed = self.synthesis.vocabulary.is_timed;
-        match (&self.run, &self.rules) {
-            (RunningMonitor::Compact(run), _) | (_, Some(run)) => {
+        match self.run.rules().or(self.rules.as_ref()) {
+            Some(run) => {
                 let rules = run.compact().rules();
                 let owed = run.owed().map(|(rule, due)| {
                     let clause = describe::clause(&rules[rule].clause, &self.synthesis.vocabulary, &self.topology);
@@ -249,8 +249,8 @@ impl ScopeMonitor {
                 });
                 owed.collect()
             }
-            (run, None) => {
-                let owed = run.owed().map(|(owed, since)| owed.at(since));
+            None => {
+                let owed = self.run.owed().map(|(owed, since)| owed.at(since));
                 self.open_clauses(owed.as_ref(), start)
             }
         }
@@ -445,10 +445,25 @@ impl ScopeMonitor {
             return;
         }
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
+        let owes_anew = self.run.owes_anew();
+        let rules = self.run.rules().or(self.rules.as_ref());
         if before == Verdict::Inconclusive {
-            self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict, (letter, now));
+            if owes_anew && rules.is_none() {
+                self.record.note_beginnings(&observation, &self.run, letter, now);
+            }
+            self.record.follow(&observation, &self.run, rules, self.verdict);
         }
-        follow(&mut self.recurrence, &observation, letter, &self.record, now, self.verdict);
+        let Some(recurrence) = &mut self.recurrence else { return };
+        let position = Position { observation: &observation, letter, memory: self.record.memory(), now };
+        match self.record.witness() {
+            Some(witness) if self.verdict == Verdict::False => recurrence.follow(position, witness.settled),
+            _ => {
+                if owes_anew || rules.is_some() {
+                    recurrence.note(&self.run, rules);
+                }
+                recurrence.keep(position);
+            }
+        }
     }
 
     /// Moves the machine to a state with this letter and message at τ = `now`.
@@ -469,21 +484,6 @@ impl ScopeMonitor {
             rules.read(letter, &self.synthesis.alphabet);
         }
         self.verdict = self.run.verdict();
-    }
-}
-
-/// Follows all violations through a state that has been read.
-fn follow(
-    recurrence: &mut Option<Box<Recurrence>>,
-    observation: &Observation<'_>,
-    letter: Letter,
-    record: &Record,
-    now: u64,
-    verdict: Verdict,
-) {
-    let settled = record.witness().filter(|_| verdict == Verdict::False).map(|witness| witness.settled);
-    if let Some(recurrence) = recurrence.as_mut().filter(|recurrence| settled.is_some() || !recurrence.is_idle()) {
-        recurrence.follow(Position { observation, letter, memory: record.memory(), now }, settled);
     }
 }
 

@@ -269,6 +269,22 @@ impl RunningMonitor {
         }
     }
 
+    /// Whether something else may be owed than when this was last asked.
+    pub(crate) fn owes_anew(&mut self) -> bool {
+        match self {
+            Self::Compact(_) | Self::Progression(_) => true,
+            Self::Automaton(run) => run.owes_anew(),
+        }
+    }
+
+    /// The rules, if it is made of them.
+    pub(crate) fn rules(&self) -> Option<&CompactRun> {
+        match self {
+            Self::Compact(run) => Some(run),
+            Self::Automaton(_) | Self::Progression(_) => None,
+        }
+    }
+
     /// The obligations, and the tick from which they are counted; none before the first state, nor for rules, which are
     /// obligations themselves.
     pub(crate) fn owed(&self) -> Option<(&Obligations, u64)> {

@@ -44,6 +44,8 @@ pub(crate) struct Automaton {
     meanings: Vec<Meaning>,
     verdicts: Vec<Verdict>,
     holds: Vec<bool>,
+    /// Whether the same is owed at the same ticks of the run once time has passed.
+    lasts: Vec<bool>,
     /// Which states are reachable by messages alone.
     before_ticks: Vec<bool>,
     symbols: u16,
@@ -61,7 +63,10 @@ impl Automaton {
                 owed.as_ref().map_or_else(|| operators.holds_on_nothing(), |owed| operators.met_at_the_end(owed))
             })
             .collect();
-        let mut automaton = Self { table, meanings, verdicts: Vec::new(), holds, before_ticks: Vec::new(), symbols };
+        let lasts = |(owed, _): &Meaning| owed.as_ref().is_some_and(|owed| operators.advance(owed.clone(), 1) == *owed);
+        let lasts = meanings.iter().map(lasts).collect();
+        let (verdicts, before_ticks) = (Vec::new(), Vec::new());
+        let mut automaton = Self { table, meanings, verdicts, holds, lasts, before_ticks, symbols };
         automaton.before_ticks = automaton.before_ticks();
         automaton.verdicts = automaton.anticipate(operators, alphabet)?;
         Ok(automaton)
@@ -285,13 +290,16 @@ pub(crate) struct AutomatonRun {
     /// Used after a message outside its channel's domain: the automaton has no transition for it, so progression takes
     /// over.
     detour: Option<Progression>,
+    /// Whether something else is owed than when that was last asked.
+    owes_anew: bool,
     /// The clause whose deadline passed before it was met.
     missed: Option<Clause>,
 }
 
 impl AutomatonRun {
     pub(crate) fn new(automaton: Arc<Automaton>, operators: Arc<Operators>) -> Self {
-        Self { automaton, operators, state: 0, now: 0, has_ticked: false, detour: None, missed: None }
+        let (has_ticked, detour, missed) = (false, None, None);
+        Self { automaton, operators, state: 0, now: 0, has_ticked, detour, owes_anew: true, missed }
     }
 
     pub(crate) fn state(&self) -> Option<usize> {
@@ -320,6 +328,7 @@ impl AutomatonRun {
             if next != self.state && self.automaton.is_broken(next) {
                 self.missed = self.missed.take().or_else(|| self.meaning().0?.ending_by(self.now).cloned());
             }
+            self.owes_anew |= !self.automaton.lasts[usize::from(self.state)];
             self.now = if next == self.state { now } else { self.now + 1 };
             self.state = next;
         }
@@ -341,11 +350,17 @@ impl AutomatonRun {
         self.has_ticked |= letter.is_tick();
         let symbol = alphabet.symbol(letter);
         let next = self.automaton.table.get(self.state, symbol);
+        self.owes_anew |= next != self.state;
         if next == NOWHERE {
             self.leave(letter);
         } else {
             self.state = next;
         }
+    }
+
+    /// Whether something else is owed, at the ticks of the run, than when this was last asked.
+    pub(crate) fn owes_anew(&mut self) -> bool {
+        std::mem::take(&mut self.owes_anew) || self.detour.is_some()
     }
 
     #[cold]

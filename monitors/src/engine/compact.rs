@@ -325,6 +325,11 @@ impl CompactRun {
         }
     }
 
+    /// Whether no rule is armed.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        (0..self.ticks.len()).all(|rule| !self.is_armed(rule))
+    }
+
     /// Resets τ to 0, and forgets what no rule needs.
     pub(crate) fn normalize(&mut self) {
         self.forget();
@@ -446,10 +451,9 @@ impl CompactRun {
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
-        let open = || (0..self.ticks.len()).any(|rule| self.is_armed(rule));
         if self.broken.is_some() {
             Verdict::False
-        } else if self.compact.live[usize::from(self.state)] || open() {
+        } else if self.compact.live[usize::from(self.state)] || !self.is_at_rest() {
             Verdict::Inconclusive
         } else {
             Verdict::True

@@ -1,5 +1,7 @@
 //! Obligations: what the rest of a run must do.
 
+use smallvec::{SmallVec, smallvec};
+
 use crate::clause::EventId;
 use crate::data::Values;
 
@@ -43,12 +45,25 @@ impl Obligation {
 
     /// The obligation with every tick counted from τ = `now` instead of from 0.
     fn at(&self, now: u64) -> Self {
-        match self {
-            Self::Passes { first, last, .. } => {
-                let first = if *first == 0 { 0 } else { first.saturating_add(now) };
-                self.within(first, last.saturating_add(now))
-            }
-            other => other.clone(),
+        match self.window_at(now) {
+            Some((first, last)) => self.within(first, last),
+            None => self.clone(),
+        }
+    }
+
+    fn window_at(&self, now: u64) -> Option<(u64, u64)> {
+        let Self::Passes { first, last, .. } = self else { return None };
+        Some((if *first == 0 { 0 } else { first.saturating_add(now) }, last.saturating_add(now)))
+    }
+
+    /// Whether the other is this one, with every tick counted from τ = `now` instead of from 0.
+    fn is_at(&self, now: u64, other: &Self) -> bool {
+        match (self, other) {
+            (
+                Self::Passes { event, holds, before, values, first: _, last: _ },
+                Self::Passes { event: e, holds: h, before: b, values: v, first, last },
+            ) => (event, holds, before, values) == (e, h, b, v) && self.window_at(now) == Some((*first, *last)),
+            _ => self == other,
         }
     }
 
@@ -87,7 +102,7 @@ impl Obligation {
 }
 
 /// A clause: one of its obligations must be met. Sorted; none implies another.
-pub(crate) type Clause = Vec<Obligation>;
+pub(crate) type Clause = SmallVec<[Obligation; 1]>;
 
 /// Clauses, all of which must be met; none implies another.
 ///
@@ -95,7 +110,7 @@ pub(crate) type Clause = Vec<Obligation>;
 /// Without windows, the form is unique for its meaning, so one formula can lead to only finitely many of them.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Obligations {
-    clauses: Vec<Clause>,
+    clauses: SmallVec<[Clause; 1]>,
 }
 
 impl Obligations {
@@ -104,7 +119,7 @@ impl Obligations {
     }
 
     pub(crate) fn broken() -> Self {
-        Self { clauses: vec![Clause::new()] }
+        Self { clauses: smallvec![Clause::new()] }
     }
 
     pub(crate) fn constant(truth: bool) -> Self {
@@ -112,18 +127,18 @@ impl Obligations {
     }
 
     pub(crate) fn one(obligation: Obligation) -> Self {
-        Self { clauses: vec![vec![obligation]] }
+        Self { clauses: smallvec![smallvec![obligation]] }
     }
 
     /// All of these obligations, without those implied by another.
     pub(crate) fn all(mut obligations: Clause) -> Self {
         obligations.sort_unstable();
-        Self { clauses: obligations.into_iter().map(|obligation| vec![obligation]).collect() }
+        Self { clauses: obligations.into_iter().map(|obligation| smallvec![obligation]).collect() }
     }
 
     /// One of these obligations, without those that imply another.
     pub(crate) fn any(clause: Clause) -> Self {
-        Self { clauses: vec![clause] }
+        Self { clauses: smallvec![clause] }
     }
 
     pub(crate) fn is_met(&self) -> bool {
@@ -215,7 +230,7 @@ impl Obligations {
         let mut kept = Self::met();
         let mut changed = Vec::new();
         for clause in self.clauses {
-            let new: Vec<Option<Self>> = clause.iter().map(&mut change).collect();
+            let new: SmallVec<[Option<Self>; 1]> = clause.iter().map(&mut change).collect();
             if new.iter().all(Option::is_none) {
                 kept.clauses.push(clause);
             } else if !new.iter().flatten().any(Self::is_met) {
@@ -231,15 +246,14 @@ impl Obligations {
 
     /// The obligations with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn at(&self, now: u64) -> Self {
-        self.clone().replace(|obligation| match obligation {
-            Obligation::Passes { .. } => Some(Self::one(obligation.at(now))),
-            _ => None,
-        })
+        // Their order stays the same.
+        let at = |clause: &Clause| clause.iter().map(|obligation| obligation.at(now)).collect();
+        Self { clauses: self.clauses.iter().map(at).collect() }
     }
 
     /// Whether these are the clauses, with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn are_at<'a>(&self, now: u64, clauses: impl ExactSizeIterator<Item = &'a Clause>) -> bool {
-        let is_same = |(own, other): (&Obligation, &Obligation)| own.at(now) == *other;
+        let is_same = |(own, other): (&Obligation, &Obligation)| own.is_at(now, other);
         let are_same =
             |(own, other): (&Clause, &Clause)| own.len() == other.len() && own.iter().zip(other).all(is_same);
         self.clauses.len() == clauses.len() && self.clauses.iter().zip(clauses).all(are_same)
@@ -259,7 +273,7 @@ impl Obligations {
 
 /// The disjunction of two clauses, without redundant parts.
 fn union(a: &Clause, b: &Clause) -> Clause {
-    let mut all: Clause = Vec::with_capacity(a.len() + b.len());
+    let mut all = Clause::with_capacity(a.len() + b.len());
     for obligation in a.iter().chain(b) {
         if all.iter().any(|known| obligation.implies(known)) {
             continue;

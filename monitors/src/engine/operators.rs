@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use channels::{ChannelId, Message, Relation};
+use smallvec::SmallVec;
 
 use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, trigger};
 use crate::data::{Remembered, Values};
@@ -11,6 +12,9 @@ use crate::engine::history::Data;
 use crate::engine::obligations::{Obligation, Obligations};
 use crate::engine::past::{LetterTrigger, Memory, Past};
 use crate::formula::Bound;
+
+/// The messages that would answer an obligation, each with the values that it compares with.
+pub(crate) type Awaited = SmallVec<[(EventId, Values); 1]>;
 
 /// A state of the run, as the operators see it.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +34,12 @@ impl<'m> State<'m> {
     /// The state to which the memory belongs.
     pub(crate) fn present(letter: Letter, memory: &'m Memory, now: u64) -> Self {
         Self { letter, last: memory.last, now, data: memory.data() }
+    }
+
+    /// The state without the memory, unless values are compared.
+    pub(crate) fn without_memory(self) -> Option<State<'static>> {
+        let Self { letter, last, now, data } = self;
+        data.is_none().then_some(State { letter, last, now, data: None })
     }
 }
 
@@ -111,6 +121,11 @@ impl Operators {
         &self.literals[operator as usize]
     }
 
+    /// Whether the literal is one of the operators.
+    pub(crate) fn contain(&self, literal: &Literal) -> bool {
+        self.literals.contains(literal)
+    }
+
     /// The memory before the first state.
     pub(crate) fn memory(&self) -> Memory {
         self.past.memory()
@@ -182,8 +197,8 @@ impl Operators {
     }
 
     /// The events for which the root's own literals wait in this state, each with the values that it compares with.
-    pub(crate) fn answers(&self, state: State<'_>) -> Vec<(EventId, Values)> {
-        let mut answers = Vec::new();
+    pub(crate) fn answers(&self, state: State<'_>) -> Awaited {
+        let mut answers = Awaited::new();
         for clause in &self.root {
             let values = state.remembered(clause, &Values::default());
             answers.extend(clause.literals.iter().filter_map(|literal| match *literal {
@@ -354,19 +369,15 @@ impl Operators {
         if !self.is_triggered(operator, state.letter) {
             return None;
         }
-        let asked = |parts: &[Asked]| -> Vec<usize> {
-            (0..parts.len()).filter(|part| parts[*part].trigger.at(state.letter)).collect()
-        };
+        let is_asked = |asked: &&Asked| asked.trigger.at(state.letter);
         let later = || Obligations::one(Obligation::Goes(operator, values.clone()));
         let all = |hold: &[Asked]| {
-            asked(hold)
-                .into_iter()
-                .fold(Obligations::met(), |all, part| all.and(self.clause(&hold[part].part, state, values)))
+            let hold = hold.iter().filter(is_asked).map(|asked| self.clause(&asked.part, state, values));
+            hold.fold(Obligations::met(), Obligations::and)
         };
         let any = |goal: &[Asked]| {
-            asked(goal)
-                .into_iter()
-                .fold(Obligations::broken(), |any, part| any.or(self.product(&goal[part].part, state, values)))
+            let goal = goal.iter().filter(is_asked).map(|asked| self.product(&asked.part, state, values));
+            goal.fold(Obligations::broken(), Obligations::or)
         };
         // The expansion laws: α until β is β ∨ (α ∧ ○(α until β)), and release is its dual. Parts that this state does
         // not trigger neither hold nor fail here.

@@ -169,6 +169,9 @@ impl Past {
         if let Some(data) = &mut memory.data {
             data.now += by;
         }
+        if self.operators.is_empty() {
+            return;
+        }
         let mut ages = memory.ages.iter_mut();
         for operator in &self.operators {
             for (window, ages) in operator.windows.iter().zip(&mut ages) {

@@ -113,7 +113,9 @@ impl Record {
     ) {
         past.advance(&mut self.memory, by);
         let begun = past.read(&mut self.memory, letter, message);
-        for ((bit, seen), (_, most)) in self.reasons.iter_mut().zip(past.reasons()) {
+        // Mostly, none has begun.
+        let reasons = (begun != 0).then(|| self.reasons.iter_mut().zip(past.reasons()));
+        for ((bit, seen), (_, most)) in reasons.into_iter().flatten() {
             if begun & *bit != 0 && channel(event).is_some() {
                 seen.push_back(event.clone());
                 seen.drain(..seen.len().saturating_sub(most));
@@ -137,20 +139,15 @@ impl Record {
         self.witness = Some(Box::new(self.explain(None, observation)));
     }
 
-    /// Notes which obligations began or ended, and why a verdict was reached. `rules` are the clauses of a machine that
-    /// does not distinguish them.
+    /// Notes which rules' obligations began or ended, or when the formula ceased to hold, and why a verdict was reached.
+    /// `rules` are the clauses, if they are distinguished.
     pub(crate) fn follow(
         &mut self,
         observation: &Observation,
         run: &RunningMonitor,
         rules: Option<&CompactRun>,
         verdict: Verdict,
-        (letter, now): (Letter, u64),
     ) {
-        let rules = match run {
-            RunningMonitor::Compact(run) => Some(run),
-            _ => rules,
-        };
         match rules {
             Some(rules) => {
                 for rule in 0..rules.compact().rules().len() {
@@ -161,7 +158,6 @@ impl Record {
             None => {
                 // Without distinguishable clauses, there is one cause: the last messages when the formula
                 // ceased to hold.
-                self.note_beginnings(observation, run, letter, now);
                 self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| {
                     record.everything(observation.event)
                 })
@@ -179,7 +175,13 @@ impl Record {
 
     /// Notes the messages from which the pending clauses began: the present ones, or those of the clause that has
     /// become this one. The clauses before a verdict are kept, because they may explain it.
-    fn note_beginnings(&mut self, observation: &Observation, run: &RunningMonitor, letter: Letter, now: u64) {
+    pub(crate) fn note_beginnings(
+        &mut self,
+        observation: &Observation,
+        run: &RunningMonitor,
+        letter: Letter,
+        now: u64,
+    ) {
         let Some((owed, since)) = run.owed() else { return };
         // Mostly, the same is pending as before.
         let is_same = owed.are_at(since, self.begun.iter().map(|(clause, _)| clause));

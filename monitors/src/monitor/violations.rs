@@ -9,10 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::record::Observation;
 use super::witness::EventTime;
-use crate::clause::{EventId, Form, LiteralSet, always, is_of_the_present, trigger};
-use crate::data::Values;
-use crate::engine::{Letter, LetterTrigger, Memory, Obligations, Operators, State};
-use crate::synthesis::Synthesis;
+use crate::clause::{Form, LiteralSet, always, is_of_the_present, trigger};
+use crate::engine::{Awaited, CompactRun, Letter, LetterTrigger, Memory, Obligations, Operators, State};
+use crate::synthesis::{RunningMonitor, Synthesis};
 
 /// How often, when and how long a property was violated.
 ///
@@ -88,11 +87,26 @@ impl Violations {
 /// different ones for each clause, so that memory stays bounded.
 const MOST_AT_ONCE: usize = 100_000;
 
+/// So many states are kept before they are followed.
+const MOST_UNREAD: usize = 4096;
+
 /// Follows the clauses of a property.
+///
+/// How often something is demanded matters only once the property is violated. Until then, states are kept from the
+/// first one on that demands something of later ones, and forgotten as soon as nothing is owed any more.
 #[derive(Clone, Debug)]
 pub(super) struct Recurrence {
     /// The clauses that must always hold; none if the property is violated for good.
     clauses: Vec<Clause>,
+    /// Whether one of them looks ahead.
+    looks_ahead: bool,
+    /// Whether something is owed because of the states so far, or may be.
+    owes: bool,
+    /// The obligations of the whole property if its clauses owe nothing. None where obligations do not show that: a
+    /// clause may owe what is demanded always anyway.
+    rest: Option<Obligations>,
+    /// The last states, which have not been followed yet.
+    unread: Vec<State<'static>>,
     violations: Violations,
     /// How many violations last at present.
     lasting: u64,
@@ -105,9 +119,6 @@ pub(super) struct Recurrence {
 
 /// The index of a violation among the first ones, if it is one of these.
 type Place = Option<usize>;
-
-/// The messages that would answer an obligation, each with the values that it compares with.
-type Awaited = Vec<(EventId, Values)>;
 
 /// A clause that must always hold.
 #[derive(Clone, Debug)]
@@ -157,12 +168,32 @@ pub(super) struct Position<'a> {
     pub(super) now: u64,
 }
 
+impl<'a> Position<'a> {
+    fn state(self) -> State<'a> {
+        State::present(self.letter, self.memory, self.now)
+    }
+}
+
 impl Recurrence {
     pub(super) fn new(synthesis: &Synthesis) -> Self {
         let clauses = always(&synthesis.form);
         let violations = Violations { goes_on: clauses.is_some(), ..Violations::default() };
-        let clauses = clauses.into_iter().flatten().map(|clause| Clause::new(clause, synthesis)).collect();
-        Self { clauses, violations, lasting: 0, stretch: None, foreseen: None, missed: Vec::new() }
+        let clauses: Vec<Clause> = clauses.into_iter().flatten().map(|clause| Clause::new(clause, synthesis)).collect();
+        let mut demanded = synthesis.form.iter().flatten();
+        let is_owed = |always| clauses.iter().any(|clause| clause.operators.contain(always));
+        let rest = (!demanded.any(is_owed)).then(|| synthesis.operators.going());
+        Self {
+            looks_ahead: clauses.iter().any(|clause| clause.looks_ahead),
+            clauses,
+            owes: false,
+            rest,
+            unread: Vec::new(),
+            violations,
+            lasting: 0,
+            stretch: None,
+            foreseen: None,
+            missed: Vec::new(),
+        }
     }
 
     /// The violations so far; `None` if there was none.
@@ -170,17 +201,47 @@ impl Recurrence {
         Some(&self.violations).filter(|violations| violations.count > 0)
     }
 
-    /// Whether nothing is to be followed before the property is violated.
-    pub(super) fn is_idle(&self) -> bool {
-        !self.clauses.iter().any(|clause| clause.looks_ahead)
+    /// Notes whether something is owed because of the states so far.
+    pub(super) fn note(&mut self, run: &RunningMonitor, rules: Option<&CompactRun>) {
+        let is_rest = |owed: &Obligations| self.rest.as_ref() == Some(owed);
+        let rests = || rules.map_or_else(|| run.owed().is_some_and(|(owed, _)| is_rest(owed)), CompactRun::is_at_rest);
+        let owed = std::mem::replace(&mut self.owes, self.looks_ahead && !rests());
+        if owed && !self.owes {
+            self.unread.clear();
+            self.clauses.iter_mut().for_each(Clause::rest);
+        }
     }
 
-    /// Processes a state. Clauses about the present are looked at only once the property is violated: first at the time
-    /// `settled`, by its witness.
-    pub(super) fn follow(&mut self, position: Position<'_>, settled: Option<EventTime>) {
-        let Position { observation, letter, memory, now } = position;
-        let state = State::present(letter, memory, now);
-        let event = observation.event;
+    /// Keeps a state before the property is violated, if something is owed.
+    pub(super) fn keep(&mut self, position: Position<'_>) {
+        match position.state().without_memory() {
+            _ if !self.owes => {}
+            Some(state) if self.unread.len() < MOST_UNREAD => self.unread.push(state),
+            _ => self.read(position),
+        }
+    }
+
+    /// Processes a state of a property that is violated: first at the time `settled`, by its witness.
+    pub(super) fn follow(&mut self, position: Position<'_>, settled: EventTime) {
+        self.read(position);
+        self.check(position.state(), position.observation.event);
+        if self.violations.count == 0 {
+            let place = self.begin(settled);
+            self.foreseen = self.violations.goes_on.then_some(place);
+        }
+    }
+
+    /// Processes a state, and those before it, for the clauses that look ahead. What fails does so in this state:
+    /// otherwise, the property would have been violated before.
+    fn read(&mut self, position: Position<'_>) {
+        for state in std::mem::take(&mut self.unread) {
+            self.step(position.observation, state);
+        }
+        self.step(position.observation, position.state());
+    }
+
+    fn step(&mut self, observation: &Observation<'_>, state: State<'_>) {
+        let (event, now) = (observation.event, state.now);
         if self.clauses.iter().any(|clause| clause.changes_at <= now) {
             self.advance(observation, now);
         }
@@ -190,13 +251,6 @@ impl Recurrence {
         let mut failed: Vec<Failed> = Vec::new();
         self.clauses.iter_mut().for_each(|clause| clause.step(event, state, &mut failed));
         failed.into_iter().for_each(|failed| self.miss(failed));
-        if let Some(settled) = settled {
-            self.check(state, event);
-            if self.violations.count == 0 {
-                let place = self.begin(settled);
-                self.foreseen = self.violations.goes_on.then_some(place);
-            }
-        }
     }
 
     /// τ grows: deadlines pass.
@@ -291,6 +345,11 @@ impl Clause {
             pending: VecDeque::new(),
             changes_at: u64::MAX,
         }
+    }
+
+    fn rest(&mut self) {
+        self.pending.clear();
+        self.changes_at = u64::MAX;
     }
 
     fn advance(&mut self, observation: &Observation<'_>, now: u64, failed: &mut Vec<Failed>) {
