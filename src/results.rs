@@ -301,14 +301,7 @@ pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
 /// The warnings about a scenario and its files.
 pub(crate) fn warnings(scenario: &Scenario) -> Vec<FileFinding> {
     let monitoring = monitoring(scenario);
-    let concerns = scenario.model_concerns();
-    let of_model = concerns.iter().flat_map(|concern| findings(concern));
-    let of_tree = scenario.tree().and_then(|tree| tree.concerns()).cloned();
-    let of_tree: Vec<_> = of_tree.into_iter().chain(scenario.leaf_concerns()).collect();
-    let of_tree = of_tree.iter().flat_map(|concerns| findings(concerns));
-    let of_places = scenario.place_concerns();
-    let of_places = of_places.iter().flat_map(|concern| findings(concern));
     let of_properties =
         monitoring.iter().flat_map(|monitoring| monitoring.warnings().iter().flat_map(|it| findings(it)));
-    of_model.chain(of_tree).chain(of_places).chain(of_properties).collect()
+    scenario.concerns().iter().flat_map(|concern| findings(&**concern)).chain(of_properties).collect()
 }

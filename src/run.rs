@@ -260,9 +260,7 @@ impl Job {
     /// Loads a scenario, alone or one of `several`.
     fn load(found: &Found, options: &RunOptions, several: bool) -> Result<Self, scenarios::Error> {
         let scenario = Arc::new(Scenario::load(found, &options.set)?);
-        scenario.model_concerns().iter().chain(&scenario.place_concerns()).for_each(|concern| warn(concern));
-        let of_tree = scenario.tree().and_then(|tree| tree.concerns()).cloned();
-        of_tree.iter().chain(&scenario.leaf_concerns()).for_each(|concern| warn(concern));
+        scenario.concerns().iter().for_each(|concern| warn(&**concern));
         note_elsewhere(&scenario);
         let seed = options.seed.unwrap_or(scenario.file.seed);
         let name = options.seed.map_or(scenario.name.clone(), |seed| format!("{}-seed-{seed}", scenario.name));

@@ -538,6 +538,12 @@ mod tests {
         }
     }
 
+    /// A line of a log: a message about the battery's level.
+    fn level(step: u64, to: &str, level: f64) -> String {
+        let ends = format!(r#""from":"BatteryReader","to":"{to}""#);
+        format!(r#"{{"step":{step},"tick":0,"time_s":0,{ends},"message":[{{"sym":"ok"}},{level}]}}"#)
+    }
+
     #[test]
     fn a_result_about_nothing_says_so() {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
@@ -554,13 +560,9 @@ mod tests {
     #[test]
     fn verdicts_that_missing_lines_could_change_are_unsure() {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
-        let level = |step: u64, level: f64| {
-            format!(
-                r#"{{"step":{step},"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{{"sym":"ok"}},{level}]}}"#
-            )
-        };
         let first = [r#"{"scenario":"nominal"}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
-        writeln!(file, "{}\n{}\n{}", first.join("\n"), level(1, 50.0), level(9, 40.0)).expect("room for four lines");
+        writeln!(file, "{}\n{}\n{}", first.join("\n"), level(1, "BatteryLevel", 50.0), level(9, "BatteryLevel", 40.0))
+            .expect("room for four lines");
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.outcome(0)), ("unsure", monitors::Outcome::Satisfied));
         let missing = "lines are missing before line 4 of the log: step 9 comes where 2 should";
@@ -568,7 +570,7 @@ mod tests {
             (verified.evidence[0].certainty().why(), &verified.notes),
             (Some(missing), &vec![missing.to_owned()])
         );
-        writeln!(file, "{}", level(11, 10.0)).expect("room for a line");
+        writeln!(file, "{}", level(11, "BatteryLevel", 10.0)).expect("room for a line");
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");
     }
@@ -576,20 +578,15 @@ mod tests {
     #[test]
     fn a_log_that_breaks_off_is_unsure_of_what_more_could_change() {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
-        let level = |step: u64, level: f64| {
-            format!(
-                r#"{{"step":{step},"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{{"sym":"ok"}},{level}]}}"#
-            )
-        };
         let first =
             [r#"{"scenario":"nominal","has_end":true}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
         let judged = |file: &Path| verify_log(&args(file, "phi1"), file, None).expect("a readable log").verdict(0);
-        writeln!(file, "{}\n{}", first.join("\n"), level(1, 50.0)).expect("room for three lines");
+        writeln!(file, "{}\n{}", first.join("\n"), level(1, "BatteryLevel", 50.0)).expect("room for three lines");
         assert_eq!(judged(file.path()), "unsure");
         writeln!(file, r#"{{"end":"arrival","time_s":0.5}}"#).expect("room for a line");
         assert_eq!(judged(file.path()), "satisfied");
         let mut cut = tempfile::NamedTempFile::new().expect("a file");
-        writeln!(cut, "{}\n{}", first.join("\n"), level(1, 9.0)).expect("room for three lines");
+        writeln!(cut, "{}\n{}", first.join("\n"), level(1, "BatteryLevel", 9.0)).expect("room for three lines");
         assert_eq!(judged(cut.path()), "violated", "whatever came after it");
     }
 
@@ -597,11 +594,6 @@ mod tests {
     #[test]
     fn messages_on_other_channels_leave_no_verdict_about_channels_that_may_not_have_been_in_the_log() {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
-        let level = |step: u64, to: &str, level: f64| {
-            format!(
-                r#"{{"step":{step},"tick":0,"time_s":0,"from":"BatteryReader","to":"{to}","message":[{{"sym":"ok"}},{level}]}}"#
-            )
-        };
         let first =
             [r#"{"scenario":"nominal","version":"0.1.0"}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
         let judged = |file: &Path| {

@@ -105,6 +105,12 @@ fn a_bag_is_checked_against_the_channels_of_a_scenario() {
     assert!(said.contains("the scenario has no channel BatteryReader → BatteryLevle"), "{said}");
 }
 
+/// Writes the metadata of a recording in a folder that consists of these files.
+fn list_files(folder: &Path, names: &[&str]) {
+    let list: String = names.iter().map(|name| format!("- {name}\n")).collect();
+    fs::write(folder.join("metadata.yaml"), format!("relative_file_paths:\n{list}duration: 1\n")).unwrap();
+}
+
 #[test]
 fn messages_before_the_damage_are_checked() {
     let recorded = Recorded::new();
@@ -115,8 +121,7 @@ fn messages_before_the_damage_are_checked() {
     fs::write(copies.join("bag_1.mcap"), &whole[..whole.len() / 2]).unwrap();
     let (_, _, said) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert!(unwrapped(&said).contains("bag_0.mcap and bag_1.mcap have the same messages"), "{said}");
-    let list = "relative_file_paths:\n- bag_0.mcap\n- bag_1.mcap\nduration: 1\n";
-    fs::write(copies.join("metadata.yaml"), list).unwrap();
+    list_files(&copies, &["bag_0.mcap", "bag_1.mcap"]);
     let (status, said, noted) = recorded.verify(&[copies.to_str().unwrap()], &[]);
     assert_eq!(status, Some(1));
     assert!(said.contains("slow_when_low unsure"), "{said}");
@@ -138,13 +143,12 @@ fn parts_of_a_bag_that_are_named_one_by_one_are_noted_once() {
     });
     let of_each = || recorded.verify(&[&parts[0], &parts[1]], &[]).2;
     assert_eq!(of_each(), "", "two recordings");
-    let list = "relative_file_paths:\n- drive_0.mcap\n- drive_1.mcap\nduration: 1\n";
-    fs::write(folder.join("metadata.yaml"), list).unwrap();
+    list_files(&folder, &["drive_0.mcap", "drive_1.mcap"]);
     let what = "is one of the 2 files of a recording; to check it as a whole, name the folder:";
     let expected = format!("note: {} {what} {}", parts[0], folder.display());
     assert_eq!(unwrapped(&of_each()), expected);
     // The only file of a recording is the whole.
-    fs::write(folder.join("metadata.yaml"), list.replace("- drive_1.mcap\n", "")).unwrap();
+    list_files(&folder, &["drive_0.mcap"]);
     assert_eq!(of_each(), "");
 }
 

@@ -802,6 +802,28 @@ fn a_demand_is_missed_once_even_if_a_property_makes_it_twice() {
     assert_eq!(watch.monitor().violations().map(|all| all.count), Some(5));
 }
 
+/// More is demanded than the states that are kept before they are followed.
+#[test]
+fn however_much_is_demanded_before_a_violation_all_that_is_missed_counts() {
+    let deadline = 3000;
+    let answered = format!("time_until (BatteryLevel, BatteryReader, true) <= {deadline}");
+    let mut watch = Watch::new(&format!("always ((BatteryReader, BatteryLevel, true) implies {answered})"));
+    for _ in 0..=deadline + 10 {
+        watch.tick();
+        watch.level(10.0);
+        watch.level(20.0);
+    }
+    assert_eq!(watch.monitor().violations().map(|all| all.count), Some(2 * 10));
+    let until = "(BatteryReader, BatteryLevel, level > 20) until (BatteryLevel, BatteryReader, true)";
+    let mut watch = Watch::new(&format!("always ((BatteryReader, BatteryLevel, level = 50) implies {until})"));
+    for _ in 0..5000 {
+        watch.tick();
+        watch.level(50.0);
+    }
+    watch.level(10.0);
+    assert_eq!(watch.monitor().violations().map(|all| all.count), Some(5000));
+}
+
 #[test]
 fn what_was_seen_before_a_violation_still_counts_after_it() {
     let mut watch = Watch::new(

@@ -43,7 +43,8 @@ use std::sync::{Arc, OnceLock};
 
 use bt::{Kind, Tree};
 use channels::Topology;
-use diagnostics::{Problem, Spanned};
+use diagnostics::Spanned;
+use miette::Diagnostic;
 use programs::Program;
 use recording::{Expected, Origin};
 use roaml::Model;
@@ -265,16 +266,22 @@ impl Scenario {
         of_robot.filter(move |name| !is_replaced(name)).chain(self.components.keys().map(String::as_str))
     }
 
-    /// The warnings about the files of the model, to be rendered.
+    /// The warnings about its model, tree, leaves and places, to be rendered.
     #[must_use]
-    pub fn model_concerns(&self) -> &[Problem] {
-        self.model().map_or(&[], |model| &model.warnings)
+    pub fn concerns(&self) -> Vec<Box<dyn Diagnostic + Send + Sync>> {
+        let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();
+        let of_model = self.model().into_iter().flat_map(|model| &model.warnings);
+        concerns.extend(of_model.map(|concern| Box::new(concern.clone()) as _));
+        if let Some(tree) = self.tree() {
+            let of_tree = tree.concerns().cloned().into_iter().chain(self.leaf_concerns(tree));
+            concerns.extend(of_tree.map(|of_tree| Box::new(of_tree) as _));
+        }
+        concerns.extend(self.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
+        concerns
     }
 
-    /// The warnings about the tree and its skills, to be rendered; `None` if there are none.
-    #[must_use]
-    pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
-        let Behavior::Tree(tree) = &self.behavior else { return None };
+    /// The warnings about the tree's leaves and their skills; `None` if there are none.
+    fn leaf_concerns(&self, tree: &Tree) -> Option<bt::TreeError> {
         let mut concerns = skill::concerns(tree, &self.skills);
         concerns.extend(symbols::never_equal(tree, &self.file.leaves, &self.components));
         // Only the tree writes to its blackboard, and a fault may replace the machine of a leaf.

@@ -255,14 +255,10 @@ fn with_stand_ins(mut checked: Checked, scenario: &Scenario, found: &Found) -> R
 /// triggers.
 fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     let run = Run::prepare(Arc::clone(scenario), scenario.file.seed, true)?;
-    let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();
-    concerns.extend(scenario.model_concerns().iter().map(|concern| Box::new(concern.clone()) as _));
+    let mut concerns = scenario.concerns();
     let tree = scenario.tree();
-    concerns.extend(tree.and_then(|tree| tree.concerns()).map(|concerns| Box::new(concerns.clone()) as _));
-    concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
     concerns.extend(scenario.machine_concerns().into_iter().map(|concerns| Box::new(concerns) as _));
     concerns.extend(scenario.doubts().into_iter().map(|doubt| Box::new(doubt) as _));
-    concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
     concerns.extend(run.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
     let mut parts = match scenario.model() {
         Some(_) => vec![format!("a RoAML model of {}", counted(scenario.machine_processes().count(), "machine"))],

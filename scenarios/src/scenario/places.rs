@@ -216,8 +216,7 @@ fn position(at: &Point) -> String {
 impl Scenario {
     /// Warnings about the map, which other programs may read differently, and about the places: unreachable ones, and a
     /// station whose tolerances are wider than those of docking.
-    #[must_use]
-    pub fn place_concerns(&self) -> Vec<Problem> {
+    pub(super) fn place_concerns(&self) -> Vec<Problem> {
         let Some(premises) = &self.premises else { return Vec::new() };
         let Premises { entry, map, places, written, reach, start, map_concerns, .. } = premises;
         let start = Point::from(start.translation.vector);

@@ -69,12 +69,7 @@ impl Asking {
                 problems.push(unknown(&format!("field of <{head}> from {component}"), &field, known));
             }
         };
-        for Written { field, .. } in &self.outputs {
-            check(OfferMessage::Answer, &field.value, &field.span);
-        }
-        for Written { field, .. } in &self.feedback {
-            check(OfferMessage::Feedback, &field.value, &field.span);
-        }
+        self.written().for_each(|(of, Written { field, .. })| check(of, &field.value, &field.span));
         if let Some(SuccessWhen { fields, span, .. }) = &self.success_when {
             fields.iter().for_each(|field| check(OfferMessage::Answer, field, span));
         }
@@ -84,22 +79,22 @@ impl Asking {
         }
     }
 
-    /// The field that is written to this port, in words, and its kind if there is a value. `offers` knows what a
-    /// component offers.
-    pub(in crate::scenario) fn written_to(
+    /// The fields that are written to ports, each with the message that has it.
+    fn written(&self) -> impl Iterator<Item = (OfferMessage, &Written)> {
+        let answers = self.outputs.iter().map(|written| (OfferMessage::Answer, written));
+        answers.chain(self.feedback.iter().map(|written| (OfferMessage::Feedback, written)))
+    }
+
+    /// The field that is written to this port, in words, and its kind if there is a value.
+    pub(in crate::scenario) fn written_to<'o>(
         &self,
         port: &str,
-        offers: &dyn Fn(&str) -> Option<Vec<Offer>>,
-    ) -> Option<(String, FieldKind)> {
-        let component = &self.asked.component.value;
-        let offers = offers(component)?;
-        let offer = offers.iter().find(|offer| offer.of == self.of && offer.name == self.asked.name.value)?;
-        let answers = self.outputs.iter().map(|written| (OfferMessage::Answer, written));
-        let mut written = answers.chain(self.feedback.iter().map(|written| (OfferMessage::Feedback, written)));
-        let (of, written) = written.find(|(_, written)| written.port.value == port)?;
+        offers: &'o [(&str, Vec<Offer>)],
+    ) -> Option<(String, &'o FieldKind)> {
+        let offer = offered(self.of, &self.asked, offers).ok()?;
+        let (of, written) = self.written().find(|(_, written)| written.port.value == port)?;
         let (name, kind) = offer.fields(of).find(|(name, _)| *name == written.field.value)?;
-        let kind = if let FieldKind::Optional(kind) = kind { kind } else { kind };
-        Some((format!("`{name}` of {component}"), kind.clone()))
+        Some((format!("`{name}` of {}", self.asked.component.value), present(kind)))
     }
 
     /// Reports ports of a leaf that do not fit what is offered: an input port that is not set though the request needs
@@ -125,14 +120,12 @@ impl Asking {
             }
         }
         let replies = bt::reply_domain(tree, leaf.id());
-        let answers = self.outputs.iter().map(|written| (OfferMessage::Answer, written));
-        let feedback = self.feedback.iter().map(|written| (OfferMessage::Feedback, written));
-        for (of, Written { port, field }) in answers.chain(feedback) {
+        for (of, Written { port, field }) in self.written() {
             let ports = replies.shapes().iter().flat_map(Shape::fields);
             let Some((_, taken)) = ports.into_iter().find(|(known, _)| *known == port.value) else { continue };
             let Some(given) = kind(of, &field.value) else { continue };
             if sample(given).is_some_and(|value| skills::field_value(&value, taken).is_none()) {
-                let taken = if let FieldKind::Optional(taken) = taken { taken } else { taken };
+                let taken = present(taken);
                 let message = format!(
                     "the port `{}` of `{}` is {taken}, and `{}` of {} is {given}",
                     port.value,
@@ -146,6 +139,11 @@ impl Asking {
         }
         problems
     }
+}
+
+/// The kind of a value that is there.
+fn present(kind: &FieldKind) -> &FieldKind {
+    if let FieldKind::Optional(kind) = kind { kind } else { kind }
 }
 
 /// A value of a kind; `None` for a list, which no port takes.
