@@ -139,8 +139,8 @@ impl Record {
         self.witness = Some(Box::new(self.explain(None, observation)));
     }
 
-    /// Notes which rules' obligations began or ended, or when the formula ceased to hold, and why a verdict was reached.
-    /// `rules` are the clauses, if they are distinguished.
+    /// Notes which rules' obligations began or ended, or when the formula ceased to hold, and why a verdict was
+    /// reached. `rules` are the clauses, if they are distinguished.
     pub(crate) fn follow(
         &mut self,
         observation: &Observation,
