@@ -8,7 +8,7 @@ robot knows what it has sent: no verdict contradicts that, every message is hear
 5 s after the pause is judged as if there had been none. `steward sim` is stopped likewise, and comes back to its domain.
 All of it happens in networks of their own, as many as WATCHES (1) beside each other.
 """
-import json, math, os, random, signal, struct, subprocess, sys, tempfile, time
+import contextlib, json, math, os, random, signal, struct, subprocess, sys, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -46,9 +46,13 @@ def pause(watching, how, which, seconds):
         (group / "freezer.state").write_text("FROZEN")
         time.sleep(seconds)
         (group / "freezer.state").write_text("THAWED")
-        for pid in (group / "cgroup.procs").read_text().split():
-            (FREEZER / "cgroup.procs").write_text(pid)
-        group.rmdir()
+        # A process may have come to be, or be ending, in the meantime.
+        while group.exists():
+            for pid in (group / "cgroup.procs").read_text().split():
+                with contextlib.suppress(ProcessLookupError):
+                    (FREEZER / "cgroup.procs").write_text(pid)
+            with contextlib.suppress(OSError):
+                group.rmdir()
     else:
         for pid in pids:
             os.kill(pid, signal.SIGSTOP)
