@@ -45,25 +45,12 @@ impl Obligation {
 
     /// The obligation with every tick counted from τ = `now` instead of from 0.
     fn at(&self, now: u64) -> Self {
-        match self.window_at(now) {
-            Some((first, last)) => self.within(first, last),
-            None => self.clone(),
-        }
-    }
-
-    fn window_at(&self, now: u64) -> Option<(u64, u64)> {
-        let Self::Passes { first, last, .. } = self else { return None };
-        Some((if *first == 0 { 0 } else { first.saturating_add(now) }, last.saturating_add(now)))
-    }
-
-    /// Whether the other is this one, with every tick counted from τ = `now` instead of from 0.
-    fn is_at(&self, now: u64, other: &Self) -> bool {
-        match (self, other) {
-            (
-                Self::Passes { event, holds, before, values, first: _, last: _ },
-                Self::Passes { event: e, holds: h, before: b, values: v, first, last },
-            ) => (event, holds, before, values) == (e, h, b, v) && self.window_at(now) == Some((*first, *last)),
-            _ => self == other,
+        match self {
+            Self::Passes { first, last, .. } => {
+                let first = if *first == 0 { 0 } else { first.saturating_add(now) };
+                self.within(first, last.saturating_add(now))
+            }
+            other => other.clone(),
         }
     }
 
@@ -253,7 +240,7 @@ impl Obligations {
 
     /// Whether these are the clauses, with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn are_at<'a>(&self, now: u64, clauses: impl ExactSizeIterator<Item = &'a Clause>) -> bool {
-        let is_same = |(own, other): (&Obligation, &Obligation)| own.is_at(now, other);
+        let is_same = |(own, other): (&Obligation, &Obligation)| own.at(now) == *other;
         let are_same =
             |(own, other): (&Clause, &Clause)| own.len() == other.len() && own.iter().zip(other).all(is_same);
         self.clauses.len() == clauses.len() && self.clauses.iter().zip(clauses).all(are_same)

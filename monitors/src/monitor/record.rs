@@ -113,12 +113,12 @@ impl Record {
     ) {
         past.advance(&mut self.memory, by);
         let begun = past.read(&mut self.memory, letter, message);
-        // Mostly, none has begun.
-        let reasons = (begun != 0).then(|| self.reasons.iter_mut().zip(past.reasons()));
-        for ((bit, seen), (_, most)) in reasons.into_iter().flatten() {
-            if begun & *bit != 0 && channel(event).is_some() {
-                seen.push_back(event.clone());
-                seen.drain(..seen.len().saturating_sub(most));
+        if begun != 0 && channel(event).is_some() {
+            for ((bit, seen), (_, most)) in self.reasons.iter_mut().zip(past.reasons()) {
+                if begun & *bit != 0 {
+                    seen.push_back(event.clone());
+                    seen.drain(..seen.len().saturating_sub(most));
+                }
             }
         }
         self.note(event);

@@ -98,8 +98,6 @@ const MOST_UNREAD: usize = 4096;
 pub(super) struct Recurrence {
     /// The clauses that must always hold; none if the property is violated for good.
     clauses: Vec<Clause>,
-    /// Whether one of them looks ahead.
-    looks_ahead: bool,
     /// Whether something is owed because of the states so far, or may be.
     owes: bool,
     /// The obligations of the whole property if its clauses owe nothing. None where obligations do not show that: a
@@ -183,7 +181,6 @@ impl Recurrence {
         let is_owed = |always| clauses.iter().any(|clause| clause.operators.contain(always));
         let rest = (!demanded.any(is_owed)).then(|| synthesis.operators.going());
         Self {
-            looks_ahead: clauses.iter().any(|clause| clause.looks_ahead),
             clauses,
             owes: false,
             rest,
@@ -205,7 +202,8 @@ impl Recurrence {
     pub(super) fn note(&mut self, run: &RunningMonitor, rules: Option<&CompactRun>) {
         let is_rest = |owed: &Obligations| self.rest.as_ref() == Some(owed);
         let rests = || rules.map_or_else(|| run.owed().is_some_and(|(owed, _)| is_rest(owed)), CompactRun::is_at_rest);
-        let owed = std::mem::replace(&mut self.owes, self.looks_ahead && !rests());
+        let looks_ahead = self.clauses.iter().any(|clause| clause.looks_ahead);
+        let owed = std::mem::replace(&mut self.owes, looks_ahead && !rests());
         if owed && !self.owes {
             self.unread.clear();
             self.clauses.iter_mut().for_each(Clause::rest);

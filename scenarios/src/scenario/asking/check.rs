@@ -141,7 +141,7 @@ impl Asking {
     }
 }
 
-/// The kind of a value that is there.
+/// What an optional kind is if there is a value; any other kind as it is.
 fn present(kind: &FieldKind) -> &FieldKind {
     if let FieldKind::Optional(kind) = kind { kind } else { kind }
 }
