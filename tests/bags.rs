@@ -126,6 +126,9 @@ fn messages_before_the_damage_are_checked() {
     assert_eq!(status, Some(1));
     assert!(said.contains("slow_when_low unsure"), "{said}");
     assert!(noted.contains("bag_1.mcap breaks off"), "{noted}");
+    let cut = copies.join("bag_1.mcap");
+    let listed = String::from_utf8(steward(&["verify", "--list", cut.to_str().unwrap()]).stdout).unwrap();
+    assert!(listed.contains("bag_1.mcap breaks off"), "{listed}");
     let empty = recorded.write("empty.mcap", b"");
     let (status, _, noted) = recorded.verify(&[&empty, &recorded.path("nav2.mcap")], &[]);
     assert!(status == Some(2) && noted.contains("empty.mcap is empty"), "{noted}");

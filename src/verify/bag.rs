@@ -96,7 +96,10 @@ fn follow(path: &Path, mapping: &Mapping) -> Result<(Survey, Following), Error> 
 
 /// The contents of a bag.
 pub(super) fn list(path: &Path) -> Result<Contents, Error> {
-    Ok(contents(open(path)?.survey()))
+    let bag = open(path)?;
+    let mut contents = contents(bag.survey());
+    contents.lost.extend(bag.damage().cloned());
+    Ok(contents)
 }
 
 /// The contents of a source.

@@ -93,6 +93,11 @@ impl Bag {
         &self.survey
     }
 
+    /// What is already known to be lost with damaged parts of files, in words: files without an index have been read.
+    pub fn damage(&self) -> impl Iterator<Item = &String> {
+        self.files.iter().filter_map(|file| file.plan.as_ref()).flat_map(|plan| &plan.lost)
+    }
+
     /// Reads the messages of the topics with the indices `wanted`, in the order of the times at which they were
     /// recorded. Messages of one time are in the order in which they were recorded.
     #[must_use]

@@ -138,7 +138,7 @@ impl McapFollower {
         lost: &mut Vec<String>,
     ) -> Received {
         let Self { walk, seen } = self;
-        walk.first_ns = survey.first_ns();
+        walk.first_ns = Some(survey.first_ns());
         let (mut topic, mut is_undeclared) = (None, false);
         let chooses = |head: &MessageHeader, channels: &BTreeMap<u16, Topic>| {
             let (of_channel, count) = seen.entry(head.channel_id).or_insert_with(|| {
@@ -207,7 +207,7 @@ impl McapReader {
         lost: &mut Vec<String>,
     ) {
         let Self { walk, seen } = self;
-        walk.first_ns = survey.first_ns();
+        walk.first_ns = Some(survey.first_ns());
         walk.go_to(unit.start.unsigned_abs());
         let end = unit.end.unsigned_abs();
         if unit.channels.is_some() && !matches!(walk.chunk_end(), Ok(Some(found)) if found == end) {

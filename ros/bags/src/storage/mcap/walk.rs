@@ -90,8 +90,8 @@ pub(super) struct Walk {
     /// The position in the file after the last chunk.
     pub(super) after_chunk: u64,
     pub(super) known: Known,
-    /// When the first message of the bag was recorded.
-    pub(super) first_ns: i64,
+    /// When the first message of the bag was recorded, unless this is still to be found out.
+    pub(super) first_ns: Option<i64>,
     /// When the last message was recorded.
     last: Option<u64>,
     pub(super) is_over: bool,
@@ -134,7 +134,7 @@ impl Walk {
             spare: Vec::new(),
             after_chunk: 0,
             known: Known::default(),
-            first_ns: 0,
+            first_ns: None,
             last: None,
             is_over: false,
         })
@@ -368,10 +368,11 @@ impl Walk {
 
     /// What is lost, in words.
     fn damage(&self, goes_on: bool, error: &io::Error) -> String {
-        let since = self.last.map_or_else(
-            || "before its first message".to_owned(),
-            |last| crate::after_first(nanoseconds(last), self.first_ns),
-        );
+        let since = match (self.last.map(nanoseconds), self.first_ns) {
+            (None, _) => "before its first message".to_owned(),
+            (Some(last_ns), Some(first_ns)) => crate::after_first(last_ns, first_ns),
+            (Some(last_ns), None) => format!("after the message of {}", crate::moment(last_ns)),
+        };
         let (what, rest) =
             if goes_on { ("contains a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
         let reason = if error.kind() == io::ErrorKind::UnexpectedEof { String::new() } else { format!(" ({error})") };
