@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Message, Topology, Value, Verdict};
-use monitors::{Format, Formula, Method, Outcome, Property, SHIPPED, ScopeMonitor, explain, scope_monitor};
+use monitors::{Choice, Format, Formula, Method, Outcome, Property, SHIPPED, ScopeMonitor, explain, scope_monitor};
 
 use crate::robot::topology;
 
@@ -822,6 +822,20 @@ fn however_much_is_demanded_before_a_violation_all_that_is_missed_counts() {
     }
     watch.level(10.0);
     assert_eq!(watch.monitor().violations().map(|all| all.count), Some(5000));
+}
+
+/// By progression, which does not foresee that the demand cannot be met.
+#[test]
+fn a_demand_that_no_message_can_meet_is_missed_each_time() {
+    let never = "time_until (BatteryReader, BatteryLevel, level > 20 and level < 10) <= 1";
+    let mut watch = Watch::new(&format!("always ((BatteryReader, BatteryLevel, true) implies {never})"));
+    let formula = watch.monitor().formula().clone();
+    let monitor = ScopeMonitor::with("p", formula, &watch.topology, Choice::Progression);
+    watch.property.monitor = Box::new(monitor.expect("it is small"));
+    watch.tick();
+    assert_eq!([(); 3].map(|()| watch.level(10.0)), [Verdict::Inconclusive; 3]);
+    assert_eq!([(); 2].map(|()| watch.tick()), [Verdict::Inconclusive, Verdict::False]);
+    assert_eq!(watch.monitor().violations().map(|all| all.count), Some(3));
 }
 
 #[test]

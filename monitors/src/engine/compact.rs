@@ -325,9 +325,9 @@ impl CompactRun {
         }
     }
 
-    /// Whether no rule is armed.
+    /// Whether no rule is armed or broken: one that waits for what no message can satisfy is never armed.
     pub(crate) fn is_at_rest(&self) -> bool {
-        (0..self.ticks.len()).all(|rule| !self.is_armed(rule))
+        self.broken.is_none() && (0..self.ticks.len()).all(|rule| !self.is_armed(rule))
     }
 
     /// Resets τ to 0, and forgets what no rule needs.
