@@ -85,10 +85,10 @@ const MOST_SERVERS: usize = 100;
 /// The longest step back of the system's clock that does not matter: rustdds holds samples back until it has caught up.
 const LONGEST_STEP: i64 = 50_000_000;
 
-/// Whether the process is to end, what is to be read, and what is left to publish.
+/// Whether the process is to end, what else is to be read from now on, and what is left to publish.
 struct Asked {
     is_to_end: AtomicBool,
-    subscribed: Mutex<Subscribed>,
+    subscribed: Mutex<Option<Subscribed>>,
     messages: Mutex<Vec<Ask>>,
 }
 
@@ -115,7 +115,7 @@ pub(super) fn work() -> ExitCode {
     let Some(Ask::Join { options, ahead_ns, node }) = Ask::read(&mut stdin().lock()) else { return ExitCode::FAILURE };
     let asked = Arc::new(Asked {
         is_to_end: AtomicBool::new(false),
-        subscribed: Mutex::new(Subscribed::Nothing),
+        subscribed: Mutex::new(None),
         messages: Mutex::new(Vec::new()),
     });
     let (listening, heard) = (std::thread::current(), Arc::clone(&asked));
@@ -123,7 +123,7 @@ pub(super) fn work() -> ExitCode {
         while let Some(ask) = Ask::read(&mut stdin().lock()) {
             match ask {
                 Ask::Join { .. } => {}
-                Ask::Subscribe(to) => *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = to,
+                Ask::Subscribe(to) => *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = Some(to),
                 Ask::Publish(_) | Ask::Request(_) | Ask::Serve(..) | Ask::Respond(_) => {
                     heard.messages.lock().unwrap_or_else(PoisonError::into_inner).push(ask);
                 }
@@ -251,8 +251,9 @@ impl Listener {
             is_due |= self.ask_for_nodes();
             let unanswered = self.requests.given_up().into_iter();
             self.untold.extend(unanswered.map(|number| Heard::Response(Response { number, body: Vec::new() })));
-            let wanted = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            is_due |= wanted != subscribed;
+            if let Some(wanted) = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                (subscribed, is_due) = (wanted, true);
+            }
             // What a writer says last is taken before it is gone.
             let now_ns = self.clock.now_ns();
             told.append(&mut self.untold);
@@ -265,7 +266,7 @@ impl Listener {
             let has_new =
                 told.iter().any(|heard| matches!(heard, Heard::Sample(of) if !self.known.contains(&of.writer)));
             if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {
-                (looked, subscribed) = (Some(now()), wanted);
+                looked = Some(now());
                 let offers = self.offers()?;
                 let again = self.departed.iter().find(|guid| offers.writers.iter().any(|writer| writer.guid == **guid));
                 if let Some(again) = again.copied() {

@@ -14,8 +14,10 @@ use super::heard::Prefix;
 use super::options::Options;
 use crate::clock::now;
 
-/// How often a datagram is sent, and how often while an answer is overdue.
+/// How often a datagram is sent; how often while messages come more often, which tell the time themselves; and how often
+/// while an answer is overdue.
 const PERIOD: Duration = Duration::from_millis(20);
+const PERIOD_IF_BUSY: Duration = Duration::from_millis(100);
 const PERIOD_IF_LATE: Duration = Duration::from_millis(200);
 
 /// So many in a row without an answer are proof of death. They are counted, and not the time: a machine that is too
@@ -66,7 +68,12 @@ impl Pulse {
 
     /// Sends a datagram if it is time. The time is that of the clock of messages.
     pub(super) fn beat(&mut self, now_ns: i64) {
-        let period = if self.unanswered > 1 { PERIOD_IF_LATE } else { PERIOD };
+        let is_busy = self.message_at.is_some_and(|message| message.elapsed() < PERIOD);
+        let period = match self.unanswered {
+            0 | 1 if is_busy => PERIOD_IF_BUSY,
+            0 | 1 => PERIOD,
+            _ => PERIOD_IF_LATE,
+        };
         if self.sent_at.is_some_and(|sent| sent.elapsed() < period) {
             return;
         }
