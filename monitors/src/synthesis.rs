@@ -208,6 +208,7 @@ pub(crate) enum RunningMonitor {
 
 impl RunningMonitor {
     /// Sets τ, counted from the first state, to `now`.
+    #[inline]
     pub(crate) fn advance(&mut self, now: u64) {
         match self {
             Self::Compact(run) => run.advance(now),
@@ -244,6 +245,7 @@ impl RunningMonitor {
     }
 
     /// Processes a state with this letter and message.
+    #[inline]
     pub(crate) fn read(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>, alphabet: &Alphabet) {
         match self {
             Self::Compact(run) => run.read(letter, alphabet),
@@ -253,6 +255,7 @@ impl RunningMonitor {
     }
 
     /// Whether a deadline has passed unmet.
+    #[inline]
     pub(crate) fn is_too_late(&self) -> bool {
         match self {
             Self::Compact(run) => run.broken().is_some(),
@@ -261,6 +264,7 @@ impl RunningMonitor {
         }
     }
 
+    #[inline]
     pub(crate) fn verdict(&self) -> channels::Verdict {
         match self {
             Self::Compact(run) => run.verdict(),
@@ -270,6 +274,7 @@ impl RunningMonitor {
     }
 
     /// Whether something else may be owed than when this was last asked.
+    #[inline]
     pub(crate) fn owes_anew(&mut self) -> bool {
         match self {
             Self::Compact(_) | Self::Progression(_) => true,
@@ -305,6 +310,7 @@ impl RunningMonitor {
     }
 
     /// Whether the formula holds on the run so far.
+    #[inline]
     pub(crate) fn holds(&self) -> bool {
         match self {
             Self::Compact(run) => run.holds(),

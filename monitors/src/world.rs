@@ -40,6 +40,7 @@ impl OwnWorld {
 
     /// Whether it is to be seen: a tick, a message of another channel, or one in which a field has changed. The first
     /// message of the world is always seen.
+    #[inline]
     pub fn sees(&mut self, kind: &EventKind) -> bool {
         match kind {
             EventKind::Received { channel, message } if Some(*channel) == self.channel => self.changes(message),

@@ -319,6 +319,7 @@ impl AutomatonRun {
     }
 
     /// Sets τ to `now`.
+    #[inline]
     pub(crate) fn advance(&mut self, now: u64) {
         if let Some(detour) = &mut self.detour {
             return detour.advance(now);
@@ -343,6 +344,7 @@ impl AutomatonRun {
     }
 
     /// Processes a state with this letter.
+    #[inline]
     pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
         if let Some(detour) = &mut self.detour {
             return detour.read(letter, None);

@@ -355,6 +355,7 @@ impl CompactRun {
     }
 
     /// Sets τ to `now`.
+    #[inline]
     pub(crate) fn advance(&mut self, now: u64) {
         self.compact.past.advance(&mut self.memory, now.saturating_sub(self.now));
         self.now = now;
@@ -368,6 +369,7 @@ impl CompactRun {
     }
 
     /// Processes a state with this letter.
+    #[inline]
     pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
         let step = match &self.compact.table {
             Some(table) => table.get(self.state, alphabet.symbol(letter)),
@@ -450,6 +452,7 @@ impl CompactRun {
         }
     }
 
+    #[inline]
     pub(crate) fn verdict(&self) -> Verdict {
         if self.broken.is_some() {
             Verdict::False

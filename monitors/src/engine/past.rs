@@ -165,6 +165,7 @@ impl Past {
     }
 
     /// τ grows.
+    #[inline]
     pub(crate) fn advance(&self, memory: &mut Memory, by: u64) {
         if let Some(data) = &mut memory.data {
             data.now += by;
@@ -186,6 +187,7 @@ impl Past {
     }
 
     /// Processes a state: `last` becomes what holds in it. Returns the operators whose operand holds in it.
+    #[inline]
     pub(crate) fn read(&self, memory: &mut Memory, letter: Letter, message: Option<(ChannelId, &Message)>) -> u64 {
         let mut begun = 0;
         let mut last = letter.after(memory.last & !(u64::MAX.checked_shl(self.known.first).unwrap_or(0)));

@@ -96,8 +96,9 @@ const MOST_UNREAD: usize = 4096;
 /// first one on that demands something of later ones, and forgotten as soon as nothing is owed any more.
 #[derive(Clone, Debug)]
 pub(super) struct Recurrence {
-    /// The clauses that must always hold; none if the property is violated for good.
+    /// The clauses that must always hold; none if the property is violated for good. And whether any looks ahead.
     clauses: Vec<Clause>,
+    looks_ahead: bool,
     /// Whether something is owed because of the states so far, or may be.
     owes: bool,
     /// The obligations of the whole property if its clauses owe nothing. None where obligations do not show that: a
@@ -181,6 +182,7 @@ impl Recurrence {
         let is_owed = |always| clauses.iter().any(|clause| clause.operators.contain(always));
         let rest = (!demanded.any(is_owed)).then(|| synthesis.operators.going());
         Self {
+            looks_ahead: clauses.iter().any(|clause| clause.looks_ahead),
             clauses,
             owes: false,
             rest,
@@ -199,11 +201,14 @@ impl Recurrence {
     }
 
     /// Notes whether something is owed because of the states so far.
+    #[inline]
     pub(super) fn note(&mut self, run: &RunningMonitor, rules: Option<&CompactRun>) {
+        if !self.looks_ahead {
+            return;
+        }
         let is_rest = |owed: &Obligations| self.rest.as_ref() == Some(owed);
         let rests = || rules.map_or_else(|| run.owed().is_some_and(|(owed, _)| is_rest(owed)), CompactRun::is_at_rest);
-        let looks_ahead = self.clauses.iter().any(|clause| clause.looks_ahead);
-        let owed = std::mem::replace(&mut self.owes, looks_ahead && !rests());
+        let owed = std::mem::replace(&mut self.owes, !rests());
         if owed && !self.owes {
             self.unread.clear();
             self.clauses.iter_mut().for_each(Clause::rest);
@@ -211,9 +216,12 @@ impl Recurrence {
     }
 
     /// Keeps a state before the property is violated, if something is owed.
+    #[inline]
     pub(super) fn keep(&mut self, position: Position<'_>) {
+        if !self.owes {
+            return;
+        }
         match position.state().without_memory() {
-            _ if !self.owes => {}
             Some(state) if self.unread.len() < MOST_UNREAD => self.unread.push(state),
             _ => self.read(position),
         }
