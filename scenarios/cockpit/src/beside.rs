@@ -105,7 +105,7 @@ impl Beside {
             None => format!("All results so far that are in both {one} and {another} are the same."),
         };
         if comparison.has_common_nodes() && comparison.others() > 0 {
-            words += &format!(" Nodes that are in one tree only: {}.", comparison.others());
+            words += &format!(" Nodes of which one tree has none, or fewer: {}.", comparison.others());
         }
         words
     }

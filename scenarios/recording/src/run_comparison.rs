@@ -7,7 +7,8 @@ use bt::{Outcome, Status};
 
 use crate::{Header, RunView};
 
-/// Compares the answers of nodes in two runs, node by node, while their records are read. A node is known by its name.
+/// Compares the answers of nodes in two runs, node by node, while their records are read. A node is known by its name,
+/// and those of one name by their order in the tree, if both trees have as many of them.
 ///
 /// The order in which the runs are read does not matter, except that each is read from its start.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ pub struct RunComparison {
     names: Vec<String>,
     /// By run and the index of a node: which of the common nodes it is, if it is one.
     places: [Vec<Option<usize>>; 2],
-    /// How many nodes are in one of the trees only.
+    /// How many nodes are not compared.
     others: usize,
     /// Whether both runs contain results that repeat the one before.
     has_repeats: bool,
@@ -65,16 +66,21 @@ impl RunComparison {
     /// Compares runs with these headers, of which nothing has been read.
     #[must_use]
     pub fn new(runs: [&Header; 2]) -> Self {
-        let index = |header: &Header| -> BTreeMap<String, usize> {
-            header.tree.iter().enumerate().map(|(number, node)| (node.process.clone(), number)).collect()
+        let index = |header: &Header| {
+            let mut index: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+            for (number, node) in header.tree.iter().enumerate() {
+                index.entry(node.process.clone()).or_default().push(number);
+            }
+            index
         };
         let [first, second] = runs.map(index);
         let mut places = runs.map(|header| vec![None; header.tree.len()]);
         let mut names = Vec::new();
-        for (name, number) in first {
-            if let Some(other) = second.get(&name) {
-                (places[0][number], places[1][*other]) = (Some(names.len()), Some(names.len()));
-                names.push(name);
+        for (name, numbers) in first {
+            let Some(others) = second.get(&name).filter(|others| others.len() == numbers.len()) else { continue };
+            for (number, other) in numbers.iter().zip(others) {
+                (places[0][*number], places[1][*other]) = (Some(names.len()), Some(names.len()));
+                names.push(name.clone());
             }
         }
         Self {
@@ -178,7 +184,7 @@ impl RunComparison {
         !self.names.is_empty()
     }
 
-    /// How many nodes are in one of the trees only.
+    /// How many nodes are not compared: one of the trees has none of their name, or fewer.
     #[must_use]
     pub fn others(&self) -> usize {
         self.others
@@ -276,6 +282,19 @@ mod tests {
         let comparison = compared([&["main", "Drive", "Dock"], &["main", "Dock", "Charge"]], ["1F 2S", "2F 1F"]);
         assert_eq!(comparison.difference().map(|difference| difference.nodes), Some([2, 1]));
         assert_eq!(comparison.others(), 2);
+    }
+
+    #[test]
+    fn nodes_of_one_name_are_compared_in_the_order_of_the_tree() {
+        const TWICE: &[&str] = &["main", "Drive", "Wait", "Drive"];
+        let comparison = compared([TWICE, TWICE], ["1S 3S", "1S 3F"]);
+        assert_eq!(
+            (comparison.others(), comparison.difference().map(|difference| difference.nodes)),
+            (0, Some([3, 3]))
+        );
+        // Which of them is the one of the other tree is not known.
+        let comparison = compared([TWICE, SAME[0]], ["1S 3S", "1F"]);
+        assert_eq!((comparison.others(), comparison.difference()), (5, None));
     }
 
     #[test]
