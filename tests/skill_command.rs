@@ -114,6 +114,18 @@ fn suspicious_constructs_in_a_valid_machine_give_warnings() {
 }
 
 #[test]
+#[cfg(feature = "ecmascript")]
+fn a_date_that_would_become_data_gives_a_warning_where_it_is_written() {
+    let dated =
+        DOOR.replace("<assign location=\"knocks\" expr=\"3\"/>", "<assign location=\"knocks\" expr=\"new Date()\"/>");
+    let files = files(&dated, "");
+    let output = steward(&["skill", "check", text(&files.machine)]);
+    let warned = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(warned.contains("a `Date` cannot be kept in data") && warned.contains("Door.scxml:5"), "{warned}");
+    assert!(said(output, 0).ends_with("not compared with the messages of a scenario; 1 warning\n"), "{warned}");
+}
+
+#[test]
 fn a_missing_file_is_bad_input() {
     assert!(refusal(&["skill", "check", "nowhere/Door.scxml"]).contains("nowhere/Door.scxml"));
     assert!(refusal(&["skill", "run", "nowhere/Door.scxml"]).contains("nowhere/Door.scxml"));

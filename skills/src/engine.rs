@@ -6,7 +6,7 @@
 //! two machines share nothing. Only what data can hold is kept between evaluations: plain values, arrays, plain
 //! objects, and functions as their source. A function therefore sees data and other functions, but no variables of an
 //! enclosing function. An object loses its class, and a class is known only in its own script. A `Date`, a `Map`, a
-//! `RegExp` and the like cannot be kept.
+//! `RegExp` and the like cannot be kept. Of a `Date`, loading warns where the text shows it.
 //!
 //! Every evaluation has its own engine: changes to the engine's objects are gone afterwards, and so are thrown errors.
 //! Promises are settled before the program ends.

@@ -6,6 +6,7 @@
 //! similar operators, in `<script>`. Conversions follow ECMAScript. Everything else is for [`crate::engine`].
 
 mod code;
+mod dates;
 mod evaluate;
 mod location;
 mod parse;
@@ -18,6 +19,7 @@ mod token;
 mod vocabulary;
 
 pub(crate) use code::{Code, Form};
+pub(crate) use dates::kept_dates;
 pub(crate) use evaluate::{Scope, binary};
 pub(crate) use location::Location;
 pub(crate) use parse::{Parsed, expression, literal, location};

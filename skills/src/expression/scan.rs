@@ -84,6 +84,8 @@ pub(crate) struct Declarations {
     pub(crate) variables: Vec<String>,
     /// The names of functions.
     pub(crate) functions: Vec<String>,
+    /// The positions after `=` where variables and their members get values.
+    pub(crate) values: Vec<usize>,
     /// The script with spaces instead of `var`, `let` and `const`: the declared variables become data.
     pub(crate) script: String,
 }
@@ -95,6 +97,8 @@ enum Open {
     Plain,
     /// The parenthesis after `if`, `for` and similar keywords.
     Head,
+    /// Any other parenthesis.
+    Parenthesis,
     /// The body of a function.
     Body,
 }
@@ -142,6 +146,7 @@ impl<'s> DeclarationSearch<'s> {
             Piece::Word if before != Piece::Mark(b'.') && !self.open.iter().any(|open| matches!(open, Open::Body)) => {
                 self.declare(index, before);
             }
+            Piece::Mark(b'=') if self.assigns(before) => self.found.values.push(self.pieces[index].1.end),
             _ => {}
         }
     }
@@ -157,8 +162,14 @@ impl<'s> DeclarationSearch<'s> {
             }
             Piece::Mark(b'{') if before == Piece::Mark(b')') && !matches!(self.closed, Open::Head) => Open::Body,
             Piece::Mark(b'{') if before == Piece::Mark(b'>') => Open::Body,
+            Piece::Mark(b'(') => Open::Parenthesis,
             _ => Open::Plain,
         }
+    }
+
+    /// Whether `=` after this piece may assign to a variable: in a parenthesis, it may give a parameter its default.
+    fn assigns(&self, before: Piece) -> bool {
+        matches!(before, Piece::Word | Piece::Mark(b']')) && self.open.iter().all(|open| matches!(open, Open::Plain))
     }
 
     /// The declaration that a word outside of functions makes, if any.

@@ -53,6 +53,8 @@ impl Compiler<'_> {
                 if problem.kind == ProblemKind::Suspicious {
                     self.problems.push(in_file(written, problem).as_warning());
                 }
+                let dates = expression::kept_dates(written.value, form);
+                self.problems.extend(dates.into_iter().map(|date| in_file(written, date).as_warning()));
                 self.foreign.extend(code.mentions());
                 self.mentions.note_code(written.value);
                 Ok(there(Arc::new(code)))

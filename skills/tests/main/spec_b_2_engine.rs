@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use skills::{Chart, Datum, Machine, Transcript};
 
 use crate::bombs::scripts::outcomes;
+use crate::diagnostics::in_short;
 use crate::stage::{file, lenient, stage};
 
 /// The value of an expression, among data.
@@ -165,6 +166,49 @@ fn values_that_data_cannot_hold_are_refused() {
         let text = file("", &format!("<script>function f(n) {{ return n }} {expression}</script><state id='s'/>"));
         assert!(Chart::load("test.scxml", &text).is_err(), "{expression}");
     }
+}
+
+#[test]
+fn a_date_that_would_become_data_gives_a_warning() {
+    let warnings = |content: &str| {
+        let data = "<datamodel><data id='x' expr='5'/></datamodel>";
+        let text = file("", &format!("{data}<state id='s'><onentry>{content}</onentry></state>"));
+        in_short(&text, Chart::load("test.scxml", &text).unwrap().warnings())
+    };
+    let script = |code: &str| warnings(&format!("<script>{code}</script>"));
+    let expected = |date: &str| {
+        format!(
+            "«{date}» a `Date` cannot be kept in data\n    \
+             keep its number, `getTime()` or `Date.now()`, or its text, `toISOString()`\n"
+        )
+    };
+    for (code, date) in [
+        ("x = new Date(1500)", "new Date(1500)"),
+        ("var begun = new Date; x = begun.getTime()", "new Date"),
+        ("x = new Date()\nx = 1", "new Date()"),
+        ("x = { at: [1, new Date(Math.max(1, 2))] }", "new Date(Math.max(1, 2))"),
+        ("if (x) { x = {}; x.at = new Date() }", "new Date()"),
+    ] {
+        assert_eq!(script(code), expected(date), "{code}");
+    }
+    assert_eq!(warnings("<assign location='x' expr='new Date(0)'/>"), expected("new Date(0)"));
+    assert_eq!(warnings("<assign location='x' expr='{at: new Date(0)}'/>"), expected("new Date(0)"));
+    for code in [
+        "x = new Date().getTime()",
+        "x = (new Date()).toISOString()",
+        "x = Date.now()",
+        "x = Date()",
+        "x = new Date() - 5",
+        "x = x == new Date(0)",
+        "x = String(new Date())",
+        "x = [new Date(0)].length",
+        "x = 'new Date()'.slice(1)",
+        "function later() { var now = new Date(); return now.getTime() } x = later()",
+        "function at(now = new Date()) { return now.getTime() } x = at()",
+    ] {
+        assert_eq!(script(code), "", "{code}");
+    }
+    assert_eq!(warnings("<assign location='x' expr='new Date(0).getTime()'/>"), "");
 }
 
 #[test]
