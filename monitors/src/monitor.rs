@@ -419,6 +419,7 @@ impl ScopeMonitor {
         (self.verdict, open)
     }
 
+    #[inline]
     fn read(&mut self, event: &Event, letter: Letter) {
         let tau = self.synthesis.vocabulary.tau(event);
         let start = *self.start.get_or_insert(tau);

@@ -189,19 +189,23 @@ impl Past {
     /// Processes a state: `last` becomes what holds in it. Returns the operators whose operand holds in it.
     #[inline]
     pub(crate) fn read(&self, memory: &mut Memory, letter: Letter, message: Option<(ChannelId, &Message)>) -> u64 {
+        memory.last = letter.after(memory.last & !(u64::MAX.checked_shl(self.known.first).unwrap_or(0)));
+        let begun = if self.operators.is_empty() { 0 } else { self.look_back(memory, letter) };
+        if let Some(data) = &mut memory.data {
+            data.read(memory.last, message, &self.known);
+        }
+        begun
+    }
+
+    fn look_back(&self, memory: &mut Memory, letter: Letter) -> u64 {
         let mut begun = 0;
-        let mut last = letter.after(memory.last & !(u64::MAX.checked_shl(self.known.first).unwrap_or(0)));
         let mut rest = &mut memory.ages[..];
         for (number, operator) in self.operators.iter().enumerate() {
             let ages;
             (ages, rest) = rest.split_at_mut(operator.windows.len());
-            let (holds, begins) = operator.read(ages, last, letter);
-            last |= u64::from(holds) << (self.known.first + number as u32);
+            let (holds, begins) = operator.read(ages, memory.last, letter);
+            memory.last |= u64::from(holds) << (self.known.first + number as u32);
             begun |= u64::from(begins) << (self.known.first + number as u32);
-        }
-        memory.last = last;
-        if let Some(data) = &mut memory.data {
-            data.read(last, message, &self.known);
         }
         begun
     }
