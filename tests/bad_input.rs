@@ -250,6 +250,23 @@ fn a_base_is_a_file_or_a_name_and_can_be_set() {
     }
 }
 
+#[test]
+fn a_property_with_the_name_of_another_expectation_is_refused() {
+    let folder = tempdir().unwrap();
+    let scenario = folder.path().join("own.toml");
+    std::fs::write(folder.path().join("own.scope"), "property reached := always true\n").unwrap();
+    for (lines, name, place) in [
+        ("properties = [\"own.scope\"]\n[expect]\n", "reached", "own.scope:1:"),
+        ("[[monitors]]\nfigure = \"5 (a)\"\nname = \"max_collisions\"\n", "max_collisions", "own.toml:"),
+    ] {
+        std::fs::write(&scenario, format!("base = \"errand\"\n{lines}")).unwrap();
+        let said = refusal(&["check", scenario.to_str().unwrap()]);
+        let refused = format!("a property cannot be called `{name}`");
+        let help = format!("`expect.{name}` means something else; choose another name");
+        says(&said, &[&refused, &help, place]);
+    }
+}
+
 /// A copy of another leaf's machine drives to the same place, whatever the name of its file.
 #[test]
 fn a_machine_may_have_a_name_other_than_its_leaf() {

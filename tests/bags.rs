@@ -269,6 +269,72 @@ fn messages_that_do_not_fit_their_definition_make_verdicts_unsure() {
     assert!(noted.contains("100 messages on /b are left out"), "{noted}");
 }
 
+/// A bag whose fourth message belongs before the second one, 4 s earlier. Its stamps say so; if `is_stamped`, it was
+/// recorded in the order of the file, and otherwise at the times of the stamps.
+fn disordered(is_stamped: bool) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().profile("ros2").use_chunks(false).create(&mut bytes).unwrap();
+    let schema = writer.add_schema("p/msg/P", "ros2msg", b"builtin_interfaces/Time stamp\nint32 x\n").unwrap();
+    let topics = ["/a", "/b"].map(|topic| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap());
+    let sent = [(0, 1, 1), (1, 6, 1), (1, 8, 1), (0, 2, 9), (1, 9, 1)];
+    for ((topic, second, x), recorded) in sent.into_iter().zip(10_u64..) {
+        let stamp_s = 1_700_000_000_u32 + second;
+        let log_s = if is_stamped { 1_700_000_000 + recorded } else { u64::from(stamp_s) };
+        let header = mcap::records::MessageHeader {
+            channel_id: topics[topic],
+            sequence: 0,
+            log_time: log_s * 1_000_000_000,
+            publish_time: log_s * 1_000_000_000,
+        };
+        let body = [[0, 1, 0, 0], stamp_s.to_le_bytes(), [0; 4], i32::to_le_bytes(x)].concat();
+        writer.write_to_known_channel(&header, &body).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    bytes.into_inner()
+}
+
+#[test]
+fn every_result_says_that_a_message_that_comes_too_late_makes_a_verdict_unsure() {
+    let recorded = Recorded::new();
+    // In the order of the file, `first` is satisfied for good; in that of the times, it is violated.
+    let scope = recorded.write(
+        "order.scope",
+        b"property first := (not (a, m, m.x > 5)) until (b, m, true)\nproperty calm := always not (b, m, m.x > 5)\n",
+    );
+    let entry = |topic: &str| {
+        format!("[[messages]]\ntopic = \"/{topic}\"\nfrom = \"{topic}\"\nto = \"m\"\nfields = {{ x = \"x\" }}\n")
+    };
+    for (name, time, more) in [("followed", "log", &["--follow"][..]), ("stamped", "stamp", &[][..])] {
+        let text = format!("time = {time:?}\n{}{}", entry("a"), entry("b"));
+        let mapping = recorded.write(&format!("{name}.toml"), text.as_bytes());
+        let bag = recorded.write(&format!("{name}.mcap"), &disordered(time == "stamp"));
+        let (out, junit) = (recorded.path(name), recorded.path(&format!("{name}.xml")));
+        let command = ["verify", &bag, "--property", &scope, "--map-channels", &mapping, "--json"];
+        let results = ["--out", &out, "--results", &junit];
+        let output = steward(&[&command[..], &results, more].concat());
+        let [said, noted] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        assert_eq!(output.status.code(), Some(1), "{name}: {said}{noted}");
+        let late = "4.000 s too late";
+        assert!(unwrapped(&noted).contains(late), "{name}: {noted}");
+        let is_about_it = |monitor: &Value| monitor["unsure"].as_str().is_some_and(|why| why.contains(late));
+        // One that is followed is told of in lines, the last of which has the verdicts.
+        let told = if more.is_empty() { said.as_str() } else { said.lines().last().unwrap() };
+        let told: Value = serde_json::from_str(told).unwrap();
+        let [first, calm] = [0, 1].map(|index| &told["monitors"][index]);
+        assert_eq!((&first["verdict"], &calm["verdict"]), (&"unsure".into(), &"satisfied".into()), "{name}: {told}");
+        assert!(is_about_it(first), "{name}: {first}");
+        let report: Value = serde_json::from_slice(&fs::read(Path::new(&out).join("report.json")).unwrap()).unwrap();
+        let first = &report["monitors"][0];
+        assert!(first["verdict"] == "inconclusive" && is_about_it(first), "{name}: {first}");
+        let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
+        assert!(page.contains("It is unsure: something is missing") && page.contains(late), "{name}: the page");
+        let junit = fs::read_to_string(junit).unwrap();
+        let failure = junit.split_once("<failure message=\"first is unsure\">").map(|(_, rest)| rest);
+        assert!(failure.is_some_and(|rest| rest.contains(late)), "{name}: {junit}");
+    }
+}
+
 #[test]
 fn each_of_several_robots_is_judged_by_its_own_messages() {
     let recorded = Recorded::new();

@@ -44,6 +44,28 @@ fn a_counterexample_has_a_scenario_a_schedule_and_a_chart() {
     assert!(pages.iter().all(|page| page.contains("the robot comes to RechargingStation, the level is 30 %")));
 }
 
+/// The files of an application and of its runs can be moved together.
+#[test]
+fn a_counterexample_names_files_from_its_own_folder() {
+    let folder = tempdir().expect("a folder");
+    let [mine, moved] = ["mine", "moved"].map(|name| folder.path().join(name));
+    fs::create_dir(&mine).expect("a new folder");
+    let (scenario, machine) = (mine.join("own.toml"), mine.join("FollowPath.scxml"));
+    fs::write(&scenario, "base = \"nav2/halted_early\"\n").expect("room for a scenario");
+    fs::copy("skills/machines/nav2/FollowPath.scxml", &machine).expect("it is shipped");
+    let set = format!("leaves.FollowPath.machine='{}'", machine.display());
+    let proof = proved(&mine.join("out"), &[path(&scenario), "--property", "stands_still", "--set", &set]);
+    assert_eq!(proof["properties"][0]["result"], "violated", "{proof:#}");
+    let file = "out/stands_still/counterexample.toml";
+    let text = fs::read_to_string(mine.join(file)).expect("a scenario");
+    assert!(text.contains("base = \"../../own.toml\"") && text.contains("\"FollowPath.scxml\""), "{text}");
+    assert!(!text.contains("\"/") && !text.contains("'/") && !text.contains(path(folder.path())), "{text}");
+    fs::rename(&mine, &moved).expect("the new name is free");
+    let out = folder.path().join("again");
+    let run = steward(&["run", path(&moved.join(file)), "--no-snapshots", "--out", path(&out)]);
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+}
+
 #[test]
 fn every_run_that_violates_a_shipped_property_can_be_followed() {
     let folder = tempdir().expect("a folder");

@@ -298,6 +298,46 @@ fn each_deadline_that_is_missed_again_is_counted_at_its_time() {
     }
 }
 
+/// The deadline lies between two ticks, and the second one shows that it was missed.
+#[test]
+fn a_missed_deadline_has_the_same_time_in_all_results() {
+    let folder = tempdir().unwrap();
+    let lines = "execution.max_time_s = 9.5\nexpect = { ticks = \"violated\", seconds = \"violated\" }\n\
+                 [[faults]]\nkind = \"halt_lost\"\nat_s = 0.5\nleaf = \"Move\"";
+    let scenario = application(folder.path(), MISSED, lines);
+    let scenario = scenario.to_str().unwrap();
+    let [file, campaign, log, out] =
+        ["campaign.toml", "campaign", "log.jsonl", "out"].map(|name| folder.path().join(name));
+    fs::write(&file, "scenario = \"scenario.toml\"\nruns = 1\n").unwrap();
+    let output = steward(&["campaign", file.to_str().unwrap(), "--out", campaign.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let journal = fs::read_to_string(campaign.join("journal.jsonl")).unwrap();
+    let record: Value = serde_json::from_str(journal.lines().nth(1).unwrap()).unwrap();
+    // The same run, with its event log, and its summary.
+    let seed = record["seed"].to_string();
+    let found = report(scenario, &out, &["--seed", &seed, "--record", log.to_str().unwrap()]);
+    let said = steward(&["run", scenario, "--seed", &seed, "--no-snapshots", "--out", out.to_str().unwrap()]).stdout;
+    let log = fs::read_to_string(log).unwrap();
+    let lines: Vec<Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let nanoseconds = |line: &Value| (line["time_s"].as_f64().unwrap() * 1e9).round();
+    let asked = lines.iter().find(|line| line["to"] == "Move" && line["message"][0]["sym"] == "tick").unwrap();
+    let due = nanoseconds(asked) + 1.5e9;
+    let ticks = lines.iter().filter(|line| line["generated"] == "tick").map(nanoseconds);
+    let tick = ticks.clone().filter(|time| *time <= due).count() - 1;
+    assert!(ticks.clone().all(|time| time != due) && ticks.clone().any(|time| time > due), "{log}");
+    let (monitor, facts) = (&found["monitors"][1], &record["facts"]);
+    let in_campaign = &facts["monitors"][1];
+    let from_s = &monitor["violations"]["first"][0]["from_s"];
+    for time_s in [&monitor["time_s"], &monitor["witness"]["time_s"], from_s, &in_campaign["time_s"]] {
+        assert_eq!(*time_s, json!(due / 1e9), "{monitor} {in_campaign}");
+    }
+    assert_eq!([&monitor["tick"], &in_campaign["tick"]], [&json!(tick); 2]);
+    let onset = (facts["fault_onset_s"].as_f64().unwrap() * 1e9).round();
+    assert_eq!(in_campaign["latency_s"], json!((due - onset) / 1e9), "{record}");
+    let said = String::from_utf8_lossy(&said);
+    assert!(said.contains(&format!("at tick {tick}, {:.2} s", due / 1e9)), "{said}");
+}
+
 /// Both properties, of which the scenario says nothing, are violated.
 const BAD: &str = "property rests := always not (Move, BT, m[1] = <running>)
 property fine := always true

@@ -168,6 +168,28 @@ fn the_matrix_shows_which_property_detects_which_fault() {
     assert!(std::fs::read_to_string(out.path().join("index.html")).unwrap().contains("faults/battery_level"));
 }
 
+/// `Plan` has an output port, which the pretended answer does not fill, and `FollowPath` has none.
+#[test]
+fn the_matrix_has_lost_halts_of_leaves_with_and_without_output_ports() {
+    let out = tempdir().unwrap();
+    let [plan, follow] = ["Plan", "FollowPath"].map(|leaf| {
+        let file = out.path().join(format!("{leaf}.toml"));
+        let fault = format!("[[faults]]\nkind = \"halt_lost\"\nat_s = 0\nleaf = \"{leaf}\"\n");
+        std::fs::write(&file, format!("base = \"nav2/canceled_goal\"\n{fault}")).unwrap();
+        file.to_str().unwrap().to_owned()
+    });
+    let folder = out.path().join("matrix");
+    let fixed = ["--fault-free", "nav2/canceled_goal", "--runs", "1", "--json", "--out", folder.to_str().unwrap()];
+    let output = steward(&[&["matrix", &plan, &follow][..], &fixed].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    // A fault may make a run not as expected.
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{said}");
+    let matrix: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = matrix["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2, "{matrix}");
+    assert!(rows.iter().all(|row| row["fault"].is_string()), "{matrix}");
+}
+
 /// `silent` is violated with the fault and without it. The robot arrives, although the scenario stops nowhere.
 #[test]
 fn a_property_that_is_violated_without_a_fault_detects_none() {

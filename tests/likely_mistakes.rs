@@ -119,6 +119,26 @@ fn a_fault_after_the_end_of_the_run_is_named() {
 }
 
 #[test]
+fn a_share_instead_of_percent_and_a_zone_faster_than_the_robot_are_named() {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
+    let places = fs::read_to_string("maps/house.places.toml").expect("it is shipped");
+    let found = |initial_pct: &str, level_pct: &str, speed_mps: &str| {
+        let zone = format!("[Narrow]\ncorners_m = [[-4, 5.6], [0, 5.6], [0, 8], [-4, 8]]\nspeed_mps = {speed_mps}\n");
+        write("own.places.toml", format!("{places}\n{zone}"));
+        let fault = format!("[[faults]]\nkind = \"battery_level\"\nat_s = 1\nlevel_pct = {level_pct}\n");
+        let lines = format!("base = \"errand\"\nplaces = \"own.places.toml\"\nbattery.initial_pct = {initial_pct}\n");
+        write("own.toml", lines + &fault);
+        checked(&folder.path().join("own.toml"))
+    };
+    assert_eq!(found("80", "20", "0.2"), [""; 0]);
+    assert_eq!(found("0.8", "20", "0.2"), ["`battery.initial_pct` is 0.8 %, less than one percent"]);
+    assert_eq!(found("80", "0.2", "0.2"), ["`level_pct` is 0.2 %, less than one percent"]);
+    let fast = "the zone `Narrow` allows 2 m/s, but the robot is never faster than 0.45 m/s";
+    assert_eq!(found("80", "20", "2"), [fast]);
+}
+
+#[test]
 fn an_enumerator_of_a_script_can_be_declared() {
     let tree = "<BehaviorTree ID=\"Main\"><Sequence><Script code=\"color := RED\"/><Action ID=\"Say\" text=\"a\"/></Sequence>\
                 </BehaviorTree>";

@@ -210,6 +210,41 @@ fn a_door_may_stick_and_a_visitor_may_be_anywhere() {
     assert!(sensor.contains("<param name=\"count\" expr=\"0\"/>") && sensor.contains("nearest_m"), "{sensor}");
 }
 
+/// Takes no goal, and has a state too many.
+const REFUSING: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <state id="here">
+    <transition event="follow_path.goal">
+      <send type="channel" targetexpr="_event.origin" event="follow_path.rejected"/>
+    </transition>
+    <transition event="follow_path.cancel"/>
+  </state>
+  <state id="lost"/>
+</scxml>"#;
+
+#[test]
+fn a_machine_that_stands_in_is_checked_and_copied_with_its_scenario() {
+    let folder = tempdir().expect("a folder");
+    let [mine, copy] = ["mine", "copy"].map(|name| folder.path().join(name));
+    fs::create_dir(&mine).expect("a new folder");
+    let scenario = "base = \"nav2/halted_early\"\n[prove]\ncomponents.ControllerServer.machine = \"Refusing.scxml\"\n";
+    for (name, text) in [("own.toml", scenario), ("Refusing.scxml", REFUSING)] {
+        fs::write(mine.join(name), text).expect("room for a file");
+    }
+    let check = |folder: &Path| {
+        let output = steward(&["check", "--json", &at(folder, "own.toml")]);
+        let report: Value = serde_json::from_slice(&output.stdout).expect("the report is JSON");
+        assert_eq!(report[0]["problems"], serde_json::json!([]), "{report}");
+        let mut warnings = report[0]["warnings"].as_array().expect("warnings").iter();
+        assert!(warnings.any(|one| one["message"] == "the state `lost` is never entered"), "{report}");
+    };
+    check(&mine);
+    let output = steward(&["init", &at(folder.path(), "copy"), "--scenario", &at(&mine, "own.toml")]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    fs::remove_dir_all(&mine).expect("it is not needed");
+    assert!(copy.join("Refusing.scxml").is_file());
+    check(&copy);
+}
+
 #[test]
 fn where_a_navigation_of_ones_own_drives_nobody_knows() {
     let folder = tempdir().expect("a folder");

@@ -128,6 +128,35 @@ fn a_fault_can_wait_for_what_is_true() {
     assert!((began - violated).abs() <= 0.021, "{began} s and {violated} s");
 }
 
+/// What it is told for the second time violates it.
+const TWICE: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <state id="never"><transition event="told" target="once"/></state>
+  <state id="once"><transition event="told" target="again"/></state>
+  <state id="again"/>
+</scxml>"#;
+
+/// The robot drives, so `x_m` changes at each step of the physics; `charging` never does.
+#[test]
+fn a_fault_and_a_machine_see_only_changes_of_their_own_fields() {
+    let event = "when = \"(World, Monitors, charging = false)\"";
+    let fault = format!("[[faults]]\nkind = \"battery_level\"\nlevel_pct = 80\ntimes = 100\n{event}\n");
+    let machine = "[[monitors]]\nname = \"told\"\nmachine = \"Twice.scxml\"\nviolated_in = \"again\"\n";
+    let events = format!("events = [{{ event = \"told\", {event} }}]\n");
+    let text = format!("base = \"nominal\"\n[expect]\n[execution]\nmax_time_s = 10\n{fault}{machine}{events}");
+    let still = "property still := always (World, Monitors, charging = false)\n";
+    let drives = "property drives := always (World, Monitors, x_m > -100)\n";
+    let [alone, beside] = [still.to_owned(), format!("{still}{drives}")].map(|properties| {
+        let own = folder(&text, &properties);
+        std::fs::write(own.path().join("Twice.scxml"), TWICE).unwrap();
+        run(&own, &[])
+    });
+    assert_eq!(verdicts(&alone), [("still", "satisfied"), ("told", "satisfied")]);
+    assert_eq!(verdicts(&beside), [("still", "satisfied"), ("drives", "satisfied"), ("told", "satisfied")]);
+    assert_eq!(alone["faults"].as_array().map(Vec::len), Some(1), "{alone}");
+    assert_eq!(beside["faults"], alone["faults"]);
+    assert!(beside["robot"]["distance_m"].as_f64().unwrap() > 0.1, "{beside}");
+}
+
 #[test]
 fn a_recording_gives_the_same_verdicts_of_the_world() {
     let own = folder(

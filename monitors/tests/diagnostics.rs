@@ -179,6 +179,22 @@ property fine := always (BatteryReader, BatteryLevel, m[2] < 20)
 }
 
 #[test]
+fn at_least_0_messages_cause_a_warning() {
+    for (count, is_told) in [
+        ("at least 0", true),
+        ("at least no", true),
+        ("at least 1", false),
+        ("at most 0", false),
+        ("at most no", false),
+    ] {
+        let text = format!("const no := 0\nproperty p := always {count} (BatteryReader, BatteryLevel, true) in 10\n");
+        let file = monitors::load("p.scope", &text, &topology(), Duration::from_secs(1)).expect("no mistakes");
+        let mut problems = file.warnings.problems().iter();
+        assert_eq!(problems.any(|problem| problem.message() == "`at least 0` always holds"), is_told, "{count}");
+    }
+}
+
+#[test]
 fn a_number_in_another_unit_than_that_of_the_field_causes_a_warning() {
     let warnings = |condition: &str| {
         let mut topology = Topology::default();

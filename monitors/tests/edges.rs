@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Capacity, Domain, EventKind, FieldKind, Message, Monitor, Shape, Topology, Value};
-use monitors::{Outcome, ScopeMonitor};
+use channels::{Capacity, Domain, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value};
+use monitors::{EventAtom, Formula, FormulaError, MessageCondition, Outcome, ScopeMonitor, Term};
 
 use crate::support::{Dice, event};
 
@@ -242,4 +242,45 @@ fn what_becomes_true_is_found_at_each_edge_and_nowhere_else() {
             }
         }
     }
+}
+
+#[test]
+fn a_duration_is_refused_if_ticks_take_no_time() {
+    let topology = channel(&["n"], &FieldKind::Int);
+    let load =
+        |text: &str| monitors::load("p.scope", text, &topology, Duration::ZERO).map(|file| file.properties.len());
+    for formula in [
+        "time_until (Ask, Arm, n > 0) < 3 s",
+        "always at most 3 (Ask, Arm, n > 0) in 10 s",
+        "always once[<= 10 s] (Ask, Arm, n > 0)",
+    ] {
+        let refused = load(&format!("property p := {formula}")).expect_err(formula);
+        let reported = refused.problems()[0].to_string();
+        assert_eq!(reported, "a duration cannot be counted in ticks that take no time", "{formula}");
+    }
+    // A log without ticks is judged by such properties.
+    for text in [
+        "property p := time_until (Ask, Arm, n > 0) < 3",
+        "timed property p := time_until (Ask, Arm, n > 0) < 3 s",
+        "property p := always (Ask, Arm, n > 0)",
+    ] {
+        assert_eq!(load(text).expect(text), 1);
+    }
+}
+
+#[test]
+fn a_formula_about_field_0_is_refused() {
+    let topology = channel(&["n"], &FieldKind::Int);
+    let channel = topology.channels().next().expect("there is one");
+    let made = |condition: MessageCondition| {
+        ScopeMonitor::new("p", Formula::Event(EventAtom { channel, condition }).always(), &topology).map(drop)
+    };
+    let (relation, value) = (Relation::Greater, Value::Int(0));
+    let compared = |number: usize| MessageCondition::Compare { field: number.into(), relation, value: value.clone() };
+    let related =
+        MessageCondition::Relate { left: Term::Field(0_usize.into()), relation, right: Term::Value(value.clone()) };
+    for condition in [compared(0), MessageCondition::Not(Box::new(compared(0))), related] {
+        assert_eq!(made(condition), Err(FormulaError::NoSuchField));
+    }
+    assert_eq!(made(compared(1)), Ok(()));
 }

@@ -1,6 +1,10 @@
 //! Messages become events on channels, with ticks between them.
 
-use crate::messages::{ODD, PLAIN, TWIST, odd, plain, twist};
+use std::fs;
+
+use bags::Bag;
+
+use crate::messages::{Encoder, ODD, PLAIN, TWIST, odd, plain, twist};
 use crate::reading::read_with;
 use crate::writer::{Written, bag_of};
 
@@ -234,4 +238,28 @@ fn one_message_with_a_wrong_time_is_left_out_and_not_the_others() {
     ];
     assert_eq!(events, expected);
     assert_eq!(notes, [format!("2 {}", expected[0])]);
+}
+
+/// In ROS, each character has four bytes; other programs write two.
+#[test]
+fn the_distribution_that_a_bag_names_decides_how_wide_strings_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Two characters, the first of which is 0, fit with both widths, and what follows them differs.
+    let mut encoder = Encoder::default();
+    for number in [2_i32, 0, 97, 5, 6] {
+        encoder.put(&number.to_le_bytes());
+    }
+    let wide = ("p/msg/Wide", "wstring text\nint32 x\nint32 y\n");
+    let unnamed = bag_of(folder.path(), &[("/wide", wide, 1, encoder.message())]);
+    let mapping = "[[messages]]\ntopic = \"/wide\"\nfrom = \"a\"\nto = \"b\"\nfields = { x = \"x\", y = \"y\" }\n";
+    let (events, notes) = read_with(&unnamed, mapping);
+    assert!(events.iter().all(|line| !line.contains('→')), "{events:?}");
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(notes[0].contains("it is not known how wide the characters of their wide strings are"), "{notes:?}");
+    let metadata = "info:\n  ros_distro: jazzy\n  relative_file_paths:\n  - bag.mcap\n  duration: 1\n";
+    fs::write(folder.path().join("metadata.yaml"), metadata).expect("room for a file");
+    let named = Bag::open(folder.path()).expect("a bag");
+    let (events, notes) = read_with(&named, mapping);
+    assert_eq!(events, ["0 ms: 0, tick 0", "0 ms: 1, tick 0: a → b [5, 6]"]);
+    assert!(notes.is_empty(), "{notes:?}");
 }

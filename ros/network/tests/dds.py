@@ -129,6 +129,7 @@ assert listed["nodes"] == ["/robot/base", "/robot/camera"], listed["nodes"]
 assert {"name": "/go", "type": "test_msgs/action/Fibonacci"} in listed["actions"], listed["actions"]
 services = {service["name"]: service["type"] for service in listed["services"]}
 assert services.get("/dock") == "std_srvs/srv/Trigger", services
+assert [service["introspected"] for service in listed["services"] if service["name"] == "/dock"] == [False], listed
 kinds = {topic["name"]: topic["type"] for topic in listed["topics"]}
 assert kinds["/level"] == "std_msgs/msg/Int32" and kinds["/go/_action/status"] == "action_msgs/msg/GoalStatusArray", kinds
 offers = listed["publishers"]
