@@ -14,8 +14,8 @@ use super::heard::Prefix;
 use super::options::Options;
 use crate::clock::now;
 
-/// How often a datagram is sent; how often while messages come more often, which tell the time themselves; and how often
-/// while an answer is overdue.
+/// How often a datagram is sent; how often while messages come more often, which tell the time themselves; and how
+/// often while an answer is overdue.
 const PERIOD: Duration = Duration::from_millis(20);
 const PERIOD_IF_BUSY: Duration = Duration::from_millis(100);
 const PERIOD_IF_LATE: Duration = Duration::from_millis(200);
