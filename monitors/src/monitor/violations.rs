@@ -96,8 +96,9 @@ const MOST_UNREAD: usize = 4096;
 /// first one on that demands something of later ones, and forgotten as soon as nothing is owed any more.
 #[derive(Clone, Debug)]
 pub(super) struct Recurrence {
-    /// The clauses that must always hold; none if the property is violated for good. And whether any looks ahead.
+    /// The clauses that must always hold; none if the property is violated for good.
     clauses: Vec<Clause>,
+    /// Whether one of them looks ahead.
     looks_ahead: bool,
     /// Whether something is owed because of the states so far, or may be.
     owes: bool,

@@ -28,8 +28,12 @@ pub(crate) fn kept_dates(source: &str, form: Form) -> Vec<ExpressionProblem> {
             dates.extend(search.date());
         }
     }
+    let when = match form {
+        Form::Script => "an error if it is still there when the script ends",
+        _ => "an error whenever this is evaluated",
+    };
     let problem = |span: Range<usize>| {
-        ExpressionProblem::new("a `Date` cannot be kept in data", span, "an error whenever this is evaluated")
+        ExpressionProblem::new("a `Date` cannot be kept in data", span, when)
             .with_help("keep its number, `getTime()` or `Date.now()`, or its text, `toISOString()`")
     };
     dates.into_iter().map(problem).collect()
