@@ -29,7 +29,7 @@ pub(crate) use combinations::combinations;
 pub use combinations::samples;
 pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub use limits::Limits;
-pub(crate) use obligations::{Clause, Obligation, Obligations};
+pub(crate) use obligations::{Clause, Obligation, Obligations, order_at};
 pub(crate) use operators::{Awaited, Operators, State};
 pub(crate) use past::{Bits, LetterTrigger, Memory, Past};
 pub(crate) use progression::Progression;

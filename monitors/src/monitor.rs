@@ -445,11 +445,11 @@ impl ScopeMonitor {
             // Only the antecedents are still of interest.
             return;
         }
+        let owes_anew = self.rules.as_mut().map_or_else(|| self.run.owes_anew(), CompactRun::owes_anew);
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
-        let owes_anew = self.run.owes_anew();
         let rules = self.run.rules().or(self.rules.as_ref());
-        if before == Verdict::Inconclusive {
-            if owes_anew && rules.is_none() {
+        if before == Verdict::Inconclusive && (owes_anew || self.verdict == Verdict::False) {
+            if rules.is_none() {
                 self.record.note_beginnings(&observation, &self.run, letter, now);
             }
             self.record.follow(&observation, &self.run, rules, self.verdict);
@@ -459,7 +459,7 @@ impl ScopeMonitor {
         match self.record.witness() {
             Some(witness) if self.verdict == Verdict::False => recurrence.follow(position, witness.settled),
             _ => {
-                if owes_anew || rules.is_some() {
+                if owes_anew {
                     recurrence.note(&self.run, rules);
                 }
                 recurrence.keep(position);

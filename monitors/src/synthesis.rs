@@ -277,8 +277,9 @@ impl RunningMonitor {
     #[inline]
     pub(crate) fn owes_anew(&mut self) -> bool {
         match self {
-            Self::Compact(_) | Self::Progression(_) => true,
+            Self::Compact(run) => run.owes_anew(),
             Self::Automaton(run) => run.owes_anew(),
+            Self::Progression(_) => true,
         }
     }
 

@@ -255,13 +255,15 @@ pub(crate) struct CompactRun {
     /// first at which everything is allowed again ([`Timing::Without`]; 0: now).
     ticks: Vec<u64>,
     broken: Option<usize>,
+    /// Whether other rules may be armed or broken than when that was last asked.
+    owes_anew: bool,
 }
 
 impl CompactRun {
     pub(crate) fn new(compact: Arc<Compact>) -> Self {
         let ticks = compact.rules.iter().map(|rule| rule.timing.at_rest()).collect();
         let memory = compact.past.memory();
-        Self { compact, state: 0, memory, now: 0, ticks, broken: None }
+        Self { compact, state: 0, memory, now: 0, ticks, broken: None, owes_anew: true }
     }
 
     /// Starts in the middle of a run, at τ = `now`: nothing is pending.
@@ -336,7 +338,7 @@ impl CompactRun {
         for ticks in self.ticks.iter_mut().filter(|ticks| **ticks != u64::MAX) {
             *ticks = ticks.saturating_sub(self.now);
         }
-        self.now = 0;
+        (self.now, self.owes_anew) = (0, true);
     }
 
     /// Forgets what no rule needs: what the last messages were, and bans that are over.
@@ -358,11 +360,14 @@ impl CompactRun {
     #[inline]
     pub(crate) fn advance(&mut self, now: u64) {
         self.compact.past.advance(&mut self.memory, now.saturating_sub(self.now));
-        self.now = now;
-        for (index, rule) in self.compact.rules.iter().enumerate() {
-            let late = matches!(rule.timing, Timing::Within { .. }) && now >= self.ticks[index];
+        let before = std::mem::replace(&mut self.now, now);
+        for (index, (rule, tick)) in self.compact.rules.iter().zip(&self.ticks).enumerate() {
+            // A deadline has passed, or a ban is over.
+            let is_over = before < *tick && *tick <= now;
+            self.owes_anew |= is_over;
+            let is_late = is_over && matches!(rule.timing, Timing::Within { .. });
             // Of several deadlines that have passed, the first.
-            if late && self.broken.is_none_or(|broken| self.ticks[index] < self.ticks[broken]) {
+            if is_late && self.broken.is_none_or(|broken| *tick < self.ticks[broken]) {
                 self.broken = Some(index);
             }
         }
@@ -384,10 +389,17 @@ impl CompactRun {
         }
     }
 
+    /// Whether other rules may be armed or broken than when this was last asked.
+    #[inline]
+    pub(crate) fn owes_anew(&mut self) -> bool {
+        std::mem::take(&mut self.owes_anew)
+    }
+
     fn apply(&mut self, step: RuleStep) {
         for (index, rule) in self.compact.rules.iter().enumerate() {
             let (struck, passed) = (step.strikes >> index & 1 == 1, step.passes >> index & 1 == 1);
             let (ticks, fine) = rule.timing.after(self.ticks[index], self.now, struck, passed);
+            self.owes_anew |= ticks != self.ticks[index] || !fine;
             self.ticks[index] = ticks;
             if !fine && self.broken.is_none() {
                 self.broken = Some(index);
@@ -398,6 +410,7 @@ impl CompactRun {
     /// Processes symbols until the verdict is settled; ticks are [`Symbol::NEXT_TICK`].
     pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
         let compact = Arc::clone(&self.compact);
+        self.owes_anew = true;
         match (&compact.table, &compact.rules[..]) {
             (Some(table), [Rule { timing: Timing::Within { ticks, .. }, .. }]) => {
                 self.run_response(symbols, *ticks, table);

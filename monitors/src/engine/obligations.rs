@@ -1,5 +1,7 @@
 //! Obligations: what the rest of a run must do.
 
+use std::cmp::Ordering;
+
 use smallvec::{SmallVec, smallvec};
 
 use crate::clause::EventId;
@@ -44,13 +46,35 @@ impl Obligation {
     }
 
     /// The obligation with every tick counted from τ = `now` instead of from 0.
-    fn at(&self, now: u64) -> Self {
-        match self {
-            Self::Passes { first, last, .. } => {
-                let first = if *first == 0 { 0 } else { first.saturating_add(now) };
-                self.within(first, last.saturating_add(now))
-            }
-            other => other.clone(),
+    pub(crate) fn at(&self, now: u64) -> Self {
+        match *self {
+            Self::Passes { first, last, .. } => self.within(first_at(first, now), last.saturating_add(now)),
+            _ => self.clone(),
+        }
+    }
+
+    /// The order of this obligation, with every tick counted from τ = `now` instead of from 0, and the other.
+    fn order_at(&self, now: u64, other: &Self) -> Ordering {
+        match (self, other) {
+            (
+                Self::Passes { event, holds, first, last, before, values },
+                Self::Passes {
+                    event: other_event,
+                    holds: other_holds,
+                    first: other_first,
+                    last: other_last,
+                    before: other_before,
+                    values: other_values,
+                },
+            ) => (event, holds, first_at(*first, now), last.saturating_add(now), before, values).cmp(&(
+                other_event,
+                other_holds,
+                *other_first,
+                *other_last,
+                other_before,
+                other_values,
+            )),
+            _ => self.cmp(other),
         }
     }
 
@@ -88,8 +112,19 @@ impl Obligation {
     }
 }
 
+/// The first tick of a window if it is counted from τ = `now` instead of from 0.
+fn first_at(first: u64, now: u64) -> u64 {
+    if first == 0 { 0 } else { first.saturating_add(now) }
+}
+
 /// A clause: one of its obligations must be met. Sorted; none implies another.
 pub(crate) type Clause = SmallVec<[Obligation; 1]>;
+
+/// The order of a clause, with every tick counted from τ = `now` instead of from 0, and another.
+pub(crate) fn order_at(clause: &Clause, now: u64, other: &Clause) -> Ordering {
+    let mut orders = clause.iter().zip(other).map(|(own, other)| own.order_at(now, other));
+    orders.find(|order| order.is_ne()).unwrap_or_else(|| clause.len().cmp(&other.len()))
+}
 
 /// Clauses, all of which must be met; none implies another.
 ///
@@ -240,10 +275,8 @@ impl Obligations {
 
     /// Whether these are the clauses, with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn are_at<'a>(&self, now: u64, clauses: impl ExactSizeIterator<Item = &'a Clause>) -> bool {
-        let is_same = |(own, other): (&Obligation, &Obligation)| own.at(now) == *other;
-        let are_same =
-            |(own, other): (&Clause, &Clause)| own.len() == other.len() && own.iter().zip(other).all(is_same);
-        self.clauses.len() == clauses.len() && self.clauses.iter().zip(clauses).all(are_same)
+        let is_same = |(own, other)| order_at(own, now, other) == Ordering::Equal;
+        self.clauses.len() == clauses.len() && self.clauses.iter().zip(clauses).all(is_same)
     }
 
     /// The obligations with every tick reduced by those that have passed: an automaton treats them as the same state.

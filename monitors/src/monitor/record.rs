@@ -1,15 +1,17 @@
 //! The messages that a monitor remembers in order to explain its verdict: the last one on each channel, and those that
 //! caused an obligation.
 
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Message, Topology, Verdict};
+use smallvec::SmallVec;
 
 use crate::clause::{Form, Literal, LiteralSet, trigger};
 use crate::describe;
 use crate::engine::{
-    Anticipation, Clause, CompactRun, Letter, Memory, Obligation, Obligations, Operators, Past, State,
+    Anticipation, Clause, CompactRun, Letter, Memory, Obligation, Obligations, Operators, Past, State, order_at,
 };
 use crate::monitor::witness::{EventTime, OpenObligation, Sighting, Witness};
 use crate::synthesis::{RunningMonitor, Synthesis};
@@ -31,7 +33,7 @@ pub(crate) struct Record {
     memory: Memory,
     /// For each operator that looks back, its bit, and the last messages at which its operand held.
     reasons: Vec<(u64, VecDeque<Event>)>,
-    /// Without rules: the pending clauses in their order, each with the messages from which it began.
+    /// Without rules: the pending clauses in their order, each with the messages from which it began, at least one.
     begun: Vec<(Clause, Vec<Event>)>,
     /// For each rule, or for the formula as a whole: the messages that caused its pending obligation, if any.
     causes: Vec<Option<Vec<Event>>>,
@@ -159,7 +161,7 @@ impl Record {
                 // Without distinguishable clauses, there is one cause: the last messages when the formula
                 // ceased to hold.
                 self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| {
-                    record.everything(observation.event)
+                    everything(&record.messages, observation.event)
                 })
             }
         }
@@ -188,36 +190,42 @@ impl Record {
         if is_same || run.verdict() != Verdict::Inconclusive {
             return;
         }
-        let owed = owed.at(since);
-        let pending = owed.clauses();
-        let over: Vec<_> = self.begun.extract_if(.., |(clause, _)| pending.binary_search(clause).is_err()).collect();
-        if self.begun.len() == pending.len() {
+        // Both are sorted.
+        let (mut place, mut over) = (0, SmallVec::<[_; 1]>::new());
+        for clause in owed.clauses() {
+            let order = loop {
+                let known = self.begun.get(place);
+                match known.map_or(Ordering::Less, |(known, _)| order_at(clause, since, known)) {
+                    Ordering::Greater => over.push(self.begun.remove(place)),
+                    order => break order,
+                }
+            };
+            if order == Ordering::Less {
+                self.begun.insert(place, (clause.iter().map(|owed| owed.at(since)).collect(), Vec::new()));
+            }
+            place += 1;
+        }
+        over.extend(self.begun.drain(place..));
+        if self.begun.iter().all(|(_, messages)| !messages.is_empty()) {
             return;
         }
         let operators = &observation.synthesis.operators;
         let state = State::present(letter, &self.memory, now);
-        let became = |clause: &Clause| {
-            operators.step(operators.advance(Obligations::any(clause.clone()), now), state).clauses().to_vec()
-        };
-        let over: Vec<_> = over.into_iter().map(|(clause, messages)| (became(&clause), messages)).collect();
-        for clause in pending {
-            if let Err(place) = self.place(clause) {
-                let before = over.iter().find(|(became, _)| became.contains(clause));
-                let messages =
-                    before.map_or_else(|| self.everything(observation.event), |(_, messages)| messages.clone());
-                self.begun.insert(place, (clause.clone(), messages));
-            }
+        let became = |clause: Clause| operators.step(operators.advance(Obligations::any(clause), now), state);
+        let over: Vec<_> = over.into_iter().map(|(clause, messages)| (became(clause), messages)).collect();
+        for (clause, messages) in self.begun.iter_mut().filter(|(_, messages)| messages.is_empty()) {
+            let before = over.iter().find(|(became, _)| became.clauses().contains(clause));
+            *messages = match before {
+                Some((_, messages)) => messages.clone(),
+                None => everything(&self.messages, observation.event),
+            };
         }
-    }
-
-    /// Where a clause is among those that are pending, or would be.
-    fn place(&self, clause: &Clause) -> Result<usize, usize> {
-        self.begun.binary_search_by(|(known, _)| known.cmp(clause))
     }
 
     /// The messages from which a clause began, if it is pending.
     fn beginning(&self, clause: &Clause) -> Option<&Vec<Event>> {
-        self.place(clause).ok().map(|place| &self.begun[place].1)
+        let place = self.begun.binary_search_by(|(known, _)| known.cmp(clause)).ok()?;
+        Some(&self.begun[place].1)
     }
 
     fn note_cause(&mut self, rule: usize, owed: bool, cause: impl FnOnce(&Self) -> Vec<Event>) {
@@ -249,14 +257,6 @@ impl Record {
         sorted(messages)
     }
 
-    fn everything(&self, event: &Event) -> Vec<Event> {
-        let mut events = self.messages.clone();
-        if channel(event).is_none() {
-            events.push(event.clone());
-        }
-        sorted(events)
-    }
-
     /// Why a formula without distinguishable clauses is violated: the messages when an obligation began, the last
     /// messages, and what did not happen in time.
     fn explain(&self, missed: Option<&Clause>, observation: &Observation) -> Witness {
@@ -267,7 +267,8 @@ impl Record {
         let since = cause.last();
         let missing: Vec<String> = missed.into_iter().flatten().filter_map(|owed| name(owed, observation)).collect();
         let mut messages = cause.clone();
-        messages.extend(self.everything(observation.event).into_iter().filter(|event| !cause.contains(event)));
+        messages
+            .extend(everything(&self.messages, observation.event).into_iter().filter(|event| !cause.contains(event)));
         Witness {
             clause: describe::form(&observation.synthesis.form, words, observation.topology),
             since: since.map(EventTime::of),
@@ -398,6 +399,16 @@ fn name(obligation: &Obligation, observation: &Observation) -> Option<String> {
         )),
         _ => None,
     }
+}
+
+/// The last messages, and the event itself if it is none.
+fn everything(messages: &[Event], event: &Event) -> Vec<Event> {
+    let mut events = Vec::with_capacity(messages.len() + 1);
+    events.extend_from_slice(messages);
+    if channel(event).is_none() {
+        events.push(event.clone());
+    }
+    sorted(events)
 }
 
 fn sightings(events: &[Event], topology: &Topology) -> Vec<Sighting> {
