@@ -446,6 +446,10 @@ impl ScopeMonitor {
             return;
         }
         let owes_anew = self.rules.as_mut().map_or_else(|| self.run.owes_anew(), CompactRun::owes_anew);
+        let owes = self.recurrence.as_ref().is_some_and(|recurrence| recurrence.owes());
+        if self.verdict == Verdict::Inconclusive && !owes && !owes_anew {
+            return;
+        }
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
         let rules = self.run.rules().or(self.rules.as_ref());
         if before == Verdict::Inconclusive && (owes_anew || self.verdict == Verdict::False) {

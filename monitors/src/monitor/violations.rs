@@ -201,6 +201,11 @@ impl Recurrence {
         Some(&self.violations).filter(|violations| violations.count > 0)
     }
 
+    /// Whether something is owed because of the states so far.
+    pub(super) fn owes(&self) -> bool {
+        self.owes
+    }
+
     /// Notes whether something is owed because of the states so far.
     #[inline]
     pub(super) fn note(&mut self, run: &RunningMonitor, rules: Option<&CompactRun>) {
