@@ -129,6 +129,17 @@ fn messages_before_the_damage_are_checked() {
     let cut = copies.join("bag_1.mcap");
     let listed = String::from_utf8(steward(&["verify", "--list", cut.to_str().unwrap()]).stdout).unwrap();
     assert!(listed.contains("bag_1.mcap breaks off"), "{listed}");
+    fs::write(&cut, &whole[..1500]).unwrap();
+    let mapping = fs::read_to_string(recorded.path("mapping.toml")).unwrap();
+    let untyped: String =
+        mapping.lines().filter(|line| !line.starts_with("type")).map(|line| format!("{line}\n")).collect();
+    let (untyped, property) = (recorded.write("untyped.toml", untyped.as_bytes()), recorded.path("nav2.scope"));
+    let noted = refusal(&["verify", cut.to_str().unwrap(), "--property", &property, "--map-channels", &untyped]);
+    let noted = unwrapped(&noted);
+    assert!(
+        noted.contains("there is no topic `/goal_pose`") && noted.contains("breaks off before its first"),
+        "{noted}"
+    );
     let empty = recorded.write("empty.mcap", b"");
     let (status, _, noted) = recorded.verify(&[&empty, &recorded.path("nav2.mcap")], &[]);
     assert!(status == Some(2) && noted.contains("empty.mcap is empty"), "{noted}");

@@ -15,6 +15,7 @@ use super::growing::{STILL_WRITTEN, pause};
 use super::judge::{Verified, name};
 use super::mapped::{Mapped, await_topics, load_mapping};
 use crate::interrupt;
+use crate::output::note;
 
 /// Checks a bag against properties, in constant memory.
 pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
@@ -30,12 +31,14 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let robots = args.robots.spaces()?;
     let is_shown = folder.is_some() || args.results.have_stories();
     let (mapping, text) = load_mapping(mapping, &args.robots)?;
+    let mut damage: Vec<String> = Vec::new();
     let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
         (survey, Box::new(Through::new(following, patiently)), None)
     } else {
         let bag = open(path)?;
         let messages = bag.messages_on(mapping.topics());
+        damage.extend(bag.damage().cloned());
         (
             bag.survey().clone(),
             Box::new(messages),
@@ -60,7 +63,9 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         inputs: &|| args.inputs(path),
     };
     let is_to_end = || args.follow && interrupt::flow().is_break();
-    let mut verified = mapped.judge(&survey, source, &is_to_end)?;
+    // What is refused may be missing because of damage.
+    let verified = mapped.judge(&survey, source, &is_to_end);
+    let mut verified = verified.inspect_err(|_| damage.iter().for_each(|what| note(what)))?;
     verified.notes.extend(is_to_end().then(|| STILL_WRITTEN.to_owned()));
     verified.notes.extend(part(&args.logs, path));
     Ok(verified)
