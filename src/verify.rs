@@ -203,8 +203,8 @@ fn verify_event_log(
     described.check_version()?;
     let of_recording = header(path, tree);
     let Subject { system, run, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
-    let tree_log = of_recording.as_ref().filter(|header| !header.knows_ticks());
-    if tree_log.is_some() {
+    let lacks_ticks = of_recording.as_ref().map_or(described.lacks_ticks, |header| !header.knows_ticks());
+    if lacks_ticks {
         tree_log::refuse_unknown(&properties)?;
     }
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
@@ -220,12 +220,15 @@ fn verify_event_log(
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
     let ground = match &of_recording {
-        Some(_) if tree_log.is_some() => tree_log::ground(),
+        _ if lacks_ticks => tree_log::ground(),
         Some(_) => Ground::Complete,
         None => described.ground(),
     };
     let gaps = RefCell::default();
-    let events = events_of(&mut log, (&system.topology, &ground), refused, &gaps);
+    // Of a recording that was cut off, this is told otherwise.
+    let breaks_off = "the log breaks off: its last line, which says how its run ended, is missing";
+    let breaks_off = of_recording.is_none().then_some(breaks_off);
+    let events = events_of(&mut log, (&system.topology, &ground), breaks_off, refused, &gaps);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let nodes = of_recording.as_ref().map_or(&described.remote, |header| &header.remote);
@@ -234,7 +237,7 @@ fn verify_event_log(
     if let Some(carried) = carried {
         doubts = doubts.only(&carried, &system.topology);
     }
-    let about = match tree_log {
+    let about = match of_recording.as_ref().filter(|_| lacks_ticks) {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
     };
@@ -250,7 +253,7 @@ fn verify_event_log(
         mapping: String::new(),
         inputs: args.inputs(path),
         system: &system,
-        around: &Around { answers, lacks_ticks: tree_log.is_some(), ..Around::default() },
+        around: &Around { answers, lacks_ticks, ..Around::default() },
         announcer: args.announcer(),
         board: None,
     };
@@ -263,7 +266,7 @@ fn verify_event_log(
     let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
     let unheard = of_recording.as_ref().map(|_| unheard(path, &properties, &system.topology));
     let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
-    let left_open = tree_log.map(|_| tree_log::LEFT_OPEN.to_owned());
+    let left_open = lacks_ticks.then(|| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
     let nodes = tree.iter().flat_map(|named| node_places(&named.tree));
     let processes = run.tree.iter().map(|node| node.process.clone()).zip(nodes).collect();
@@ -273,7 +276,7 @@ fn verify_event_log(
         unheard: unheard.unwrap_or(verified.unheard),
         header: run,
         processes,
-        knows_ticks: tree_log.is_none(),
+        knows_ticks: !lacks_ticks,
         ..verified
     })
 }
@@ -298,13 +301,13 @@ impl Gaps {
 fn events_of<R: BufRead>(
     log: &mut EventLog<R>,
     (topology, ground): (&Topology, &Ground),
+    mut breaks_off: Option<&'static str>,
     refused: impl Fn(LogError) -> Error,
     gaps: &RefCell<Gaps>,
 ) -> impl Iterator<Item = Result<Found, Error>> {
-    let (mut ahead, mut is_over) = (None, false);
+    let (mut ahead, mut is_over, mut is_ended) = (None, false, false);
     let mut unheard: BTreeSet<ChannelId> = topology.channels().collect();
     let (mut is_foreign, mut vouched) = (false, VecDeque::new());
-    let mut ends_early = Some("the log breaks off: its last line, which says how its run ended, is missing");
     std::iter::from_fn(move || {
         if ahead.is_none() && !is_over {
             match log.next_event() {
@@ -337,12 +340,13 @@ fn events_of<R: BufRead>(
         }
         // One that is followed may only not have been written yet.
         if ahead.is_none() && log.lacks_end() && interrupt::flow().is_continue() {
-            return ends_early.take().map(|why| {
+            return breaks_off.take().map(|why| {
                 gaps.borrow_mut().note(why);
                 Ok(Found::LeftOut(Gap::of_anything(why)))
             });
         }
-        ahead.take().map(|event| Ok(Found::Event(event)))
+        let end = || log.end().filter(|_| !std::mem::replace(&mut is_ended, true)).map(Found::Ended);
+        ahead.take().map(Found::Event).or_else(end).map(Ok)
     })
 }
 
@@ -583,11 +587,26 @@ mod tests {
         let judged = |file: &Path| verify_log(&args(file, "phi1"), file, None).expect("a readable log").verdict(0);
         writeln!(file, "{}\n{}", first.join("\n"), level(1, "BatteryLevel", 50.0)).expect("room for three lines");
         assert_eq!(judged(file.path()), "unsure");
-        writeln!(file, r#"{{"end":"arrival","time_s":0.5}}"#).expect("room for a line");
+        writeln!(file, r#"{{"end":"arrival","step":1,"tick":0,"time_s":99.5}}"#).expect("room for a line");
         assert_eq!(judged(file.path()), "satisfied");
+        let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
+        assert_eq!(verified.end_time(), Duration::from_secs_f64(99.5), "what lasts to the end lasts until then");
         let mut cut = tempfile::NamedTempFile::new().expect("a file");
         writeln!(cut, "{}\n{}", first.join("\n"), level(1, "BatteryLevel", 9.0)).expect("room for three lines");
         assert_eq!(judged(cut.path()), "violated", "whatever came after it");
+    }
+
+    /// Such as one of a log of BehaviorTree.CPP, converted.
+    #[test]
+    fn a_log_without_ticks_is_refused_where_they_are_counted() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let first = r#"{"scenario":"nominal","tick_s":0.0}"#;
+        writeln!(file, "{first}\n{}", level(1, "BatteryLevel", 50.0)).expect("room for two lines");
+        let judged = |property: &str| verify_log(&args(file.path(), property), file.path(), None);
+        let refused = judged("phi2").err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(refused.contains("counts ticks"), "{refused}");
+        let verified = judged("phi1").expect("a readable log");
+        assert!(verified.assumptions().contains("the program logged every change of status"));
     }
 
     /// Such as those of a scenario that names a process otherwise.

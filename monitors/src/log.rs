@@ -8,7 +8,8 @@
 //! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
 //! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the
 //! message before it. So has a message of the world, which is no step: instead, a tick says how many of these have
-//! come, `"world":7`. If the first line has `"has_end":true`, the last one says how the run ended: `"end":"arrival"`.
+//! come, `"world":7`. If the first line has `"has_end":true`, the last one says how and when the run ended, and repeats
+//! the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -155,6 +156,8 @@ pub struct EventLog<R> {
     /// Whether the log says that it has a line with the end of the run, and whether this has come.
     has_end: bool,
     is_ended: bool,
+    /// When the run ended.
+    end: Option<Duration>,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
     is_foreign: bool,
@@ -171,6 +174,23 @@ struct NamedChannel {
     to: String,
     channel: ChannelId,
     domain: Domain,
+}
+
+/// Whether a line is only the beginning of one, as the last line of a file that was cut off: it never closes what it
+/// opens.
+fn breaks_off(line: &[u8]) -> bool {
+    let (mut open, mut is_quoted, mut is_escaped) = (0, false, false);
+    for byte in line {
+        match byte {
+            _ if is_escaped => is_escaped = false,
+            b'\\' => is_escaped = is_quoted,
+            b'"' => is_quoted = !is_quoted,
+            b'{' | b'[' if !is_quoted => open += 1,
+            b'}' | b']' if !is_quoted => open -= 1,
+            _ => {}
+        }
+    }
+    !line.ends_with(b"\n") && (is_quoted || open > 0)
 }
 
 /// The longest line allowed. A line is held in memory, and a log without line breaks could be of any size.
@@ -202,6 +222,7 @@ impl<R: BufRead> EventLog<R> {
             repeats_lines: false,
             has_end: false,
             is_ended: false,
+            end: None,
             skipped: 0,
             is_foreign: false,
             recent: 0,
@@ -226,7 +247,14 @@ impl<R: BufRead> EventLog<R> {
                 return Err(self.complaint(MAX_LINE, "this line is longer than 1 MiB"));
             }
             let line = std::mem::take(&mut self.line);
-            let event = self.event(&line);
+            let mut event = self.event(&line);
+            if let Err(LogError::Line { .. }) = event
+                && breaks_off(&line)
+            {
+                let why = format!("the log breaks off in line {}", self.number);
+                self.gaps.push_back(GapMark::Begins(Gap::of_anything(why)));
+                (self.is_ended, event) = (true, Ok(None));
+            }
             self.line = line;
             if let Some(event) = event? {
                 return Ok(Some(event));
@@ -260,6 +288,12 @@ impl<R: BufRead> EventLog<R> {
         self.has_end && !self.is_ended
     }
 
+    /// When the run ended, if the line with its end has come and says so.
+    #[must_use]
+    pub fn end(&self) -> Option<Duration> {
+        self.end
+    }
+
     fn complaint(&self, at: usize, problem: &str) -> LogError {
         LogError::Line { line: self.number, column: at + 1, problem: problem.to_owned() }
     }
@@ -280,6 +314,9 @@ impl<R: BufRead> EventLog<R> {
                 Some(self.channels[place].channel)
             });
             self.gaps.extend(marked);
+        }
+        if found.is_end {
+            return self.finish(&found).map(|()| None);
         }
         if !found.generated && found.from.is_none() && found.to.is_none() && found.message.is_none() {
             return Ok(None);
@@ -310,25 +347,52 @@ impl<R: BufRead> EventLog<R> {
             Some(count) if count != self.of_world => Some(("the world's message", count, self.of_world)),
             _ => None,
         };
-        if let Some((what, found, next)) = wrong {
-            let is_again = found < next;
-            let is_first =
-                !std::mem::replace(if is_again { &mut self.repeats_lines } else { &mut self.lacks_lines }, true);
-            let (flaw, lines) = match is_again {
-                true => (Flaw::Mixed, "lines come again at"),
-                false => (Flaw::Missing, "lines are missing before"),
-            };
-            if is_first {
-                let why = format!("{lines} line {number} of the log: {what} {found} comes where {next} should");
-                self.gaps.push_back(GapMark::Begins(Gap { flaw, ..Gap::of_anything(why) }));
-            }
-        }
+        self.compare(wrong);
         self.of_world = found.world.unwrap_or(self.of_world);
         if found.generated || !is_next_tick {
             self.next_tick = tick.saturating_add(1);
         }
         let kind = if found.generated { Some(EventKind::Tick) } else { self.received(found)? };
         Ok(kind.map(|kind| Event { step, tick, time, kind }))
+    }
+
+    /// Notes the first number that is another than the next one should be, and what that means.
+    fn compare(&mut self, wrong: Option<(&str, u64, u64)>) {
+        let Some((what, found, next)) = wrong else { return };
+        let is_again = found < next;
+        let is_first = !std::mem::replace(if is_again { &mut self.repeats_lines } else { &mut self.lacks_lines }, true);
+        let (flaw, lines) = match is_again {
+            true => (Flaw::Mixed, "lines come again at"),
+            false => (Flaw::Missing, "lines are missing before"),
+        };
+        if is_first {
+            let why = format!("{lines} line {} of the log: {what} {found} comes where {next} should", self.number);
+            // The first tick comes before all messages but those of the world.
+            let since = (self.next_tick == 0).then_some(Duration::ZERO);
+            self.gaps.push_back(GapMark::Begins(Gap { flaw, since, ..Gap::of_anything(why) }));
+        }
+    }
+
+    /// The line with the end of the run: the numbers that it repeats are those of the last events, or lines are missing.
+    fn finish(&mut self, found: &Found<'_>) -> Result<(), LogError> {
+        let (step, tick, last) = self.last;
+        if std::mem::replace(&mut self.is_ended, true) {
+            return Err(LogError::AfterEnd { line: self.number });
+        }
+        if let Some(time) = found.time.filter(|time| *time < last) {
+            return Err(LogError::Backwards { line: self.number, step, tick, time });
+        }
+        self.end = found.time;
+        let wrong = match (found.step, found.tick, found.world) {
+            (Some(count), ..) if count != step => Some(("step", count, step)),
+            (_, Some(count), _) if count.checked_add(1) != Some(self.next_tick) => {
+                Some(("tick", count, self.next_tick.saturating_sub(1)))
+            }
+            (.., Some(count)) if count != self.of_world => Some(("the world's message", count, self.of_world)),
+            _ => None,
+        };
+        self.compare(wrong);
+        Ok(())
     }
 
     /// The message of a line; `None` if it is skipped.
@@ -406,7 +470,7 @@ impl<R: BufRead> EventLog<R> {
                 b"end" => {
                     scanner.skip()?;
                     // In a log of another program, it may mean anything.
-                    self.is_ended |= self.has_end;
+                    found.is_end = self.has_end;
                 }
                 b"since_s" => found.gap().since = Some(scanner.seconds()?),
                 b"channel" => found.gap().on = Some(scanner.pair()?),
@@ -546,9 +610,17 @@ pub struct LogEnd {
     pub ticks: u64,
     /// The time of the last event.
     pub last: Option<EventTime>,
+    /// When the run ended, if the log says so.
+    pub ended: Option<Duration>,
 }
 
 impl LogEnd {
+    /// When the log ends: with its run, or with the last event.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.ended.or(self.last.map(|last| last.time)).unwrap_or_default()
+    }
+
     /// Counts an event, which is the last so far.
     pub fn count(&mut self, event: &Event) {
         match event.kind {

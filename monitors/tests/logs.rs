@@ -308,3 +308,55 @@ fn a_log_that_has_an_end_breaks_off_without_it_and_has_nothing_after_it() {
     assert_eq!((read(&[1, 3]), read(&[1, 2, 3])), (Ok(false), Ok(false)));
     assert_eq!(read(&[0, 1, 2, 3]), Err("line 4 of the log comes after the end of its run".to_owned()));
 }
+
+/// The gaps of a log over the channels of the paper, and when its run ended.
+fn gaps_and_end(text: &str) -> (Vec<Gap>, Option<Duration>) {
+    let topology = topology();
+    let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
+    while log.next_event().unwrap().is_some() {}
+    (std::iter::from_fn(|| next_gap(&mut log)).collect(), log.end())
+}
+
+#[test]
+fn the_last_line_tells_whether_lines_before_it_are_missing() {
+    let lines = [
+        r#"{"scenario":"nominal","has_end":true}"#,
+        r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#,
+        r#"{"step":1,"tick":0,"time_s":0,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}"#,
+        r#"{"step":1,"tick":1,"time_s":1,"generated":"tick"}"#,
+        r#"{"step":1,"tick":1,"time_s":1,"from":"World","to":"Monitors","message":[{"sym":"world"},9.0]}"#,
+        r#"{"end":"arrival","step":1,"tick":1,"time_s":1.5,"world":1}"#,
+    ];
+    let read = |without: &[usize]| {
+        let kept = lines.iter().enumerate().filter(|(index, _)| !without.contains(index));
+        let (gaps, end) = gaps_and_end(&kept.map(|(_, line)| format!("{line}\n")).collect::<String>());
+        assert_eq!(end, Some(Duration::from_millis(1500)));
+        gaps.into_iter().map(|gap| gap.why).collect::<Vec<_>>()
+    };
+    let missing =
+        |line: u64, what: &str| vec![format!("lines are missing before line {line} of the log: {what} should")];
+    assert_eq!(read(&[]), Vec::<String>::new());
+    assert_eq!(read(&[4]), missing(5, "the world's message 1 comes where 0"));
+    assert_eq!(read(&[3, 4]), missing(4, "tick 1 comes where 0"));
+    assert_eq!(read(&[2, 3, 4]), missing(3, "step 1 comes where 0"));
+    assert_eq!(read(&[1, 2, 3, 4]), missing(2, "step 1 comes where 0"));
+}
+
+/// A verdict may have been reached before the next tick shows that one is missing.
+#[test]
+fn a_log_without_its_first_tick_is_doubted_from_its_start() {
+    let message = r#"{"step":1,"tick":0,"time_s":0.5,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}"#;
+    let tick = r#"{"step":1,"tick":1,"time_s":1,"generated":"tick"}"#;
+    let (gaps, _) = gaps_and_end(&format!("{message}\n{tick}\n"));
+    assert_eq!(gaps.iter().map(|gap| gap.since).collect::<Vec<_>>(), [Some(Duration::ZERO)]);
+}
+
+#[test]
+fn a_log_that_is_cut_off_in_a_line_breaks_off_there() {
+    let tick = r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#;
+    let message = r#"{"step":1,"tick":0,"time_s":0.5,"from":"TickGenerator","to":"BT","message":[{"sym":"a\"]}"},0]}"#;
+    for end in 1..message.len() {
+        let (gaps, _) = gaps_and_end(&format!("{tick}\n{}", &message[..end]));
+        assert_eq!(gaps, [Gap::of_anything("the log breaks off in line 2")], "{end} bytes");
+    }
+}

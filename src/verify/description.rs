@@ -19,6 +19,8 @@ pub(super) struct Description {
     version: Option<String>,
     /// Time between ticks.
     pub(super) tick: Option<Duration>,
+    /// Whether it is of a tree of which it is unknown when it was ticked.
+    pub(super) lacks_ticks: bool,
     /// Which messages the run could carry.
     pub(super) carried: Option<Carried>,
     /// The components that were nodes of ROS 2.
@@ -37,11 +39,12 @@ impl Description {
         let argument = described["provenance"]["scenario"].as_str();
         let is_own = argument.is_some_and(|argument| find::shipped(argument).is_none());
         let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
+        let lacks_ticks = tick.is_some_and(|tick| tick.is_zero());
         let tick = tick.filter(|tick| !tick.is_zero());
         let carried = Carried::read(&described["channels"]).ok();
         let remote = described["remote"].as_array().into_iter().flatten();
         let remote = remote.filter_map(|name| Some(name.as_str()?.to_owned())).collect();
-        Self { scenario: text("scenario"), is_own, version: text("version"), tick, carried, remote }
+        Self { scenario: text("scenario"), is_own, version: text("version"), tick, lacks_ticks, carried, remote }
     }
 
     /// Rejects a log of a newer format, which is unknown.

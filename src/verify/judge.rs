@@ -112,7 +112,7 @@ impl Verified {
 
     /// When the log ends.
     pub(super) fn end_time(&self) -> Duration {
-        self.end.last.map_or(Duration::ZERO, |last| last.time)
+        self.end.time()
     }
 
     /// The verdict of a property: satisfied, violated, inconclusive, unsure, or none.
@@ -329,6 +329,7 @@ impl Judged<'_> {
                 }
                 Found::LeftOut(gap) => judge.miss(&gap, properties),
                 Found::Resumed(channel) => judge.resume(channel, properties),
+                Found::Ended(time) => view.apply(judge.end_at(time)).expect(FITS),
                 Found::Vouched(channel, ground) => judge.vouch(channel, ground),
                 Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
                 Found::Idle => {
@@ -398,6 +399,7 @@ pub(super) fn judge_in_words(
             }
             Found::LeftOut(gap) => doubts.miss(&gap, properties),
             Found::Resumed(channel) => doubts.resume(channel, properties),
+            Found::Ended(time) => end.ended = Some(time),
             Found::Vouched(channel, ground) => doubts.vouch(channel, ground),
             Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
             Found::Idle => {
@@ -406,8 +408,7 @@ pub(super) fn judge_in_words(
             }
         }
         if let Some(announcer) = &mut announcer {
-            let time = end.last.map_or(Duration::ZERO, |last| last.time);
-            announcer.follow(time, properties, &doubts, around)?;
+            announcer.follow(end.time(), properties, &doubts, around)?;
         }
     }
     Ok(Judgment::of(end, &doubts, properties))

@@ -97,6 +97,8 @@ pub enum Found {
     Vouched(ChannelId, Ground),
     /// What is to be known of the messages, in words.
     Noted(String),
+    /// The run ended at this time, after its last event.
+    Ended(Duration),
     /// Nothing yet: more may come later.
     Idle,
 }

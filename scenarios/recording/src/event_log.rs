@@ -80,12 +80,15 @@ fn value_json(value: &Value) -> serde_json::Value {
 }
 
 /// Writes the event log as JSON Lines: one line that describes the run, then one line per communication, one per
-/// generated tick, and one with the tree's statuses each time they change. The last line says why the run ended.
+/// generated tick, and one with the tree's statuses each time they change. The last line says why and when the run
+/// ended, and repeats the numbers of the last events, so that missing lines before it are noticed.
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
     /// The tree's statuses as they were last written, at first unknown; none if they are not to be written.
     statuses: Option<Vec<Option<bt::Outcome>>>,
+    /// The step and the tick of the last event.
+    last: (u64, Option<u64>),
     /// How many messages of the world have been written.
     of_world: u64,
 }
@@ -100,13 +103,13 @@ impl<W: Write> EventLogWriter<W> {
         Self::with(output, Some(Vec::new()), view)
     }
 
-    /// The same without the tree's statuses, and without the line of the end.
+    /// The same without the tree's statuses.
     pub(crate) fn of_messages(output: W, view: &RunView) -> io::Result<Self> {
         Self::with(output, None, view)
     }
 
     fn with(output: W, statuses: Option<Vec<Option<bt::Outcome>>>, view: &RunView) -> io::Result<Self> {
-        let mut log = Self { output: BufWriter::new(output), statuses, of_world: 0 };
+        let mut log = Self { output: BufWriter::new(output), statuses, last: (0, None), of_world: 0 };
         let header = view.header();
         let mut description = json!({
             "scenario": header.scenario,
@@ -115,10 +118,8 @@ impl<W: Write> EventLogWriter<W> {
             "provenance": header.provenance(),
             "tick_s": seconds(header.tick),
             "channels": Carried::by(view.topology()).written(),
+            "has_end": true,
         });
-        if log.statuses.is_some() {
-            description["has_end"] = true.into();
-        }
         if !header.remote.is_empty() {
             description["remote"] = json!(header.remote);
         }
@@ -162,11 +163,18 @@ impl<W: Write> Follower for EventLogWriter<W> {
                 line.insert_str(line.len() - 1, &format!(",\"world\":{}", self.of_world));
             }
             writeln!(self.output, "{line}")?;
+            self.last = (event.step, if is_tick { Some(event.tick) } else { self.last.1 });
         }
         self.write_statuses(view, view.outcomes(), view.ticks().saturating_sub(1))?;
-        let is_whole = |ended: &&Ended| self.statuses.is_some() && !matches!(ended, Ended::CutOff(_));
+        let is_whole = |ended: &&Ended| !matches!(ended, Ended::CutOff(_));
         if let Some(ended) = view.end().map(|end| &end.ended).filter(is_whole) {
-            writeln!(self.output, "{}", json!({ "end": ended.name(), "time_s": seconds(view.time()) }))?;
+            let (step, tick) = self.last;
+            let mut end = json!({ "end": ended.name(), "step": step, "time_s": seconds(view.time()) });
+            end.as_object_mut().expect("it is one").extend(tick.map(|tick| ("tick".to_owned(), tick.into())));
+            if self.of_world > 0 {
+                end["world"] = self.of_world.into();
+            }
+            writeln!(self.output, "{end}")?;
         }
         Ok(())
     }

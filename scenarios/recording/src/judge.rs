@@ -135,6 +135,12 @@ impl Judge {
         &self.doubts
     }
 
+    /// The run ended at this time. Returns the record of that.
+    pub fn end_at(&mut self, time: Duration) -> Step {
+        self.end.ended = Some(time);
+        self.record(time, Vec::new(), Details::default())
+    }
+
     fn record(&self, time: Duration, happenings: Vec<Happening>, details: Details) -> Step {
         Step {
             time,
