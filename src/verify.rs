@@ -576,7 +576,8 @@ mod tests {
         );
         writeln!(file, "{}", level(11, "BatteryLevel", 10.0)).expect("room for a line");
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
-        assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");
+        let extent = format!("how often and how long phi1 was violated is unsure: {missing}");
+        assert_eq!((verified.verdict(0), &verified.notes), ("violated", &vec![missing.to_owned(), extent]));
     }
 
     #[test]
@@ -590,7 +591,11 @@ mod tests {
         writeln!(file, r#"{{"end":"arrival","step":1,"tick":0,"time_s":99.5}}"#).expect("room for a line");
         assert_eq!(judged(file.path()), "satisfied");
         let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
-        assert_eq!(verified.end_time(), Duration::from_secs_f64(99.5), "what lasts to the end lasts until then");
+        assert_eq!(
+            verified.end_time(),
+            std::time::Duration::from_secs_f64(99.5),
+            "what lasts to the end lasts until then"
+        );
         let mut cut = tempfile::NamedTempFile::new().expect("a file");
         writeln!(cut, "{}\n{}", first.join("\n"), level(1, "BatteryLevel", 9.0)).expect("room for three lines");
         assert_eq!(judged(cut.path()), "violated", "whatever came after it");

@@ -174,7 +174,8 @@ pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology)
     properties.iter().map(unheard).collect()
 }
 
-/// How far a log goes, and what the verdicts rest on; also which violations after the first are unsure, and why.
+/// How far a log goes, and what the verdicts rest on; also which violations after the first, and which numbers and
+/// lengths of violations, are unsure, and why.
 pub(super) struct Judgment {
     pub(super) end: LogEnd,
     pub(super) evidence: Vec<Evidence>,
@@ -182,27 +183,31 @@ pub(super) struct Judgment {
     pub(super) stories: Vec<Vec<String>>,
     inputs: Vec<InputFile>,
     later: Vec<Option<String>>,
+    extents: Vec<Option<String>>,
 }
 
 impl Judgment {
     fn of(end: LogEnd, doubts: &Doubts, properties: &[Property]) -> Self {
         let evidence = properties.iter().enumerate().map(|(index, property)| doubts.evidence(index, property));
-        let later = doubts.later().map(|why| why.map(str::to_owned)).collect();
+        let owned = |why: Option<&str>| why.map(str::to_owned);
         Self {
             end,
             evidence: evidence.collect(),
             stories: vec![Vec::new(); properties.len()],
             inputs: Vec::new(),
-            later,
+            later: doubts.later().map(owned).collect(),
+            extents: doubts.extents().map(owned).collect(),
         }
     }
 
-    /// Which violations after the first are unsure, in words.
+    /// What is unsure of violations although the first is sure, in words.
     pub(super) fn notes(&self, properties: &[Property]) -> Vec<String> {
-        let of = |(property, why): (&Property, &Option<String>)| {
-            Some(format!("whether {} was violated again is unsure: {}", property.name, why.as_ref()?))
+        let of = |(Property { name, .. }, (later, extent)): (&Property, (&Option<String>, &Option<String>))| {
+            let again = later.as_ref().map(|why| format!("whether {name} was violated again is unsure: {why}"));
+            let extent = extent.as_ref();
+            again.or(extent.map(|why| format!("how often and how long {name} was violated is unsure: {why}")))
         };
-        properties.iter().zip(&self.later).filter_map(of).collect()
+        properties.iter().zip(self.later.iter().zip(&self.extents)).filter_map(of).collect()
     }
 }
 

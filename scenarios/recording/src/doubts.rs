@@ -27,6 +27,8 @@ struct State {
     why: Option<String>,
     /// Why violations after the first are unsure.
     later: Option<String>,
+    /// Why it is unsure how often and how long it is violated, although each message that violates it does so surely.
+    extent: Option<String>,
     /// The monitor that tells whether missing messages could change the verdict; without one, the property's own does.
     judge: Option<ScopeMonitor>,
     /// When the verdict was reached, and at which step of the run.
@@ -179,6 +181,11 @@ impl Doubts {
         self.states.iter().map(|state| state.later.as_deref())
     }
 
+    /// For each property: why it is unsure how often and how long it was violated, although each violation is sure.
+    pub fn extents(&self) -> impl Iterator<Item = Option<&str>> {
+        self.states.iter().map(|state| state.extent.as_deref())
+    }
+
     /// The verdict that no missing message can change, or else inconclusive.
     #[must_use]
     pub fn verdict(&self, index: usize, property: &Property) -> Verdict {
@@ -311,7 +318,9 @@ impl State {
         self.possible = None;
         let verdict = self.verdict(property);
         match verdict {
-            _ if self.is_by_message(property) => {}
+            _ if self.is_by_message(property) => {
+                self.extent.get_or_insert_with(|| gap.why.clone());
+            }
             Verdict::True | Verdict::False if !self.was_reached_since(gap) => {
                 if verdict == Verdict::False {
                     self.later.get_or_insert_with(|| gap.why.clone());
@@ -375,7 +384,7 @@ impl State {
         if verdict != Verdict::Inconclusive && self.reached.is_none() {
             self.reached = Some(at);
             if self.is_by_message(property) {
-                (self.why, self.anew) = (None, None);
+                (self.extent, self.anew) = (self.why.take(), None);
             }
         }
         self.weigh(property);
