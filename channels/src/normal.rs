@@ -27,8 +27,8 @@ impl<'a> NormalForm<'a> {
     /// The present time in every normal form: late enough for everything that came before.
     pub const NOW: Duration = Duration::from_secs(1 << 32);
 
-    /// The number of messages that may wait in a process. More are considered endless. Chosen, not
-    /// measured: each length of a queue is a state of its own.
+    /// The number of messages that may wait in a process. More are considered endless: a search reports them, and does
+    /// not look at what follows. Chosen, not measured: each length of a queue is a state of its own.
     pub const QUEUE: usize = 32;
 
     /// The normal form at the time `now`. `numbers` gives the new number of a request on a channel.
@@ -79,7 +79,7 @@ pub enum NoNormalForm {
         /// How to fix it.
         help: Option<String>,
     },
-    /// Messages pile up in it without bound.
+    /// Messages pile up in it: more of them wait than a search follows.
     #[error("{what}")]
     Endless {
         /// Which ones: `more than 32 messages to Navigation wait`.

@@ -132,11 +132,15 @@ impl Finding {
         if self.is_as_expected() {
             return None;
         }
+        let is_endless = matches!(self.answer.exploration.outcome, Outcome::Endless(_));
         Some(match self.answer.limit() {
             _ if self.answer.is_spurious => {
                 format!("{property} is not decided: no battery can have the levels of this run")
             }
             Some(limit) => format!("{property} is not decided: {}", open(&self.answer, limit)),
+            None if is_endless && self.answer.outcome().is_none() => {
+                format!("{property} is not decided: messages pile up without end, and what follows is not searched")
+            }
             None => format!("{property} was expected to be {}, and is {}", expected.name(), self.result()),
         })
     }

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use campaigns::Error;
-use channels::{ChannelId, EnabledKind, EventKind, Message, Topology, Verdict};
+use channels::{ChannelId, ChannelSystem, EnabledKind, EventKind, Message, NoNormalForm, Topology, Verdict};
 use explorer::{Damage, Outcome, Path, PathStep, Replay};
 use monitors::scope_monitor;
-use proofs::{Answer, Assumption, Proof, Question};
+use proofs::{Answer, Assumption, Proof, Question, Subject};
 use recording::message_json;
 use reports::results::{TrailStep, WrittenPlaces};
 use serde_json::json;
@@ -15,6 +15,8 @@ use serde_json::json;
 pub(crate) struct Violation {
     /// The violation, to follow the name of the property.
     what: &'static str,
+    /// Which messages pile up, if that is so, to follow the violation.
+    piled_up: String,
     lines: Vec<RunLine>,
     ticks: usize,
     /// Whether the replay confirms the search.
@@ -77,8 +79,10 @@ impl Violation {
         let (path, what) = match &answer.exploration.outcome {
             Outcome::Violated(path) if answer.is_spurious => (path, "is spurious"),
             Outcome::Violated(path) => (path, "is violated"),
-            Outcome::Endless(path) if monitor.is_some() => (path, "is not decided: messages pile up without end"),
-            Outcome::Endless(path) => (path, "is violated: messages pile up without end"),
+            Outcome::Endless(path) if question.subject == Subject::Progress => {
+                (path, "is violated: messages pile up without end")
+            }
+            Outcome::Endless(path) => (path, "is not decided: messages pile up without end"),
             Outcome::Deadlock(path) => (path, "is violated: the tree takes no further tick, and nothing else happens"),
             Outcome::Livelock(path) => (path, "is violated: processes communicate forever within a tick"),
             Outcome::Proved | Outcome::Undecided(_) => return Ok(None),
@@ -99,14 +103,20 @@ impl Violation {
             (None, cycle) => path.steps().len() - cycle,
         };
         let is_watched = |step, channel| step >= end || watched.contains(&channel);
+        let waiting = match &answer.exploration.outcome {
+            Outcome::Endless(_) => piled_up(&replay.system),
+            _ => None,
+        };
         let is_replayed = match &answer.exploration.outcome {
             Outcome::Violated(_) => replay.verdict() == Verdict::False,
+            Outcome::Endless(_) => waiting.is_some(),
             Outcome::Deadlock(_) => replay.system.enabled().is_empty(),
             _ => replay.comes_back,
         };
         let lines = lines(path, &replay, is_watched);
         let rests_on = words(&proof.assumptions_of(path, &replay));
-        Ok(Some(Self { what, lines, ticks: path.ticks(), is_replayed, rests_on }))
+        let piled_up = waiting.map(|what| format!(" ({what}, and what follows is not searched)")).unwrap_or_default();
+        Ok(Some(Self { what, piled_up, lines, ticks: path.ticks(), is_replayed, rests_on }))
     }
 
     /// The tick in which it is decided.
@@ -116,7 +126,7 @@ impl Violation {
 
     /// The run, one event per line: with `all`, all messages; otherwise only those that the property is about.
     pub(crate) fn in_words(&self, property: &str, all: bool) -> String {
-        let mut text = format!("\n{property} {}:\n", self.what);
+        let mut text = format!("\n{property} {}{}:\n", self.what, self.piled_up);
         let mut ticks = Ticks(None);
         for RunLine { tick, what } in &self.lines {
             let line = match (what, tick) {
@@ -166,8 +176,8 @@ impl Violation {
             let place = ends.and_then(|(from, to)| places.processes.get(from).or_else(|| places.processes.get(to)));
             Some(TrailStep { words: format!("{at}: {words}"), place: place.cloned() })
         };
-        let end =
-            TrailStep { words: format!("{property} {}", self.what), place: places.properties.get(property).cloned() };
+        let words = format!("{property} {}{}", self.what, self.piled_up);
+        let end = TrailStep { words, place: places.properties.get(property).cloned() };
         self.lines.iter().filter_map(step).chain([end]).collect()
     }
 
@@ -198,6 +208,14 @@ impl Violation {
 /// Assumptions in words.
 pub(super) fn words(assumptions: &[Assumption]) -> Vec<String> {
     assumptions.iter().map(|assumption| assumption.words.clone()).collect()
+}
+
+/// Which messages pile up in this state, in words: `more than 32 messages from Client to Server are waiting`.
+fn piled_up(system: &ChannelSystem) -> Option<String> {
+    match system.fork().normalize() {
+        Err((_, NoNormalForm::Endless { what })) => Some(what),
+        _ => None,
+    }
 }
 
 /// The events of a run, in order.

@@ -48,6 +48,11 @@
 //! moves, timers that are due fire, and the tick arrives. The tick is lost if the tree has not finished the previous
 //! one.
 //!
+//! A process may keep any number of messages and timers. One in which more than
+//! [`NormalForm::QUEUE`](channels::NormalForm::QUEUE) of them wait has no normal form: the step that leads there is a
+//! step like any other, so no time passes instead of it, but what follows is not searched. The outcome is
+//! [`Outcome::Endless`] then, unless another run violates the property.
+//!
 //! # What the reduction leaves out
 //!
 //! With a [`Reduction`], a process that can do nothing but send does so before all others move, provided that its

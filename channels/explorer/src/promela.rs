@@ -228,7 +228,7 @@ impl Writer<'_> {
     /// A process takes a step: assignments.
     fn follow(&mut self, process: usize, step: Step) -> Vec<String> {
         if step.next == ENDLESS {
-            return vec!["assert(false)".to_owned()];
+            return vec![PILED_UP.to_owned()];
         }
         let mut changes = vec![format!("{} = {}", self.process(process), step.next)];
         if step.renaming != 0 {
@@ -265,6 +265,8 @@ impl Writer<'_> {
     }
 }
 
+/// What a process does instead of a step if messages pile up in it.
+const PILED_UP: &str = "assert(false)";
 /// The variable of the environment.
 const ENVIRONMENT: &str = "environment";
 /// The variable of the monitor.

@@ -116,7 +116,9 @@ pub enum Outcome {
     Proved,
     /// This run violates the property. It is a shortest one, unless the search was reduced.
     Violated(Path),
-    /// In this run, messages pile up in a process without bound.
+    /// In this run, messages pile up in a process: more than [`NormalForm::QUEUE`](channels::NormalForm::QUEUE) of
+    /// them, or of its timers, wait, and what follows is not searched. With a property, no other run violates it as far
+    /// as the search got, so it is not decided.
     Endless(Path),
     /// In this run, the tree never takes another tick, and nothing else ever happens.
     Deadlock(Path),
@@ -160,10 +162,12 @@ impl Exploration {
     }
 
     /// Whether the property is proved, but no tick is ever delivered: time does not pass, or nothing takes a tick.
-    /// Then it holds of a system of which next to nothing has happened.
+    /// Then it holds of a system of which next to nothing has happened. Where the property is settled, a run is not
+    /// followed any further: whether a tick would come is not known then, and the answer is no.
     #[must_use]
     pub fn is_vacuous(&self) -> bool {
-        matches!(self.outcome, Outcome::Proved) && self.is_ticked() == Some(false)
+        let is_settled = || self.tables.monitors.iter().any(|watching| watching.verdict == Verdict::True);
+        matches!(self.outcome, Outcome::Proved) && self.is_ticked() == Some(false) && !is_settled()
     }
 }
 
@@ -284,6 +288,9 @@ struct Search<'a> {
     transitions: u64,
     /// The quiet states in which a tick is lost, whatever the environment does.
     stuck: Vec<u32>,
+    /// The first step after which messages pile up: a state, and the index of its successor. With a property, the
+    /// search goes on with the other runs, which may still violate it.
+    endless: Option<(u32, u32)>,
     /// Whether to continue after finding something bad.
     goes_on: bool,
     /// Depth first: the state from which each state was found.
@@ -313,6 +320,8 @@ struct Expanded {
     passed: u32,
     /// The first bad successor, or the state itself.
     bad: Option<(Option<u32>, Bad)>,
+    /// The first successor in which messages pile up, if a property may still be violated elsewhere.
+    endless: Option<u32>,
     /// Where its successors end.
     end: usize,
 }
@@ -383,6 +392,7 @@ impl<'a> Search<'a> {
             visited: 0,
             transitions: 0,
             stuck: Vec::new(),
+            endless: None,
             goes_on: false,
             origins: None,
             deepest: 0,
@@ -484,11 +494,15 @@ impl<'a> Search<'a> {
         self.store.unpack(number, &mut scratch.state);
         self.semantics.expand(&scratch.state, &mut scratch.successors)?;
         scratch.passage.passed = 0;
-        let mut bad = None;
+        let (mut bad, mut endless) = (None, None);
         for index in 0..scratch.successors.len() {
-            bad = self.follow(number, index, scratch, found)?;
-            if bad.is_some() {
-                break;
+            match self.follow(number, index, scratch, found)? {
+                Some((successor, Bad::Endless)) if self.semantics.has_monitor => endless = endless.or(successor),
+                Some(reached) => {
+                    bad = Some(reached);
+                    break;
+                }
+                None => {}
             }
         }
         Ok(Expanded {
@@ -498,6 +512,7 @@ impl<'a> Search<'a> {
             transitions: scratch.successors.len() as u32,
             passed: scratch.passage.passed,
             bad,
+            endless,
             end: found.len(),
         })
     }
@@ -558,6 +573,7 @@ impl<'a> Search<'a> {
             self.stuck.extend(expanded.is_stuck.then_some(number));
             self.transitions += u64::from(expanded.transitions);
             self.store.insert(&expansions.found, found);
+            self.endless = self.endless.or(expanded.endless.map(|index| (number, index)));
             if let Some((index, kind)) = expanded.bad {
                 return Ok(Some(End::Bad { from: Some((number, index)), kind }));
             }
@@ -579,11 +595,25 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
+    /// The end of a search for a violation that found none, if messages pile up in some run: no larger limit would make
+    /// this a proof. A search that is interrupted, or repeated with a reduction, ends as it did.
+    fn or_endless(&self, end: End) -> End {
+        let is_repeated = !self.reduce && self.limits.reduction == Reduction::WhenNeeded;
+        match (end, self.endless) {
+            (End::Incomplete(Limit::Stop), _) => end,
+            (End::Incomplete(Limit::Memory), _) if is_repeated => end,
+            (End::Complete | End::Incomplete(_), Some((number, index))) => {
+                End::Bad { from: Some((number, Some(index))), kind: Bad::Endless }
+            }
+            _ => end,
+        }
+    }
+
     /// The answer.
     fn conclude(self, end: End, has_property: bool, progress: &mut dyn FnMut(&Progress)) -> Exploration {
         let end = match end {
             End::Complete if !has_property => self.dead_end(progress).unwrap_or(End::Complete),
-            end => end,
+            end => self.or_endless(end),
         };
         let is_complete = matches!(end, End::Complete);
         let outcome = match end {

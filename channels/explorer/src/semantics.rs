@@ -216,9 +216,9 @@ impl Semantics {
                     receive: receive as u32,
                 };
                 self.push(state, out, label, |draft| {
-                    self.follow(draft, process, actor.own_step(own)?)?;
-                    self.follow(draft, receiver, receiving)?;
-                    self.observe(draft, channel, content)
+                    let sent = self.follow(draft, process, actor.own_step(own)?)?;
+                    let received = self.follow(draft, receiver, receiving)?;
+                    Ok(sent.and(received).and(self.observe(draft, channel, content)?))
                 })?;
             }
         }
@@ -238,16 +238,16 @@ impl Semantics {
         let label = |damage| Label::Receive { process: process as u32, receive: receive as u32, damage };
         self.push(state, out, label(Damage::None), |draft| {
             draft.set(slot, 0);
-            self.follow(draft, process, step)?;
-            self.observe(draft, channel, content)
+            let fate = self.follow(draft, process, step)?;
+            Ok(fate.and(self.observe(draft, channel, content)?))
         })?;
         if self.tables.links[channel].may_fail && transit.repeats > 0 {
             // A message is repeated when it is received and not when it is sent: until then, there is nothing to
             // distinguish, and so there are fewer states.
             self.push(state, out, label(Damage::Repeated), |draft| {
                 self.set_transit(draft, Transit { repeats: transit.repeats - 1, ..transit.clone() })?;
-                self.follow(draft, process, step)?;
-                self.observe(draft, channel, content)
+                let fate = self.follow(draft, process, step)?;
+                Ok(fate.and(self.observe(draft, channel, content)?))
             })?;
         }
         Ok(())
@@ -267,7 +267,8 @@ impl Semantics {
         Ok(())
     }
 
-    /// A process takes a step, and its peers learn which of its requests are still open.
+    /// A process takes a step, and its peers learn which of its requests are still open. If messages pile up in it, it
+    /// has no next state and stays as it is: then its fate must not get lost, since nothing that follows is a run.
     fn follow(&self, draft: &mut Draft<'_>, process: usize, step: Step) -> Result<Fate, Gap> {
         if step.next == ENDLESS {
             return Ok(Fate::Endless);

@@ -10,6 +10,7 @@ use scenarios::scenario::{ProofOutcome, Scenario, find};
 use super::{Answer, Proof, Question, SCHEDULE};
 
 mod texts;
+mod waiting;
 
 /// The result for the first property of `nominal` with these settings. A run that violates it is replayed.
 fn outcome(overrides: &[&str]) -> Option<ProofOutcome> {

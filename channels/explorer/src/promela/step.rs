@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use channels::{Capacity, Verdict};
 
-use super::{MONITOR, Writer, any, choice, either, in_words};
+use super::{MONITOR, PILED_UP, Writer, any, choice, either, in_words};
 use crate::local::{Own, REFUSED, Step, UNKNOWN, Watching, entry};
+use crate::tables::ENDLESS;
 
 /// A transition of the system.
 pub(super) struct GuardedStep {
@@ -107,7 +108,9 @@ impl Writer<'_> {
         let words = format!("{} sends {}", semantics.tables.names[process], self.message(channel, content));
         let follow = self.follow(process, step);
         let put = |guard: &str, change: String, fate: &str| {
-            let body = [vec![change], follow.clone()].concat().join("; ");
+            // What piles up has no next state, so the step has none either.
+            let change = (step.next != ENDLESS).then_some(change);
+            let body = change.into_iter().chain(follow.clone()).collect::<Vec<_>>().join("; ");
             let (guard, words) = (format!("{is_possible}{guard}"), format!("{words}{fate}"));
             GuardedStep { of: vec![(process, state)], guard, body, words }
         };
@@ -182,10 +185,13 @@ impl Writer<'_> {
         known.map(|(before, after)| (before, after, monitors.get(after).verdict)).collect()
     }
 
-    /// The changes of a step whose message the monitor observes; none in the states in which it decides the property.
+    /// The changes of a step whose message the monitor observes; none in the states in which it decides the property,
+    /// and none if messages pile up.
     fn observed(&self, channel: usize, content: u32, mut changes: Vec<String>) -> String {
         let after = self.after(channel, content);
-        if after.iter().any(|(before, after, verdict)| *verdict == Verdict::Inconclusive && before != after) {
+        if changes.iter().any(|change| change == PILED_UP) {
+            changes = vec![PILED_UP.to_owned()];
+        } else if after.iter().any(|(before, after, verdict)| *verdict == Verdict::Inconclusive && before != after) {
             changes.push(format!("OBSERVE_{channel}_{content}"));
         }
         let before = |verdict| after.iter().filter(move |after| after.2 == verdict).map(|(before, ..)| *before);

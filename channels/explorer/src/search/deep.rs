@@ -18,9 +18,9 @@ impl Search<'_> {
             let new = origins.len() as u32..self.store.len();
             origins.resize(self.store.len() as usize, number);
             self.deepest = self.deepest.max(depth);
-            if end.is_some() {
+            if let Some(end) = end {
                 self.origins = Some(origins);
-                return Ok(end.unwrap_or(End::Complete));
+                return Ok(end);
             }
             // The successor that was found first is expanded first.
             open.extend(new.rev().map(|found| (found, depth + 1)));
@@ -30,10 +30,13 @@ impl Search<'_> {
                 now.memory += 4 * origins.capacity() + 16 * open.capacity();
                 progress(&now);
                 if let Some(limit) = self.reached(&now).filter(|_| !open.is_empty()) {
+                    self.origins = Some(origins);
                     return Ok(End::Incomplete(limit));
                 }
             }
         }
+        // Without a violation, there may be a run in which messages pile up.
+        self.origins = Some(origins);
         Ok(End::Complete)
     }
 }

@@ -41,15 +41,16 @@ pub(crate) enum Fate {
     Settled,
     /// The verdict is false.
     Violated,
-    /// Messages pile up without bound.
+    /// Messages pile up in a process. It has no next state, so what follows is not known.
     Endless,
 }
 
 impl Fate {
-    /// The worse one.
+    /// The fate of a step that has both. The first verdict counts, even if messages pile up in the same step: the
+    /// system can take this step, and what the monitor sees of it does not depend on what follows.
     pub(super) fn and(self, other: Self) -> Self {
         match (self, other) {
-            (Self::GoOn, other) => other,
+            (Self::GoOn, other) | (Self::Endless, other @ (Self::Settled | Self::Violated)) => other,
             (first, _) => first,
         }
     }

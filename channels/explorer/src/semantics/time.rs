@@ -134,7 +134,9 @@ impl Semantics {
             let changes = &out.changes[begin..];
             changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
             let is_seen = vector[self.slots.monitor as usize] != state[self.slots.monitor as usize];
-            let counts = if self.anywhere { vector != state } else { is_seen || self.is_busy(&vector, *moved, out)? };
+            // A process in which messages pile up is not changed in the vector, although the move acts on it.
+            let counts = fate == Fate::Endless
+                || if self.anywhere { vector != state } else { is_seen || self.is_busy(&vector, *moved, out)? };
             for (slot, _) in &out.changes[begin..] {
                 vector[*slot as usize] = state[*slot as usize];
             }
