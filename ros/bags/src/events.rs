@@ -135,6 +135,8 @@ enum Reason {
     Stamp,
     /// The clock has told no time.
     Clock,
+    /// Its time is the last that there is, which also stands for every later one.
+    Time,
     /// A value has no symbol.
     Symbol,
     /// An integer that no value can be without being rounded.
@@ -150,6 +152,7 @@ impl fmt::Display for Reason {
             Self::Mismatch(mismatch) => write!(f, "the bytes do not fit the definition: {mismatch}"),
             Self::Stamp => f.write_str("the stamp is 0, or far from those of other messages"),
             Self::Clock => write!(f, "{CLOCK} has told no time yet"),
+            Self::Time => f.write_str("the time is the last that fits into 64 bits, or later"),
             Self::Symbol => f.write_str("the mapping has no symbol for the value"),
             Self::Range => f.write_str("the integer does not fit into 64 bits, or not exactly into a real number"),
             Self::Channel => f.write_str("the channel does not carry such a message"),
@@ -386,6 +389,10 @@ impl<'r> Events<'r> {
         if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) {
             return Err((Reason::Stamp, crate::moment(time_ns)));
         }
+        // How long after others it came is not known.
+        if time_ns == i64::MAX {
+            return Err((Reason::Time, crate::moment(time_ns)));
+        }
         if !self.compiled.topology.carries(*channel, &message) {
             return Err((Reason::Channel, message.to_string()));
         }
@@ -526,8 +533,9 @@ impl<'r> Events<'r> {
     /// A message comes too late to be put in order: it gets the time of what has come before it, which has been judged
     /// without it. If it belongs before all that has come, the run began earlier, and no tick is where it should be.
     fn displace(&mut self, channel: ChannelId, time_ns: i64, now_ns: i64) {
-        self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
-        let (what, delay_s) = (self.compiled.topology.describe(channel), (now_ns - time_ns) as f64 * 1e-9);
+        let delay_ns = now_ns.saturating_sub(time_ns);
+        self.late = (self.late.0 + 1, self.late.1.max(delay_ns));
+        let (what, delay_s) = (self.compiled.topology.describe(channel), delay_ns as f64 * 1e-9);
         let why = format!("a message {what} comes {delay_s:.3} s too late to be put in order");
         let is_within = self.start_ns.is_some_and(|start_ns| start_ns <= time_ns);
         // What has the same time was recorded before it.
@@ -627,13 +635,10 @@ impl<'r> Events<'r> {
         note.map(Found::Noted)
     }
 
-    /// The next tick, if it is due by this time.
+    /// The next tick, if it is due by this time: never, if it would come after the last time that there is.
     fn tick(&mut self, by_ns: i64) -> Option<Found> {
-        let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
-        let tick_ns = self.start_ns?.saturating_add(ticks.saturating_mul(self.tick_ns));
-        if tick_ns > by_ns {
-            return None;
-        }
+        let tick_ns = i128::from(self.start_ns?) + i128::from(self.ticks) * i128::from(self.tick_ns);
+        let tick_ns = i64::try_from(tick_ns).ok().filter(|tick_ns| *tick_ns <= by_ns)?;
         let event =
             Event { step: self.steps, tick: self.ticks, time: self.since_start(tick_ns), kind: EventKind::Tick };
         self.ticks += 1;
@@ -642,7 +647,8 @@ impl<'r> Events<'r> {
     }
 
     fn since_start(&self, time_ns: i64) -> Duration {
-        Duration::from_nanos(time_ns.saturating_sub(self.start_ns.unwrap_or(time_ns)).max(0).unsigned_abs())
+        let start_ns = self.start_ns.unwrap_or(time_ns);
+        Duration::from_nanos(time_ns.max(start_ns).abs_diff(start_ns))
     }
 }
 

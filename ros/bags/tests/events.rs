@@ -240,6 +240,35 @@ fn one_message_with_a_wrong_time_is_left_out_and_not_the_others() {
     assert_eq!(notes, [format!("2 {}", expected[0])]);
 }
 
+#[test]
+fn ticks_end_with_the_last_time_that_there_is_and_messages_from_then_on_are_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mapping = "tick_s = 1\n[[messages]]\ntopic = \"/cmd_vel\"\nfrom = \"a\"\nto = \"b\"\n\
+                   fields = { x = \"linear.x\" }\n";
+    let read = |times: &[u64]| {
+        let messages: Vec<Written<'_>> = times.iter().map(|ms| ("/cmd_vel", TWIST, *ms, twist(1.0))).collect();
+        read_with(&bag_of(folder.path(), &messages), mapping)
+    };
+    let (last, latest) = (i64::MAX.unsigned_abs() / 1_000_000, u64::MAX / 1_000_000);
+    let why = "left out: the time is the last that fits into 64 bits, or later; the first: 2262-04-11 23:47:16.854 UTC";
+    let (mut events, notes) = read(&[last - 2000, last, last + 1, latest]);
+    events.retain(|line| line.contains("tick"));
+    let expected = [
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: a → b [1.0]",
+        "1000 ms: 1, tick 1",
+        "2000 ms: 1, tick 2",
+        "2000 ms: 2, tick 2: a → b [1.0]",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(notes, [format!("2 messages on /cmd_vel are {why}")]);
+    for time in [last + 1, latest] {
+        let (events, notes) = read(&[time]);
+        assert_eq!(events, [format!("messages on /cmd_vel are {why}")]);
+        assert_eq!(notes, [format!("1 message on /cmd_vel is {why}")]);
+    }
+}
+
 /// In ROS, each character has four bytes; other programs write two.
 #[test]
 fn the_distribution_that_a_bag_names_decides_how_wide_strings_are_read() {

@@ -1,11 +1,11 @@
 //! Recordings that are still being written.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{Cursor, Write as _};
 use std::path::Path;
 
-use bags::{Bag, Error, Events, Following, Found, Ground, Mapping, Received, Source, Survey};
+use bags::{Bag, Error, Events, Following, Found, Ground, Mapping, Received, Source, Survey, Through};
 use channels::{ChannelId, FieldKind, Shape};
 use mcap::records::MessageHeader;
 
@@ -137,6 +137,139 @@ fn a_file_that_is_not_closed_or_changes_is_told() {
     let (times, end) = received(&mut following);
     assert_eq!((end, following.lost().len()), (Received::Over, 1), "{:?}", following.lost());
     assert!(times.len() > 30 && times.len() < 40 && times.ends_with(&[1170]), "{times:?}");
+}
+
+/// Where the records of a file begin, apart from those in chunks.
+fn records(bytes: &[u8]) -> BTreeSet<usize> {
+    let (mut at, mut all) = (8, BTreeSet::new());
+    while let Some(length) = bytes.get(at + 1..at + 9) {
+        all.insert(at);
+        at += 9 + u64::from_le_bytes(length.try_into().expect("eight bytes")) as usize;
+    }
+    all
+}
+
+#[test]
+fn what_is_there_of_an_incomplete_record_is_lost_when_following_ends() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("growing.mcap");
+    for options in [unchunked(), chunked(300)] {
+        let whole = written(&messages(), options);
+        let records = records(&whole);
+        let ends = (1..whole.len() / 2).step_by(7).chain(records.iter().copied().filter(|at| *at < whole.len() / 2));
+        for end in ends {
+            fs::write(&path, &whole[..end]).expect("room for a file");
+            let mut following = Following::open(&path, ["/odd", "/cmd_vel"]).expect("a file that has been begun");
+            assert_eq!(received(&mut following).1, Received::Idle, "{end} bytes");
+            assert_eq!(following.lost(), [""; 0], "{end} bytes: more may come");
+            following.end();
+            let lost = following.lost();
+            assert_eq!(lost.len(), usize::from(!records.contains(&end)), "{end} bytes: {lost:?}");
+            let is_told = |what: &String| what.contains("mcap breaks off ") && what.ends_with(": the rest is lost");
+            assert!(lost.iter().all(is_told), "{end} bytes: {lost:?}");
+            assert_eq!(received(&mut following), (vec![], Received::Over), "{end} bytes");
+        }
+    }
+    // If it ends while there is more to read, nothing of that is judged, and nothing is lost.
+    let whole = written(&messages(), unchunked());
+    fs::write(&path, &whole[..whole.len() / 2]).expect("room for a file");
+    let mut following = Following::open(&path, ["/odd", "/cmd_vel"]).expect("a file that has been begun");
+    assert!(matches!(following.receive(&mut Vec::new()), Received::Message(_)));
+    following.end();
+    assert_eq!(following.lost(), [""; 0]);
+}
+
+#[test]
+fn an_incomplete_record_makes_a_gap_when_following_ends() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, mapping) = (folder.path().join("growing.mcap"), mapping(LATER));
+    let whole = written(&[1, 2, 3].map(|ms| ("/cmd_vel", TWIST, ms, twist(1.0))), unchunked());
+    let third = records(&whole).into_iter().filter(|at| whole[*at] == 5).nth(2).expect("a message");
+    let ended = |end: usize| {
+        fs::write(&path, &whole[..end]).expect("room for a file");
+        let following = Following::open(&path, mapping.topics()).expect("a file that has been begun");
+        let source = Through::new(following, |source: &mut Following, body: &mut Vec<u8>| match source.receive(body) {
+            Received::Idle => {
+                source.end();
+                Received::Over
+            }
+            received => received,
+        });
+        let compiled = mapping.compile(&Survey::default(), None, &nothing).expect("a type that is on board");
+        let topology = compiled.topology.clone();
+        let mut events = Events::new(Box::new(source), &mapping, compiled, &nothing);
+        let lines: Vec<String> = lines(&mut events, &topology).collect();
+        (lines, events.notes())
+    };
+    let expected =
+        ["0 ms: 0, tick 0", "0 ms: 1, tick 0: base → monitor [1.0]", "1 ms: 2, tick 0: base → monitor [1.0]"];
+    assert_eq!(ended(third), (expected.map(str::to_owned).to_vec(), vec![]));
+    let (lines, notes) = ended(third + 40);
+    let what = "breaks off 0.001 s after the first message of the bag: the rest is lost";
+    assert!(notes.len() == 1 && notes[0].ends_with(what), "{notes:?}");
+    assert_eq!(lines, [&[notes[0].as_str()][..], &expected].concat());
+}
+
+#[test]
+fn what_follows_the_end_of_a_followed_file_is_lost() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.mcap");
+    let kinds: [fn() -> mcap::WriteOptions; 3] =
+        [unchunked, mcap::WriteOptions::new, || unchunked().emit_summary_records(false)];
+    for options in kinds {
+        let [first, second] = [0, 1000].map(|ms| written(&[("/cmd_vel", TWIST, ms, twist(1.0))], options()));
+        for end in [&b""[..], &second[..], &second[..30], &b"x"[..]] {
+            fs::write(&path, [&first[..], end].concat()).expect("room for a file");
+            let mut following = Following::open(&path, ["/cmd_vel"]).expect("a file");
+            assert_eq!(received(&mut following), (vec![0], Received::Over));
+            let what = format!("{} goes on after its end: the last {} bytes are not read", path.display(), end.len());
+            let expected: Vec<String> = (!end.is_empty()).then_some(what).into_iter().collect();
+            assert_eq!(following.lost(), expected);
+        }
+    }
+}
+
+#[test]
+fn the_checksum_of_a_followed_file_without_chunks_is_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.mcap");
+    let mut bytes = written(&[1, 2].map(|ms| ("/cmd_vel", TWIST, ms, twist(0.5))), unchunked());
+    let place = bytes.windows(8).position(|bytes| bytes == 0.5_f64.to_le_bytes()).expect("a message");
+    for is_damaged in [false, true] {
+        bytes[place] ^= u8::from(is_damaged);
+        fs::write(&path, &bytes).expect("room for a file");
+        let mut following = Following::open(&path, ["/cmd_vel"]).expect("a file");
+        assert_eq!(received(&mut following), (vec![1, 2], Received::Over));
+        let what = format!("{}: its checksum is not that of its records", path.display());
+        let expected: Vec<(usize, String)> = is_damaged.then_some((0, what)).into_iter().collect();
+        assert_eq!(following.survey().missing, expected);
+    }
+}
+
+#[test]
+fn a_folder_that_is_finished_gets_the_checks_of_a_bag() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("room for a file");
+    let part =
+        |from: u64| written(&[from, from + 9].map(|ms| ("/cmd_vel", TWIST, ms, twist(1.0))), mcap::WriteOptions::new());
+    write("metadata.yaml", b"relative_file_paths: [bag_0.mcap, bag_1.mcap]\n");
+    write("bag_0.mcap", &part(0));
+    write("bag_1.mcap", &part(0));
+    let opened = || Following::open(folder.path(), ["/cmd_vel"]);
+    let refused = opened().err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(refused.ends_with("bag_0.mcap and bag_1.mcap have the same messages"), "{refused}");
+    // What plain reading tells is told, and once.
+    write("bag_1.mcap", &[&part(10)[..], b"xyz"].concat());
+    write("bag_5.mcap", &part(50));
+    let bag = Bag::open(folder.path()).expect("a bag");
+    let mut following = opened().expect("a folder");
+    assert_eq!(received(&mut following), (vec![0, 9, 10, 19], Received::Over));
+    let damaged = folder.path().join("bag_1.mcap");
+    let after_end = format!("{} goes on after its end: the last 3 bytes are not read", damaged.display());
+    assert_eq!(following.lost(), [after_end]);
+    assert_eq!(following.lost(), bag.survey().lost);
+    assert_eq!(following.notes(), ["bag_5.mcap is not read: metadata.yaml does not list it"]);
+    assert_eq!(following.notes(), bag.survey().notes);
 }
 
 #[test]
@@ -284,7 +417,9 @@ fn a_topic_without_messages_is_vouched_for_once_the_file_is_over() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, mapping) = (folder.path().join("finished.mcap"), mapping(LATER));
     let mut bytes = Cursor::new(Vec::new());
-    let mut writer = unchunked().create(&mut bytes).expect("a writer");
+    // Its bytes will be changed.
+    let options = unchunked().calculate_data_section_crc(false);
+    let mut writer = options.create(&mut bytes).expect("a writer");
     let schema = writer.add_schema(TWIST.0, "ros2msg", TWIST.1.as_bytes()).expect("a schema");
     let channels = ["/other", "/cmd_vel"].map(|topic| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()));
     let channel_id = *channels[0].as_ref().expect("a channel");

@@ -57,6 +57,7 @@ pub(crate) fn line(found: Found, topology: &Topology) -> String {
         Found::Resumed(channel) => format!("{} goes on", topology.describe(channel)),
         Found::Vouched(channel, ground) => format!("{}: {ground}", topology.describe(channel)),
         Found::Noted(note) => note,
+        Found::Ended(time) => format!("{} ms: the end", time.as_millis()),
         Found::Idle => "idle".to_owned(),
     }
 }

@@ -181,7 +181,7 @@ fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
     let (mut lines, mut grounds, mut ends, mut first) = (Vec::new(), BTreeMap::new(), BTreeMap::new(), None);
     for found in events.by_ref() {
         let place = match &found {
-            Found::Idle | Found::Noted(_) => continue,
+            Found::Idle | Found::Noted(_) | Found::Ended(_) => continue,
             Found::Vouched(channel, ground) => {
                 grounds.insert(*channel, ground.clone());
                 continue;

@@ -100,17 +100,26 @@ impl<'b> CdrReader<'b> {
         Ok(text.strip_suffix(&[0]).unwrap_or(text))
     }
 
-    /// The units of a wide string.
+    /// A wide string in UTF-16. ROS writes its units, in four bytes each; other programs that write four bytes write
+    /// characters, each of which may become two units.
     ///
     /// # Errors
-    /// As [`length`](Self::length); [`Mismatch::Wide`] if a unit is none of UTF-16.
+    /// As [`length`](Self::length); [`Mismatch::Wide`] if four bytes are neither a unit of UTF-16 nor a character.
     pub fn wide_string(&mut self, bound: Option<usize>, width: WideWidth) -> Result<Vec<u16>, Mismatch> {
         let length = self.length(bound.unwrap_or(usize::MAX))?;
-        let unit = |_| match width {
-            WideWidth::Two => Ok(u16::from_le_bytes(self.number()?)),
-            WideWidth::Four => u16::try_from(u32::from_le_bytes(self.number()?)).map_err(|_| Mismatch::Wide),
-        };
-        let units = (0..length).map(unit).collect::<Result<Vec<u16>, _>>()?;
+        let mut units: Vec<u16> = Vec::new();
+        for _ in 0..length {
+            let unit = match width {
+                WideWidth::Two => u32::from(u16::from_le_bytes(self.number()?)),
+                WideWidth::Four => u32::from_le_bytes(self.number()?),
+            };
+            if let Ok(unit) = u16::try_from(unit) {
+                units.push(unit);
+            } else {
+                let character = char::from_u32(unit).ok_or(Mismatch::Wide)?;
+                units.extend_from_slice(character.encode_utf16(&mut [0; 2]));
+            }
+        }
         self.has_wide_zero |= units.contains(&0);
         Ok(units)
     }

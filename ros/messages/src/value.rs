@@ -94,7 +94,7 @@ pub enum Mismatch {
     /// The bytes have another encoding.
     #[error("they are not in CDR version 1 (XCDR2 and parameter lists are not supported)")]
     Encoding,
-    /// Wide strings fit with each width that ROS has used, or have units that are none of UTF-16.
+    /// Wide strings fit with each width that ROS has used, or contain what is no character.
     #[error("it is not known how wide the characters of their wide strings are")]
     Wide,
     /// The value is of another type than its field, or out of its range.

@@ -100,6 +100,33 @@ fn wide_strings_are_those_of_ros() {
     assert_eq!(Decoder::new(&layout, &Want::All).decode(&bytes), Ok(message));
 }
 
+/// ROS writes two units for such a character, other programs one, whose lower half alone is another character.
+#[test]
+fn a_wide_character_above_16_bits_in_one_unit_is_not_shown_as_another() {
+    let layout = layout("wstring w", &[]).expect("a type");
+    let bytes = |units: &[u32]| {
+        let length = (units.len() as u32).to_le_bytes();
+        let units = units.iter().flat_map(|unit| unit.to_le_bytes());
+        [0, 1, 0, 0].into_iter().chain(length).chain(units).collect::<Vec<u8>>()
+    };
+    let decode = |units: &[u32], width: Option<WideWidth>| {
+        Decoder::new(&layout, &Want::All).with_width(width).decode(&bytes(units))
+    };
+    let text = |text: &str| -> Result<Value, Mismatch> { Ok(Value::Message(vec![Value::Text(text.to_owned())])) };
+    let smile = u32::from('😀');
+    assert_eq!(bytes(&[smile])[4..], [1, 0, 0, 0, 0x00, 0xf6, 0x01, 0x00]);
+    assert_eq!(decode(&[smile], Some(WideWidth::Four)), text("😀"));
+    assert_eq!(decode(&[smile], Some(WideWidth::Two)), text("\u{f600}"));
+    assert_eq!(decode(&[smile], None), Err(Mismatch::Wide), "both fit");
+    // With two bytes, the second character would be 0.
+    assert_eq!(decode(&[u32::from('a'), smile], None), text("a😀"));
+    // What ROS writes.
+    assert_eq!(decode(&[0xd83d, 0xde00], None), text("😀"));
+    // It is the last possible character; what follows it is none, so that only two bytes fit.
+    assert_eq!(decode(&[0x10_ffff], Some(WideWidth::Four)), text("\u{10ffff}"));
+    assert_eq!(decode(&[0x11_0061], Some(WideWidth::Four)), text("a"));
+}
+
 #[test]
 fn values_that_do_not_fit_are_not_encoded() {
     let with = |kind: &str, value: Value| {

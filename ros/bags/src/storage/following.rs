@@ -11,7 +11,7 @@ use super::mcap::{MAGIC, McapFollower};
 use super::metadata::{METADATA, Metadata};
 use super::source::{Aside, Received, Source, Wanted, received};
 use super::survey::Survey;
-use super::unpack;
+use super::{Bag, unpack};
 use crate::Error;
 
 /// How long a file that rosbag2 has not closed may rest after rosbag2 has ended: it may write the metadata first.
@@ -22,7 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// MCAP file, or the folder of a bag, whose files follow one another.
 ///
 /// A message counts once its record is in the file as a whole, or its chunk if there are chunks. A file is over when it
-/// has been closed, and a folder when rosbag2 has also written its metadata.
+/// has been closed, and a folder when rosbag2 has also written its metadata. A folder that has it from the start gets
+/// the checks of a [bag](Bag) that is opened.
 pub struct Following {
     path: PathBuf,
     is_folder: bool,
@@ -34,6 +35,8 @@ pub struct Following {
     aside: Aside,
     /// Since when nothing more is expected.
     resting: Option<Instant>,
+    /// Whether everything has been read that has been written as a whole to the last file.
+    is_waiting: bool,
     is_over: bool,
 }
 
@@ -41,7 +44,8 @@ impl Following {
     /// Starts at the beginning of a recording. Reads the messages of the topics with these names.
     ///
     /// # Errors
-    /// If there is no such file or folder, or it is in a format that cannot be followed.
+    /// If there is no such file or folder, or it is in a format that cannot be followed; also if a folder with metadata
+    /// is not one recording.
     pub fn open<'n>(path: &Path, topics: impl IntoIterator<Item = &'n str>) -> Result<Self, Error> {
         let wanted = Wanted::Named(topics.into_iter().map(str::to_owned).collect());
         Self::begin(path.to_owned(), wanted, Survey::of_recorder())
@@ -67,9 +71,15 @@ impl Following {
             wanted,
             aside: Aside::default(),
             resting: None,
+            is_waiting: false,
             is_over: false,
         };
-        if let Some((name, path)) = following.next_file()? {
+        let first = following.next_file()?;
+        if following.is_folder && following.path.join(METADATA).exists() {
+            let Bag { survey, .. } = Bag::open(&following.path)?;
+            following.aside = Aside { lost: survey.lost, notes: survey.notes };
+        }
+        if let Some((name, path)) = first {
             following.enter(name, path)?;
         }
         Ok(following)
@@ -135,6 +145,7 @@ impl Following {
     /// What comes next if nothing more has been written to the last file.
     #[expect(clippy::disallowed_methods, reason = "waits for another program")]
     fn rest(&mut self, file: &Path) -> Received {
+        self.is_waiting = true;
         if !self.is_complete() {
             self.resting = None;
             return Received::Idle;
@@ -142,7 +153,15 @@ impl Following {
         if self.resting.get_or_insert_with(Instant::now).elapsed() < PATIENCE {
             return Received::Idle;
         }
-        self.end(Some(format!("{} was never closed: its end is missing", file.display())))
+        self.close(Some(format!("{} was never closed: its end is missing", file.display())))
+    }
+
+    /// That the next file breaks off, in words, if not even what it begins with is there as a whole.
+    fn breaks_off(&self) -> Option<String> {
+        let (_, path) = self.next_file().ok()??;
+        let length = fs::metadata(&path).ok()?.len();
+        let is_part = length > 0 && length < MAGIC.len() as u64;
+        is_part.then(|| format!("{} breaks off before its first message: the rest is lost", path.display()))
     }
 
     /// Whether a file has been opened, by this name or another.
@@ -168,7 +187,8 @@ impl Following {
         lost.or(missing).or_else(other)
     }
 
-    fn end(&mut self, lost: Option<String>) -> Received {
+    fn close(&mut self, lost: Option<String>) -> Received {
+        let lost = lost.filter(|what| !self.aside.lost.contains(what));
         self.aside.lost.extend(lost);
         self.is_over = true;
         Received::Over
@@ -183,21 +203,21 @@ impl Source for Following {
                     Ok(Some((name, path))) => match self.enter(name, path.clone()) {
                         Ok(true) => continue,
                         Ok(false) => return self.rest(&path),
-                        Err(error) => return self.end(Some(error.to_string())),
+                        Err(error) => return self.close(Some(error.to_string())),
                     },
                     Ok(None) if !self.is_complete() => return Received::Idle,
                     // The last file may have been written in between.
                     Ok(None) if self.next_file().is_ok_and(|next| next.is_some()) => continue,
                     Ok(None) => {
                         let missing = self.missing();
-                        return self.end(missing);
+                        return self.close(missing);
                     }
-                    Err(error) => return self.end(Some(error.to_string())),
+                    Err(error) => return self.close(Some(error.to_string())),
                 }
             };
             match reader.receive(&self.wanted, &mut self.survey, body, &mut self.aside.lost) {
                 Received::Message(head) => {
-                    self.resting = None;
+                    (self.resting, self.is_waiting) = (None, false);
                     self.survey.count(head.topic, head.log_ns);
                     unpack(body, &mut self.aside.lost);
                     if let Some(received) = received(head, &mut self.survey, &self.wanted, body, &mut self.aside) {
@@ -206,7 +226,7 @@ impl Source for Following {
                 }
                 Received::Over => {
                     if let Some((_, reader)) = self.current.take() {
-                        reader.finish(&self.wanted, &mut self.survey);
+                        reader.finish(&self.wanted, &mut self.survey, &mut self.aside.lost);
                     }
                 }
                 _ => {
@@ -216,6 +236,19 @@ impl Source for Following {
             }
         }
         Received::Over
+    }
+
+    /// If only a part of the next record has been written, nobody waits for the rest of it any longer: it is lost.
+    fn end(&mut self) {
+        if self.is_over {
+            return;
+        }
+        let lost = match &mut self.current {
+            _ if !self.is_waiting => None,
+            Some((_, reader)) => reader.breaks_off(),
+            None => self.breaks_off(),
+        };
+        self.close(lost);
     }
 
     fn survey(&self) -> &Survey {

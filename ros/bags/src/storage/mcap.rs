@@ -7,7 +7,7 @@
 
 mod walk;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::mem;
 use std::path::Path;
 
@@ -161,19 +161,36 @@ impl McapFollower {
 }
 
 impl McapFollower {
-    /// Now that it is over, adds the wanted topics that the file lists, with or without messages, and compares how many
-    /// messages have been read with how many it counts, if it does so by now.
-    pub(super) fn finish(&self, wanted: &Wanted, survey: &mut Survey) {
-        let summed_up =
-            Walk::open(&self.walk.path).ok().and_then(|mut walk| Some((walk.summary()?, walk.known.channels)));
-        let listed = summed_up.iter().flat_map(|(_, channels)| channels.values());
-        for topic in self.walk.known.channels.values().chain(listed) {
+    /// Now that it is over, adds the wanted topics that the file lists, with or without messages, and compares what has
+    /// been read with what follows the data, as far as that has been written by now.
+    pub(super) fn finish(&self, wanted: &Wanted, survey: &mut Survey, lost: &mut Vec<String>) {
+        let Self { walk, seen } = self;
+        let mut again = Walk::open(&walk.path).ok();
+        let summary = again.as_mut().and_then(Walk::summary);
+        let listed = again.iter().flat_map(|again| again.known.channels.values());
+        for topic in walk.known.channels.values().chain(listed) {
             wanted.index(topic, survey);
         }
-        if let Some((summary, channels)) = summed_up {
-            let found = self.seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
-            wanted.compare(&self.walk.path, &channels, [&summary.counts, &found], survey);
+        let Some(mut again) = again else { return };
+        let found: BTreeMap<u16, u64> = seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
+        if let Some(summary) = summary {
+            wanted.compare(&walk.path, &again.known.channels, [&summary.counts, &found], survey);
+        } else {
+            again.go_to(walk.at);
+            let unfit = again.unfit(found.values().sum(), &walk.chunks).filter(|what| !lost.contains(what));
+            lost.extend(unfit);
         }
+        // Chunks have checksums of their own. What is wrong may have been anywhere.
+        again.go_to(walk.at);
+        if let Some(what) = walk.chunks.is_empty().then(|| again.wrong_checksum()).flatten() {
+            let topics: BTreeSet<usize> = seen.values().filter_map(|(topic, _)| *topic).collect();
+            survey.missing.extend(topics.into_iter().map(|topic| (topic, what.clone())));
+        }
+    }
+
+    /// That the file breaks off, in words, if only a part of the next record is in it, and no more of it is awaited.
+    pub(super) fn breaks_off(&mut self) -> Option<String> {
+        self.walk.breaks_off()
     }
 }
 

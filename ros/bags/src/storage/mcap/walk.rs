@@ -89,6 +89,8 @@ pub(super) struct Walk {
     pub(super) spare: Vec<u8>,
     /// The position in the file after the last chunk.
     pub(super) after_chunk: u64,
+    /// Where the chunks begin that have been read, if more records may be written to the file.
+    pub(super) chunks: Vec<u64>,
     pub(super) known: Known,
     /// When the first message of the bag was recorded, unless this is still to be found out.
     pub(super) first_ns: Option<i64>,
@@ -133,6 +135,7 @@ impl Walk {
             chunk: None,
             spare: Vec::new(),
             after_chunk: 0,
+            chunks: Vec::new(),
             known: Known::default(),
             first_ns: None,
             last: None,
@@ -406,6 +409,7 @@ impl Walk {
                 let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
                 self.after_chunk = self.at.saturating_add(9).saturating_add(length);
                 self.origin = (self.at, None);
+                self.chunks.extend(self.grows.then_some(self.at));
                 self.enter()?;
                 self.at = self.file.stream_position()?;
                 Ok(WalkStep::Other)
@@ -419,6 +423,17 @@ impl Walk {
                 Ok(step)
             }
         }
+    }
+
+    /// That the file breaks off, in words, if only a part of the next record is in it, and no more of it is awaited.
+    pub(super) fn breaks_off(&mut self) -> Option<String> {
+        if self.is_over || self.is_in_chunk() {
+            return None;
+        }
+        let at = self.file.stream_position().ok()?;
+        let is_begun = self.file.get_ref().metadata().ok()?.len() > at;
+        let is_part = is_begun && !self.is_written().ok()?;
+        is_part.then(|| self.damage(false, &io::Error::from(io::ErrorKind::UnexpectedEof)))
     }
 
     /// Whether the whole of the next record is in the file. Only then does it count: its writer may be in the middle of
