@@ -182,6 +182,20 @@ fn model_file(folder: &Path, proof: &Proof, question: &Question) -> PathBuf {
     folder.join(name.replace('/', "-"))
 }
 
+/// Two errors as one: everything that is wrong. Of files that cannot be written, only the first is named, since the
+/// others often have the same reason.
+fn together(first: Option<Error>, second: Error) -> Error {
+    use scenarios::Error::BadInput;
+    match (first, second) {
+        (None, second) => second,
+        (Some(Error::Scenario(BadInput(mut all))), Error::Scenario(BadInput(more))) => {
+            all.extend(more);
+            Error::Scenario(BadInput(all))
+        }
+        (Some(first), _) => first,
+    }
+}
+
 /// Looks for mistakes that no property detects.
 fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> Result<ExitCode, Error> {
     let (mut all, mut refused) = (Vec::new(), None);
@@ -264,13 +278,19 @@ impl ProveArgs {
         self.print(table::unreached(findings, self.unreached))
     }
 
+    /// Writes each run that violates a property into its own folder. One that cannot be written does not keep the
+    /// others from being written.
     fn write_runs(&self, proof: &Proof, findings: &mut [Finding], folder: &Path) -> Result<(), Error> {
+        let mut refused = None;
         for finding in findings {
-            finding.written = written::write(proof, finding, folder)?;
+            match written::write(proof, finding, folder) {
+                Ok(run) => finding.written = run,
+                Err(error) => refused = Some(together(refused, error)),
+            }
             let files = finding.written.as_ref().map(|run| format!("  wrote {}\n", run.files));
             files.map_or(Ok(()), |words| self.print(words))?;
         }
-        Ok(())
+        refused.map_or(Ok(()), Err)
     }
 
     /// Writes the results for CI systems and JSON, if they were requested.

@@ -112,6 +112,91 @@ fn a_schedule_that_does_not_fit_is_refused_at_the_first_such_step() {
     assert!(faulty.contains("a run that follows a schedule has no faults"), "{faulty}");
 }
 
+/// An application whose only leaf answers its first tick with this, or not at all, and succeeds in the second. Returns
+/// its scenario, which ends with these lines.
+fn application(folder: &Path, first_answer: &str, lines: &str) -> String {
+    let says = |event: &str| format!("<send type=\"channel\" target=\"BT\" event=\"{event}\"/>");
+    let halts = format!("<transition event=\"BT.halt\">{}</transition>", says("halted"));
+    let machine = format!(
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"null\">\n\
+         <state id=\"i\"><transition event=\"BT.tick\" target=\"k\">{first_answer}</transition>{halts}</state>\n\
+         <state id=\"k\"><transition event=\"BT.tick\">{}</transition>{halts}</state>\n</scxml>",
+        says("success")
+    );
+    let tree = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><Action ID=\"A\"/></BehaviorTree></root>";
+    let scenario = format!("tree = \"tree.xml\"\nskills = \".\"\n{lines}");
+    for (name, text) in [("A.scxml", machine.as_str()), ("tree.xml", tree), ("app.toml", &scenario)] {
+        fs::write(folder.join(name), text).expect("room for a file");
+    }
+    path(&folder.join("app.toml")).to_owned()
+}
+
+/// Runs the counterexample to a property in a folder, and returns it. The run must be as expected and follow the whole
+/// schedule.
+fn followed(found: &Path, property: &str) -> String {
+    let (file, again) = (found.join(property).join("counterexample.toml"), found.join("again"));
+    let report = report(path(&file), &again, &["--no-snapshots"]);
+    assert_eq!((&report["outcome"], &report["ended"]), (&"as_expected".into(), &"schedule".into()), "{report:#}");
+    fs::read_to_string(file).expect("a scenario")
+}
+
+const NEVER_SUCCEEDS: &str = "always not (A, BT, m[1] = <success>)";
+const NEVER_TICKED: &str = "always not (BT, A, m[1] = <tick>)";
+
+#[test]
+fn a_counterexample_expects_the_errors_of_all_its_ticks() {
+    let folder = tempdir().expect("a folder");
+    let lines = format!(
+        "[expect.satisfied]\nt = \"{NEVER_SUCCEEDS}\"\nu = \"{NEVER_TICKED}\"\n\
+         [prove.expect]\nt = \"violated\"\nu = \"violated\"\n"
+    );
+    let scenario = application(folder.path(), "", &lines);
+    for form in ["whole", "nodes"] {
+        let (out, set) = (folder.path().join(form), format!("execution.tree={form}"));
+        let proof = proved(&out, &[&scenario, "--set", &set]);
+        assert_eq!(proof["properties"][0]["result"], "violated", "{proof:#}");
+        // The leaf's time is up before the last tick, and the tree begins that one without errors.
+        assert!(followed(&out, "t").contains("expect.errors = [\"A\"]"), "{form}");
+        // This one ends before that.
+        assert!(followed(&out, "u").contains("expect.errors = []"), "{form}");
+    }
+}
+
+#[test]
+fn a_counterexample_goes_on_where_the_scenario_stops() {
+    let folder = tempdir().expect("a folder");
+    let running = "<send type=\"channel\" target=\"BT\" event=\"running\"/>";
+    let stops = ["on_violation = true", "on_violation = [\"r\"]", "when_settled = \"r\""];
+    for (number, stop) in stops.iter().enumerate() {
+        let lines = format!(
+            "[stop]\n{stop}\n[expect.satisfied]\nr = \"always not (A, BT, m[1] = <running>)\"\n\
+             t = \"{NEVER_SUCCEEDS}\"\n[prove.expect]\nr = \"violated\"\nt = \"violated\"\n"
+        );
+        let scenario = application(folder.path(), running, &lines);
+        let out = folder.path().join(number.to_string());
+        proved(&out, &[&scenario]);
+        // The other property is violated one tick earlier.
+        let text = followed(&out, "t");
+        assert!(text.contains("expect.\"r\" = \"violated\"\nexpect.\"t\" = \"violated\""), "{stop}: {text}");
+    }
+}
+
+#[test]
+fn a_run_that_cannot_be_written_does_not_keep_the_others_from_it() {
+    let folder = tempdir().expect("a folder");
+    let lines = format!("[expect.satisfied]\nt = \"{NEVER_SUCCEEDS}\"\nu = \"{NEVER_TICKED}\"\n");
+    let scenario = application(folder.path(), "", &lines);
+    let out = folder.path().join("out");
+    fs::create_dir(&out).expect("a new folder");
+    fs::write(out.join("t"), "").expect("room for a file");
+    let output = steward(&["prove", &scenario, "--quiet", "--out", path(&out)]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("out/t"), "{said}");
+    assert!(out.join("u").join("report.html").is_file(), "{said}");
+    followed(&out, "u");
+}
+
 #[test]
 fn a_folder_that_cannot_be_written_gives_one_message() {
     let folder = tempdir().expect("a folder");

@@ -385,6 +385,19 @@ fn unreached_items_are_listed_with_their_locations_even_without_a_property() {
 }
 
 #[test]
+fn a_property_that_nothing_can_violate_is_proved_without_a_word_about_ticks() {
+    let (_folder, scenario) = planted();
+    let fails = "(Knock, BT, m[1] = <failure>)";
+    let set = format!("expect.satisfied.w='always (fresh {fails} implies time_until {fails} < 2)'");
+    let proof = proof(0, &[&scenario, "--set", &set]);
+    assert_eq!(results(&proof), [("w", "proved"), ("progress", "proved")]);
+    let w = &proof["properties"][0];
+    assert_eq!((&w["states"], &w["vacuous"]), (&1.into(), &Value::Null), "{w:#}");
+    let said = String::from_utf8_lossy(&steward(&["prove", &scenario, "--set", &set]).stdout).into_owned();
+    assert!(said.contains("  w ") && !said.contains("vacuous"), "{said}");
+}
+
+#[test]
 fn a_machine_that_counts_forever_is_named() {
     let (folder, scenario) = planted();
     let knock = std::fs::read_to_string(folder.path().join("Knock.scxml")).expect("a machine");
@@ -403,6 +416,46 @@ fn a_machine_that_counts_forever_is_named() {
 fn unreached_items_do_not_depend_on_the_form_of_the_tree() {
     let of = |tree| proof(0, &["nominal", "--property", "progress", "--set", tree])["unreached"].clone();
     assert_eq!(of("execution.tree=whole"), of("execution.tree=nodes"));
+}
+
+#[test]
+fn messages_that_pile_up_leave_a_property_undecided_and_violate_progress() {
+    let (folder, scenario) = planted();
+    let attributes = "version=\"1.0\" datamodel=\"ecmascript\" name=\"Knock\"";
+    // It fails 45 times, leaves a delayed event behind each time, and then succeeds.
+    let knock = format!(
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" {attributes}>\
+         <datamodel><data id=\"n\" expr=\"0\"/></datamodel><state id=\"here\">\
+         <transition event=\"BT.tick\" cond=\"n &lt; 45\"><assign location=\"n\" expr=\"n + 1\"/>\
+         <send event=\"late\" delay=\"1000s\"/><send type=\"channel\" target=\"BT\" event=\"failure\"/></transition>\
+         <transition event=\"BT.tick\"><send type=\"channel\" target=\"BT\" event=\"success\"/></transition>\
+         <transition event=\"BT.halt\"><send type=\"channel\" target=\"BT\" event=\"halted\"/></transition>\
+         </state></scxml>"
+    );
+    std::fs::write(folder.path().join("Knock.scxml"), knock).expect("room for a machine");
+    let fails = ["--set", "expect.satisfied.fails='always not (Knock, BT, m[1] = <success>)'"];
+    let piled_up = proof(1, &[&[scenario.as_str()][..], &fails[..]].concat());
+    assert_eq!(results(&piled_up), [("fails", "endless"), ("progress", "endless")]);
+    for property in piled_up["properties"].as_array().expect("there are properties") {
+        assert_eq!((&property["as_expected"], &property["run"]["replayed"]), (&false.into(), &true.into()));
+        assert_eq!(property["run"]["decided_at_tick"], 32);
+    }
+    assert_eq!(piled_up["errors"], Value::Array(Vec::new()), "the leaf answers each tick");
+    let output = steward(&[&["prove", scenario.as_str()][..], &fails[..]].concat());
+    let said = String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    let which = "(more than 32 delayed events are waiting in Knock, and what follows is not searched)";
+    for said_once in [
+        "! fails is not decided: messages pile up without end, and what follows is not searched",
+        &format!("fails is not decided: messages pile up without end {which}:"),
+        &format!("progress is violated: messages pile up without end {which}:"),
+    ] {
+        assert!(said.contains(said_once), "{said_once}: {said}");
+    }
+    // Only what is violated can be expected.
+    let fails_is = ["--property", "fails", "--set", "prove.expect.fails=violated"];
+    proof(1, &[&[scenario.as_str()][..], &fails[..], &fails_is[..]].concat());
+    let progress_is = ["--property", "progress", "--set", "prove.expect.progress=violated"];
+    proof(0, &[&[scenario.as_str()][..], &fails[..], &progress_is[..]].concat());
 }
 
 #[test]

@@ -126,8 +126,9 @@ impl Onlooker for Coverage {
     }
 }
 
-/// The skills, and the nodes of the tree, in which an error has occurred, each once.
-pub(super) fn failed(tree: Option<&Arc<Tree>>, system: &ChannelSystem) -> Vec<String> {
+/// The skills, and the nodes of the tree, whose errors a system still knows: a tree begins each tick without those of
+/// the last one. A caller that asks after every step of the system sees them all.
+pub(super) fn failed(tree: Option<&Arc<Tree>>, system: &ChannelSystem) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     for id in system.topology().processes() {
         let Some(process) = system.any_process(id) else { continue };
@@ -136,7 +137,7 @@ pub(super) fn failed(tree: Option<&Arc<Tree>>, system: &ChannelSystem) -> Vec<St
         let skill = inside(process).as_any().downcast_ref::<SkillProcess>();
         names.extend(skill.filter(|skill| !skill.mishaps().is_empty()).map(|_| system.topology().name(id).to_owned()));
     }
-    names.into_iter().collect()
+    names
 }
 
 fn of_tree(tree: &Tree, seen: &Seen) -> Vec<Unreached> {

@@ -11,6 +11,7 @@ use explorer::{Path as Run, PathStep};
 use monitors::Outcome;
 use runs::Switched;
 use scenarios::Error;
+use scenarios::scenario::SomeProperties;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::schedule::{FaultChange, Schedule, quoted};
 
@@ -90,6 +91,13 @@ impl Proof {
         text += &self.based_on_it(about, &more, folder);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
+        // It ends with its schedule, and no sooner because of another property.
+        let stop = &self.scenario.file.stop;
+        for (key, properties) in [("on_violation", &stop.on_violation), ("when_settled", &stop.when_settled)] {
+            if !matches!(properties, SomeProperties::None) {
+                let _ = writeln!(text, "stop.{key} = false");
+            }
+        }
         // A schedule takes the place of the world, of which some properties speak.
         let all = self.monitoring.monitors().iter();
         for (watched, monitor) in all.filter(|(_, monitor)| self.truths_for(Some(monitor.as_ref())).is_none()) {
@@ -99,8 +107,9 @@ impl Proof {
             let outcome = Outcome::of(monitor.as_ref());
             let _ = writeln!(text, "expect.{} = {}", quoted(&watched.name), quoted(outcome.name()));
         }
-        let mut errors = Vec::new();
-        self.replayed(answer, run, |_, system| errors = coverage::failed(self.scenario.tree(), system))?;
+        // An error of the tree is known only until its next tick.
+        let mut errors = coverage::failed(self.scenario.tree(), &self.system);
+        self.replayed(answer, run, |_, system| errors.extend(coverage::failed(self.scenario.tree(), system)))?;
         let errors: Vec<String> = errors.iter().map(|name| quoted(name)).collect();
         let _ = writeln!(text, "expect.errors = [{}]", errors.join(", "));
         Ok(text)
