@@ -435,6 +435,21 @@ fn no_file_with_violations_gets_into_the_folder_of_a_bag() {
 }
 
 #[test]
+fn no_file_with_violations_gets_into_the_folder_of_a_bag_that_is_not_judged() {
+    let recorded = Recorded::new();
+    let bag = recorded.path("nav2.mcap");
+    for name in ["b_0.mcap", "b_0.db3", "b_0.mcap.zstd", "metadata.yaml"] {
+        let folder = recorded.root.join(format!("of_{name}"));
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join(name), "another bag").unwrap();
+        let (status, said, noted) = recorded.verify(&[&bag], &["--out", folder.to_str().unwrap()]);
+        assert_eq!((status, said.as_str()), (Some(2), ""), "{name}: {noted}");
+        assert!(unwrapped(&noted).contains("into the folder of a bag"), "{name}: {noted}");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "{name}");
+    }
+}
+
+#[test]
 fn only_violations_by_steward_are_replaced() {
     let recorded = Recorded::new();
     let (bag, out) = (recorded.path("nav2.mcap"), recorded.path("out"));

@@ -441,6 +441,44 @@ fn unrelated_results_are_refused_and_left_untouched() {
     assert_eq!(fs::read(out.join("dataset.parquet")).unwrap(), before[0]);
 }
 
+#[test]
+fn results_that_are_not_of_a_campaign_are_refused_and_left_untouched() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
+    let path = |name: &str| file.with_file_name(name).to_str().unwrap().to_owned();
+    let out = results(&file, "out", &[]);
+    let (file, out) = (path("some.toml"), out.to_str().unwrap());
+    for name in ["summary.json", "report.html", "timing.csv"] {
+        let to = path(&format!("of_{name}"));
+        fs::create_dir(&to).unwrap();
+        let other = Path::new(&to).join(name);
+        fs::write(&other, "mine").unwrap();
+        for command in [&["campaign", "merge", out][..], &["campaign", &file], &["campaign", &file, "--fresh"]] {
+            let said = refused(&[command, &["--out", &to]].concat());
+            assert!(said.contains("without the journal of its campaign"), "{command:?}, {name}: {said}");
+            assert_eq!(fs::read_to_string(&other).unwrap(), "mine", "{command:?}, {name}");
+            assert_eq!(fs::read_dir(&to).unwrap().count(), 1, "{command:?}, {name}");
+        }
+    }
+}
+
+#[test]
+fn a_journal_that_is_not_of_a_campaign_is_refused_and_left_untouched() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
+    let out = file.with_file_name("out");
+    let journal = out.join("journal.jsonl");
+    fs::create_dir(&out).unwrap();
+    let command = ["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    for text in ["mine", "mine\n", "{\"mine\": 1}", "{\"mine\": 1}\n"] {
+        fs::write(&journal, text).unwrap();
+        for (more, wanted) in [(&[][..], "is damaged"), (&["--fresh"][..], "is not the journal of a campaign")] {
+            let said = refused(&[&command[..], more].concat());
+            assert!(said.contains(wanted), "{text:?}: {said}");
+            assert_eq!(fs::read_to_string(&journal).unwrap(), text);
+            assert_eq!(fs::read_dir(&out).unwrap().count(), 1, "{text:?}");
+        }
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_reported() {

@@ -95,7 +95,7 @@ fn target(path: &Path) -> PathBuf {
 /// whose other values are `named`.
 ///
 /// # Errors
-/// [`Error::Overwrites`] if two options name one file, or if an option names one that the command line also names
+/// [`Error::Overwrites`] if the options name one file twice, or if an option names one that the command line also names
 /// otherwise.
 pub fn guard_inputs<'v>(
     outputs: impl IntoIterator<Item = (String, PathBuf)>,
@@ -103,10 +103,9 @@ pub fn guard_inputs<'v>(
 ) -> Result<(), Error> {
     let mut all: Vec<Output> = Vec::new();
     for (option, path) in outputs {
-        // One that an option names twice has the same contents twice.
-        let other = all.iter().find(|other| other.option != option && is_same(&other.path, &path));
-        if let Some(other) = other {
-            let why = format!("the command line names it twice, with `{}` and `{option}`", other.option);
+        if let Some(other) = all.iter().find(|other| is_same(&other.path, &path)) {
+            let with = if other.option == option { String::new() } else { format!("`{}` and ", other.option) };
+            let why = format!("the command line names it twice, with {with}`{option}`");
             return Err(Error::Overwrites { path, why });
         }
         all.push(Output { path, option, is_begun: false, is_needed: false });
@@ -243,7 +242,10 @@ mod tests {
         };
         assert!(guard(vec![option("--a", "new"), option("--b", "./new")], &[]).is_err(), "one that does not exist yet");
         assert!(guard(vec![option("--a", "old"), option("--b", "hard")], &[]).is_err());
-        assert!(guard(vec![option("--a", "old"), option("--a", "hard")], &[]).is_ok());
+        for [one, other] in [["new", "new"], ["new", "./new"], ["old", "hard"]] {
+            let refused = guard(vec![option("--a", one), option("--a", other)], &[]).unwrap_err().to_string();
+            assert!(refused.contains("names it twice, with `--a`"), "{one} and {other}: {refused}");
+        }
         assert!(guard(vec![option("--a", "hard")], &["input", "old"]).is_err());
         guard(vec![option("--a", "old"), option("--b", "new"), option("--c", "results")], &["input", "new"]).unwrap();
 

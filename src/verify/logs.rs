@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::args::VerifyArgs;
 use super::judge::{NO_FORMULA, Verified};
-use super::mapped::check_violations;
+use super::mapped::{check_no_bag, check_violations};
 use crate::results::{places_now, refused};
 
 /// The name of the page that leads to the reports.
@@ -360,6 +360,7 @@ pub(super) fn check_outputs(args: &VerifyArgs, folders: &[Option<PathBuf>]) -> R
         if bags.contains(&log) {
             check_violations(folder)?;
             bags.iter().try_for_each(|bag| check_apart(folder, bag))?;
+            check_no_bag(folder)?;
         }
     }
     if args.logs.len() > 1 {

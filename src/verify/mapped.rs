@@ -183,6 +183,27 @@ pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
     Ok(diagnostics::check_unread(&path)?)
 }
 
+/// Refuses the folder of a bag that is not judged: the next reader of this bag would take the file with the violations
+/// for a part of it.
+///
+/// Files are recognized by their names: what this command reads, such as an earlier report, it could not replace.
+pub(super) fn check_no_bag(folder: &Path) -> Result<(), Error> {
+    let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let Some(part) = paths.filter(|path| is_part_of_a_bag(path)).min() else { return Ok(()) };
+    let message = format!("the report would be written into the folder of a bag: {} is a part of it", part.display());
+    Err(Error::refused(message, "name another folder with `--out`"))
+}
+
+/// Whether a file is a part of a bag or describes one, as far as its name tells. Violations by steward are none.
+fn is_part_of_a_bag(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let plain = name.strip_suffix(".zstd").unwrap_or(&name);
+    let is_named = name == "metadata.yaml" || plain.ends_with(".mcap") || plain.ends_with(".db3");
+    // A pipe is not opened.
+    let is_own = || name == VIOLATIONS || path.is_file() && recording::are_violations(path);
+    is_named && !path.is_dir() && !is_own()
+}
+
 /// Writes the violations, at their times in the bag, for tools that show the bag.
 fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
     let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());

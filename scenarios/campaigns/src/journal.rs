@@ -242,9 +242,9 @@ impl Journal {
         header: &Header,
         replay: impl FnMut(RunRecord) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        refuse_other_results(folder)?;
         let written = MADE_OF_IT.iter().chain([&JOURNAL, &TIMING]);
         written.map(|name| folder.join(name)).try_for_each(|path| diagnostics::check_unread(&path))?;
+        refuse_other_results(folder)?;
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |source| Error::unwritten(path, source)
@@ -311,8 +311,8 @@ pub(super) fn start_over(folder: &Path) -> Result<(), Error> {
     let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
     lock(&file, folder)?;
     let mut lines = Lines::of(&file, folder).map_err(|_| damaged(folder))?;
-    let header: Option<serde_json::Value> = lines.next_as().unwrap_or_default();
-    if lines.end > 0 && header.is_none_or(|header| header["plan"].is_null()) {
+    let is_header = |line: serde_json::Value| !line["plan"].is_null();
+    if !lines.next_as::<serde_json::Value>().is_ok_and(|line| line.is_none_or(is_header)) {
         let message = format!("{} is not the journal of a campaign", path.display());
         return Err(Error::refused(message, "only files that a campaign wrote are removed: use another folder"));
     }
@@ -338,6 +338,9 @@ fn refuse_other_results(folder: &Path) -> Result<(), Error> {
     } else if folder.join(REPORT).exists() {
         let help = "a campaign does not overwrite it: choose another folder with `--out`";
         (format!("{shown} contains the report of a run"), help)
+    } else if let Some(name) = [SUMMARY, PAGE, TIMING].into_iter().find(|name| folder.join(name).exists()) {
+        let help = "existing files are not overwritten: use another folder";
+        (format!("{shown} contains {name} without the journal of its campaign"), help)
     } else {
         return Ok(());
     };
@@ -511,7 +514,8 @@ impl<R: Read> Lines<R> {
         let mut line = Vec::new();
         let read = self.reader.read_until(b'\n', &mut line).map_err(|_| damaged(&self.folder))?;
         if !line.ends_with(b"\n") {
-            return Ok(None);
+            // What remains will be cut off, so it must be what a killed program has left of its journal.
+            return if self.end > 0 || begins_a_header(&line) { Ok(None) } else { Err(damaged(&self.folder)) };
         }
         self.end += read as u64;
         Ok(Some(line))
@@ -520,6 +524,12 @@ impl<R: Read> Lines<R> {
     fn parsed<T: for<'d> Deserialize<'d>>(&self, line: &[u8]) -> Result<T, Error> {
         serde_json::from_slice(line).map_err(|_| damaged(&self.folder))
     }
+}
+
+/// Whether an incomplete first line is that of a header, as far as it goes.
+fn begins_a_header(line: &[u8]) -> bool {
+    let beginning = format!("{{\"format\":{FORMAT},\"version\":\"");
+    line.iter().zip(beginning.as_bytes()).all(|(found, expected)| found == expected)
 }
 
 fn damaged(folder: &Path) -> Error {
