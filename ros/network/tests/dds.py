@@ -160,6 +160,8 @@ assert levels["steward: charged"] == levels["steward: positive"] == 2 and levels
 print("--diagnostics: rclpy hears how the properties stand, before and after")
 
 watching = watch("robot.toml", "safety.scope", "killed.mcap")
+# What is latched has come: the watch knows this robot.
+assert json.loads(watching.stdout.readline())["property"] == "known"
 robot.kill()
 robot = Peer(FAST, "fast.py", 61)
 time.sleep(5)
