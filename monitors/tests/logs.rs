@@ -313,7 +313,7 @@ fn a_log_that_has_an_end_breaks_off_without_it_and_has_nothing_after_it() {
 fn gaps_and_end(text: &str) -> (Vec<Gap>, Option<Duration>) {
     let topology = topology();
     let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
-    while log.next_event().unwrap().is_some() {}
+    while log.next_event().expect("a readable log").is_some() {}
     (std::iter::from_fn(|| next_gap(&mut log)).collect(), log.end())
 }
 
