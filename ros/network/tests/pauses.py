@@ -138,7 +138,7 @@ def watched(case):
             held_up += [missing["since_ns"] / 1e9] if "until_ns" not in missing else []
             if heard.get(missing["topic"]):
                 lost[missing["topic"]] += missing["count"] or 0
-    problems = []
+    problems, seen = [], {value for value, _ in heard["/mark"]}
     for name, (_, holds) in asked.items():
         k = int(name.rsplit("_", 1)[1])
         soon = name.startswith(("after_", "comes_")) or name.startswith("again_") and not holds
@@ -149,7 +149,8 @@ def watched(case):
         # time may have been late by the time that a pause took.
         allowed = right if soon and not once_more else [*right, "unsure", *(["inconclusive"] if holds else [])]
         if name.startswith("before_"):
-            allowed = ["violated"]
+            # On a busy machine, what listens may not have been there again after the pause before.
+            allowed = ["violated"] if 10 * k + 1 in seen else ["unsure"]
         if found[name] not in allowed:
             problems.append(f"{name}: {found[name]} ({why[name]}), and {right} is true, after {drawn[k]}")
     for topic, values in heard.items():
