@@ -373,7 +373,8 @@ impl<R: BufRead> EventLog<R> {
         }
     }
 
-    /// The line with the end of the run: the numbers that it repeats are those of the last events, or lines are missing.
+    /// The line with the end of the run: the numbers that it repeats are those of the last events, or lines are
+    /// missing.
     fn finish(&mut self, found: &Found<'_>) -> Result<(), LogError> {
         let (step, tick, last) = self.last;
         if std::mem::replace(&mut self.is_ended, true) {
