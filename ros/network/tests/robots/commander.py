@@ -75,7 +75,7 @@ def goes(x, y):
     if not sent.result().accepted:
         return {"accepted": False}
     result = sent.result().get_result_async()
-    rclpy.spin_until_future_complete(node, result, timeout_sec=60)
+    rclpy.spin_until_future_complete(node, result, timeout_sec=180)
     return {"succeeded": result.result().status == GoalStatus.STATUS_SUCCEEDED, "has_feedback": node.feedback > 0}
 
 
