@@ -243,7 +243,7 @@ fn several_logs_are_a_table_a_page_and_test_cases() {
              not be checked\n"),
         "{table}"
     );
-    assert!(table.contains(&format!("  {first}  51.0 s: phi1 violated, 2 satisfied\n")), "{table}");
+    assert!(table.contains(&format!("  {first}  51.1 s: phi1 violated, 2 satisfied\n")), "{table}");
     assert!(table.contains(&format!("  {none}  not checked: cannot read the log {none}")), "{table}");
     // Logs with one name have a folder each, and the page leads to both.
     let page = std::fs::read_to_string(at("all/index.html")).unwrap();

@@ -37,8 +37,9 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "(*, Q, C)",
         "",
-        "Any sender: one of the events with each process that sends Q such messages. Likewise `(P, *, C)`, for any \
-         receiver.",
+        "Any sender: one of the events with each process whose messages to Q condition C can be about; one whose \
+         messages never have a field or a value that C names is left out, also where C says `!=`. Likewise \
+         `(P, *, C)`, for any receiver.",
         "always (E implies not (*, BatteryLevel, m[2] < 20))",
     ),
     word(
@@ -72,8 +73,8 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "+ - * /",
         "",
-        "In a condition, arithmetic on fields, numbers and remembered values. A result that is not a number, as after \
-         a division by zero, compares like a missing field.",
+        "In a condition, arithmetic on fields, numbers and remembered values. A result that is no finite number, \
+         as after a division by zero or of an infinite distance, compares like a missing field.",
         "always (BatteryReader, BatteryLevel, level / 100 <= 1)",
     ),
     word(
