@@ -238,7 +238,7 @@ impl Source for Following {
         Received::Over
     }
 
-    /// If only a part of the next record has been written, nobody waits for the rest of it any longer: it is lost.
+    /// If only a part of the next record has been written, its rest is not awaited any longer: it is lost.
     fn end(&mut self) {
         if self.is_over {
             return;
