@@ -194,7 +194,7 @@ PAPER = [("nominal", ["--set", "battery.charge_pct_per_s=4"], [], 300, [], [YES,
          ("battery_fault", [], ALL, 90, [], [NO, YES, YES, OPEN]),
          ("nominal", QUARTER, [*ALL, *THRESHOLD], 150, [], [YES, NO, NO, YES]),
          # The level is below 30 after 35 s, or later: until the goal has reached the navigation, the robot stands.
-         ("joypad", [], ALL, 190, [], [NO, YES, NO, OPEN])]
+         ("joypad", [], ["--set", "stop={when_settled='phi3'}"], 400, [], [NO, YES, NO, OPEN])]
 DEAD = ("nominal", [], ALL, 40, ["--misbehave", "dies", "--after", "10"], [YES, YES, YES, OPEN])
 FULL = ["--set", "battery.initial_pct=90"]
 # Three seconds without feedback, the adapter's default, may pass in a third of a second.
