@@ -1,5 +1,6 @@
 //! The search against a naive enumeration, which copies whole channel systems, normalizes them and compares them.
 
+mod keepers;
 mod limits;
 mod naive;
 mod random_systems;

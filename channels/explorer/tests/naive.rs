@@ -6,8 +6,8 @@ use std::hash::{Hash, Hasher};
 use std::time::Duration;
 
 use channels::{
-    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Monitor, NormalForm,
-    Process, Verdict,
+    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Monitor, NoNormalForm,
+    NormalForm, Process, Verdict,
 };
 use explorer::{AnyEnvironment, EnvironmentState, Instant, MessageFaults, Ticks};
 
@@ -22,6 +22,8 @@ pub(crate) fn location(process: &dyn Process) -> String {
 /// What a search without a property looks for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Findings {
+    /// Whether messages pile up in a process. What follows is not enumerated.
+    pub(crate) endless: bool,
     pub(crate) deadlock: bool,
     pub(crate) livelock: bool,
     pub(crate) locations: Locations,
@@ -108,12 +110,20 @@ impl State {
         self.monitor.as_ref().map_or(Verdict::Inconclusive, |monitor| monitor.verdict())
     }
 
-    fn normalize(mut self) -> Self {
-        self.system.normalize().expect("a normal form");
+    /// `None` if messages pile up in a process.
+    fn normalize(mut self) -> Option<Self> {
+        match self.system.normalize() {
+            Err((_, NoNormalForm::Endless { .. })) => return None,
+            normal => normal.expect("a normal form"),
+        }
         if let Some(monitor) = &mut self.monitor {
             monitor.normalize().expect("a normal form");
         }
-        self
+        Some(self)
+    }
+
+    fn is_endless(&self) -> bool {
+        matches!(self.system.fork().normalize(), Err((_, NoNormalForm::Endless { .. })))
     }
 }
 
@@ -146,13 +156,13 @@ pub(crate) fn enumerate(
             let process = state.system.clone_process(id).expect("a process");
             findings.locations.insert((id.index(), location(process.as_ref())));
         }
-        let state = state.normalize();
+        let state = state.normalize()?;
         let alike = known.entry(state.hash()).or_default();
-        alike.iter().copied().find(|other| states[*other].0.is(&state)).unwrap_or_else(|| {
+        Some(alike.iter().copied().find(|other| states[*other].0.is(&state)).unwrap_or_else(|| {
             alike.push(states.len());
             states.push((state, layer));
             states.len() - 1
-        })
+        }))
     };
     add(first, 0, &mut states);
     let mut next = 0;
@@ -168,10 +178,10 @@ pub(crate) fn enumerate(
         let mut leading = Vec::new();
         for (successor, is_alive) in successors {
             match successor.verdict() {
-                Verdict::Inconclusive => {
-                    let to = add(successor, layer + 1, &mut states);
-                    leading.push(Edge { to, is_alive, is_step: !is_quiet });
-                }
+                Verdict::Inconclusive => match add(successor, layer + 1, &mut states) {
+                    Some(to) => leading.push(Edge { to, is_alive, is_step: !is_quiet }),
+                    None => findings.endless = true,
+                },
                 Verdict::True => {}
                 Verdict::False => counts.violated = Some(counts.violated.unwrap_or(layer + 1)),
             }
@@ -262,7 +272,7 @@ fn successors(
             .iter()
             .zip(&after)
             .any(|(before, after)| before.verdict() != after.verdict() || !before.same_state(after.as_ref()));
-        if is_seen || !next.system.enabled().is_empty() {
+        if is_seen || !next.system.enabled().is_empty() || next.is_endless() {
             successors.push((next, true));
         }
     }

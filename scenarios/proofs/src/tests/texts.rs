@@ -12,7 +12,7 @@ use scenarios::scenario::{ProofOutcome, Scenario, find};
 use super::Proof;
 
 /// SplitMix64.
-struct Dice(u64);
+pub(super) struct Dice(pub(super) u64);
 
 impl Dice {
     fn next(&mut self) -> u64 {
@@ -22,7 +22,7 @@ impl Dice {
         mixed ^ (mixed >> 31)
     }
 
-    fn roll(&mut self, sides: u64) -> u64 {
+    pub(super) fn roll(&mut self, sides: u64) -> u64 {
         self.next() % sides
     }
 
@@ -393,12 +393,14 @@ fn proofs_about_texts_agree_with_many_more_texts() {
     assert!(tally.drawn.iter().all(|count| *count > 0), "{tally}");
 }
 
+/// A number from the environment.
+pub(super) fn demanded(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).ok().map_or(otherwise, |count| count.parse().expect("a number"))
+}
+
 #[test]
 #[ignore = "long: SYSTEMS=1000 SEED=0 cargo test -p proofs proofs_agree_on_demand -- --ignored --nocapture"]
 fn proofs_agree_on_demand() {
-    let demanded = |name: &str, otherwise: u64| {
-        std::env::var(name).ok().map_or(otherwise, |count| count.parse().expect("a number"))
-    };
     let systems = demanded("SYSTEMS", 500);
     let tally = agree(demanded("SEED", 0), systems);
     let share = |count: &u64| *count * 20 >= systems;
