@@ -1,15 +1,16 @@
 //! Recordings of one run, written in different ways: in any order, in one file or in several that overlap, with copies
-//! beside them. The verdicts are those of the run; where a file is missing, or where messages come too late to be put
-//! in order, each is the run's or unsure.
+//! beside them, cut off, or at the ends of the times that there are. The verdicts are those of the run; where a file or
+//! the rest of one is missing, or where messages come too late to be put in order, each is the run's or unsure. Of a
+//! file that is followed until it is interrupted, the run is as much as has been written of it.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use bags::{Bag, Events, Following, Mapping, Received, Source, Survey};
+use bags::{Bag, Events, Following, Mapping, Received, Source, Survey, Through};
 use mcap::WriteOptions;
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, op};
 use monitors::Outcome;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -40,13 +41,25 @@ const PROPERTIES: &str = "
 /// How long a mapping waits unless it says otherwise.
 const REORDER_MS: u64 = 1000;
 
+/// How many messages a run has.
+const MESSAGES: usize = 30;
+
 /// A message: its time, how much later it was recorded, its topic, and its number.
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     ms: u64,
     late_ms: u64,
+    /// By how much the time of its record is moved. Its stamp is not: it cannot hold every time.
+    moved_ns: i128,
     topic: usize,
     x: i32,
+}
+
+impl Sent {
+    /// The time of its record, which may be one that no file can hold.
+    fn log_ns(&self) -> i128 {
+        i128::from(self.ms + self.late_ms) * 1_000_000 + self.moved_ns
+    }
 }
 
 /// A run; no two messages have the same time.
@@ -57,9 +70,9 @@ fn run(random: &mut ChaCha8Rng) -> Vec<Sent> {
         // Numbers that violate hardly ever come: most runs satisfy something.
         let rare = random.next_u32().is_multiple_of(8);
         let x = random.next_u32() % if rare { 12 } else { 5 } + if rare { 0 } else { 3 };
-        Sent { ms, late_ms: 0, topic: random.next_u32() as usize % 3, x: x.cast_signed() }
+        Sent { ms, late_ms: 0, moved_ns: 0, topic: random.next_u32() as usize % 3, x: x.cast_signed() }
     };
-    (0..30).map(message).collect()
+    (0..MESSAGES).map(message).collect()
 }
 
 /// An order of so many things.
@@ -95,7 +108,7 @@ fn database(sent: &[Sent], path: &Path, way: u32) {
             file.execute("INSERT INTO topics VALUES (?1, ?2, 'p/msg/P', 'cdr', '')", (id as i64 + 1, topic))?;
         }
         for sent in sent {
-            let time = (sent.ms + sent.late_ms).cast_signed() * 1_000_000;
+            let time = i64::try_from(sent.log_ns()).expect("a time of SQLite");
             file.execute("INSERT INTO messages VALUES (NULL, ?1, ?2, ?3)", (sent.topic as i64 + 1, time, body(sent)))?;
         }
         file.execute_batch("COMMIT")
@@ -119,7 +132,7 @@ fn file(sent: &[Sent], way: u32) -> Vec<u8> {
     let channels = TOPICS.map(|topic| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).expect("a channel"));
     for sent in sent {
         let body = body(sent);
-        let time = (sent.ms + sent.late_ms) * 1_000_000;
+        let time = u64::try_from(sent.log_ns()).expect("a time of MCAP");
         let header =
             MessageHeader { channel_id: channels[sent.topic], sequence: 0, log_time: time, publish_time: time };
         writer.write_to_known_channel(&header, &body).expect("room for a message");
@@ -138,9 +151,12 @@ fn mapping(time: &str) -> Mapping {
     Mapping::load(Path::new("m.toml"), &|_| Ok(text.clone().into_bytes())).expect("correct")
 }
 
-/// The outcome of each property, unless it is unsure.
-fn outcomes(survey: &Survey, source: Box<dyn Source>, mapping: &Mapping) -> Vec<(String, Option<Outcome>)> {
-    let Ok(compiled) = mapping.compile(survey, None, &diagnostics::from_disk) else { panic!("it fits") };
+/// The name of a property, and its outcome, unless it is unsure.
+type Verdict = (String, Option<Outcome>);
+
+/// The verdicts of all properties; none if the mapping does not fit, since a topic is missing.
+fn outcomes(survey: &Survey, source: Box<dyn Source>, mapping: &Mapping) -> Option<Vec<Verdict>> {
+    let compiled = mapping.compile(survey, None, &diagnostics::from_disk).ok()?;
     let topology = compiled.topology.clone();
     let mut properties = monitors::load("p.scope", PROPERTIES, &topology, mapping.tick).expect("correct").properties;
     let doubts = match source.counts_losses() {
@@ -155,27 +171,239 @@ fn outcomes(survey: &Survey, source: Box<dyn Source>, mapping: &Mapping) -> Vec<
     let sure = |(property, evidence): (&monitors::Property, &Evidence)| {
         (property.name.clone(), evidence.has_verdict().then(|| Outcome::of(property.monitor.as_ref())))
     };
-    all.map(sure).collect()
+    Some(all.map(sure).collect())
 }
 
-fn of_bag(path: &Path, mapping: &Mapping) -> Vec<(String, Option<Outcome>)> {
+fn of_bag(path: &Path, mapping: &Mapping) -> Vec<Verdict> {
     let bag = Bag::open(path).expect("a bag");
+    of_messages(&bag, mapping).expect("it fits")
+}
+
+fn of_messages(bag: &Bag, mapping: &Mapping) -> Option<Vec<Verdict>> {
     outcomes(bag.survey(), Box::new(bag.messages_on(mapping.topics())), mapping)
 }
 
-fn followed(path: &Path, mapping: &Mapping) -> Vec<(String, Option<Outcome>)> {
+fn followed(path: &Path, mapping: &Mapping) -> Vec<Verdict> {
     let mut ahead = Following::open(path, mapping.topics()).expect("a file");
     while matches!(ahead.receive(&mut Vec::new()), Received::Message(_)) {}
     let survey = ahead.survey().clone();
-    outcomes(&survey, Box::new(ahead.restart().expect("the same file")), mapping)
+    outcomes(&survey, Box::new(ahead.restart().expect("the same file")), mapping).expect("it fits")
+}
+
+/// Follows a file as the command does, which is interrupted once nothing more comes, or after the first `most`
+/// messages. No verdicts if it was still waiting for a topic then.
+fn interrupted(path: &Path, mapping: &Mapping, most: usize) -> Option<Vec<Verdict>> {
+    let mut ahead = Following::open(path, mapping.topics()).expect("a file");
+    while mapping.awaited(ahead.survey()).is_some() && matches!(ahead.receive(&mut Vec::new()), Received::Message(_)) {}
+    let survey = ahead.survey().clone();
+    let following = ahead.restart().expect("the same file");
+    let (mut messages, mut is_idle) = (0, false);
+    let source = Through::new(following, move |source: &mut Following, body: &mut Vec<u8>| {
+        if is_idle || messages == most {
+            source.end();
+            return Received::Over;
+        }
+        let received = source.receive(body);
+        messages += usize::from(matches!(received, Received::Message(_)));
+        is_idle = received == Received::Idle;
+        received
+    });
+    outcomes(&survey, Box::new(source), mapping)
+}
+
+/// Whether messages are recorded in the order of their times.
+fn is_sorted(sent: &[Sent]) -> bool {
+    sent.is_sorted_by_key(Sent::log_ns)
+}
+
+/// A record of a file, and how many messages are in it.
+struct Record {
+    kind: u8,
+    begin: usize,
+    end: usize,
+    messages: usize,
+}
+
+/// The records of a file from a place on, apart from those in chunks.
+fn records(bytes: &[u8], mut begin: usize) -> Vec<Record> {
+    /// The kind and the length of a chunk, and its fields before its own records if it is not compressed.
+    const CHUNK_HEAD: usize = 9 + 40;
+    let mut all = Vec::new();
+    while let Some((kind, length)) = bytes.get(begin..begin + 9).and_then(<[u8]>::split_first) {
+        let length = u64::from_le_bytes(length.try_into().expect("eight bytes"));
+        let end = begin + 9 + length as usize;
+        let messages: usize = match *kind {
+            op::MESSAGE => 1,
+            op::CHUNK => records(&bytes[..end], begin + CHUNK_HEAD).iter().map(|inner| inner.messages).sum(),
+            _ => 0,
+        };
+        all.push(Record { kind: *kind, begin, end, messages });
+        begin = end;
+    }
+    all
+}
+
+/// What the first part of a file contains.
+#[derive(Default)]
+struct Cut {
+    /// How many messages are there with the whole of their records or chunks, and of how many there is anything.
+    there: usize,
+    begun: usize,
+    /// Whether only a part of its last record is there, and whether all of its data is.
+    is_torn: bool,
+    has_data: bool,
+}
+
+impl Cut {
+    fn of(records: &[Record], length: usize) -> Self {
+        let mut cut = Self::default();
+        for record in records.iter().filter(|record| record.begin < length) {
+            let is_whole = record.end <= length;
+            cut.begun += record.messages;
+            cut.there += if is_whole { record.messages } else { 0 };
+            cut.is_torn |= !is_whole;
+            cut.has_data |= is_whole && record.kind == op::DATA_END;
+        }
+        cut
+    }
 }
 
 /// Whether each verdict is that of the run or unsure; and how many are sure.
-fn sure(found: &[(String, Option<Outcome>)], truth: &[(String, Option<Outcome>)], what: &str, sent: &[Sent]) -> usize {
+fn sure(found: &[Verdict], truth: &[Verdict], what: &str, sent: &[Sent]) -> usize {
     for ((name, found), (_, truth)) in found.iter().zip(truth) {
         assert!(found.is_none() || found == truth, "{what}: {name} is {found:?} and not {truth:?}: {sent:?}");
     }
     found.iter().filter(|(_, found)| found.is_some()).count()
+}
+
+/// How many recordings of a class were checked, and how many of their verdicts are sure.
+#[derive(Debug, Default)]
+struct Share {
+    recordings: u64,
+    verdicts: usize,
+    sure: usize,
+}
+
+impl Share {
+    /// Adds a recording: each verdict is the truth or unsure, and none is unsure if the recording is complete.
+    fn add(&mut self, found: &[Verdict], truth: &[Verdict], is_complete: bool, what: &str, sent: &[Sent]) {
+        self.recordings += 1;
+        self.verdicts += truth.len();
+        self.sure += sure(found, truth, what, sent);
+        assert!(!is_complete || found == truth, "{what}: {found:?} and not {truth:?}: {sent:?}");
+    }
+}
+
+/// A run, and a place for files with parts of it.
+struct Checked<'r> {
+    folder: &'r Path,
+    /// By the times of records.
+    mapping: &'r Mapping,
+    truth: &'r [Verdict],
+}
+
+impl Checked<'_> {
+    fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.folder.join(name);
+        fs::write(&path, bytes).expect("room for a file");
+        path
+    }
+
+    /// The verdicts of the run that consists of some of its messages.
+    fn truth_of(&self, part: &[Sent]) -> Vec<Verdict> {
+        match part.len() {
+            MESSAGES => self.truth.to_vec(),
+            _ => of_bag(&self.write("part.mcap", &file(part, 0)), self.mapping),
+        }
+    }
+
+    /// Cuts a file with the messages in this order anywhere, follows it until it is interrupted, and opens it as a bag.
+    fn check_cut(&self, order: &[Sent], random: &mut ChaCha8Rng, counts: &mut Counts) {
+        // Every fourth file goes on after its end: with another one that has the rest of the run.
+        let goes_on = random.next_u32().is_multiple_of(4);
+        let count = if goes_on { 10 + random.next_u32() as usize % 20 } else { order.len() };
+        let (first, rest) = order.split_at(count);
+        let written = file(first, random.next_u32());
+        let after_end = if goes_on { file(rest, random.next_u32()) } else { Vec::new() };
+        let records = records(&written, mcap::MAGIC.len());
+        // Hardly any byte is the last of a record, so such a cut is drawn as often as any other.
+        let length = match random.next_u32() % 2 {
+            0 => records[random.next_u32() as usize % records.len()].end,
+            _ => random.next_u32() as usize % (written.len() + after_end.len() + 1),
+        };
+        let path = self.write("cut.mcap", &[&written[..], &after_end[..]].concat()[..length]);
+        let (cut, goes_on) = (Cut::of(&records, length), length > written.len());
+        // Interrupted while there is more to read, or when there is not.
+        let most = if random.next_u32().is_multiple_of(4) { random.next_u32() as usize % MESSAGES } else { usize::MAX };
+        let what = format!("cut after {length} bytes of {}, interrupted by message {most}", written.len());
+        match interrupted(&path, self.mapping, most) {
+            None => {
+                let lacks = |topic: usize| first[..cut.there].iter().all(|sent| sent.topic != topic);
+                assert!(!cut.has_data && (0..TOPICS.len()).any(lacks), "{what}, is refused: {order:?}");
+                counts.refused += 1;
+            }
+            Some(found) => {
+                let there = &first[..cut.there.min(most)];
+                let is_whole = most <= cut.there || !goes_on && (cut.has_data || !cut.is_torn);
+                let share = if is_whole { &mut counts.whole } else { &mut counts.torn };
+                // The interrupt ends the run, although its writer goes on.
+                share.add(&found, &self.truth_of(there), is_whole && is_sorted(there), &what, there);
+                // What has been begun belongs to the run, too: it is known to be there. Only where everything so far
+                // came in order is it taken to be later.
+                let begun = if goes_on { order } else { &first[..cut.begun] };
+                let is_more = !is_whole && begun.len() > there.len();
+                if is_more && (is_sorted(begun) || !is_sorted(there)) {
+                    sure(&found, &self.truth_of(begun), &format!("{what}, with what is begun"), begun);
+                }
+            }
+        }
+        match Bag::open(&path).ok().and_then(|bag| of_messages(&bag, self.mapping)) {
+            None => {
+                assert_eq!(cut.there, 0, "{what}, is refused as a bag: {order:?}");
+                counts.refused += 1;
+            }
+            Some(found) => {
+                let run = if goes_on { order } else { first };
+                let is_complete = cut.has_data && !goes_on;
+                counts.cut_off.add(&found, &self.truth_of(run), is_complete, &format!("{what}, as a bag"), run);
+            }
+        }
+    }
+
+    /// Moves the run, with its messages in this order, to an end of the times that fit into 64 bits, without a sign in
+    /// MCAP and with one in SQLite.
+    fn check_moved(&self, order: &[Sent], random: &mut ChaCha8Rng, counts: &mut Counts) {
+        let [least, most] = [i64::MIN, i64::MAX].map(i128::from);
+        let moved = |by_ns: i128| -> Vec<Sent> { order.iter().map(|sent| Sent { moved_ns: by_ns, ..*sent }).collect() };
+        // Messages of the last time, or of later ones, are left out. One of the first time may be, too.
+        let fit = |sent: &[Sent]| sent.iter().all(|sent| (least + 1..most).contains(&sent.log_ns()));
+        let times = || order.iter().map(Sent::log_ns);
+        let (first, last) = times().min().zip(times().max()).expect("a run has messages");
+        let near = near_an_end(random);
+        let places = [most - near - last, most + near - last, i128::from(u64::MAX) - near - last, near - first];
+        let sent = moved(places[random.next_u32() as usize % places.len()]);
+        let path = self.write("moved.mcap", &file(&sent, random.next_u32()));
+        let is_complete = fit(&sent);
+        let share = if is_complete { &mut counts.moved } else { &mut counts.beyond };
+        share.add(&of_bag(&path, self.mapping), self.truth, is_complete, "moved", &sent);
+        let found = followed(&path, self.mapping);
+        share.add(&found, self.truth, is_complete && is_sorted(&sent), "moved and followed", &sent);
+        // Times of SQLite may also be before 1970, and a run on both sides of it.
+        let near = near_an_end(random);
+        let places = [most - near - last, least + near - first, near - last];
+        let sent = moved(places[random.next_u32() as usize % places.len()]);
+        let path = self.folder.join("moved.db3");
+        database(&sent, &path, random.next_u32());
+        let is_complete = fit(&sent);
+        let share = if is_complete { &mut counts.moved } else { &mut counts.beyond };
+        share.add(&of_bag(&path, self.mapping), self.truth, is_complete, "moved, as a database", &sent);
+    }
+}
+
+/// How far from an end of the times a run is: by single nanoseconds, by ticks, or by about its own length.
+fn near_an_end(random: &mut ChaCha8Rng) -> i128 {
+    let most_ns: u64 = [3, 2_000_000_000, 20_000_000_000][random.next_u32() as usize % 3];
+    i128::from(random.next_u64() % most_ns)
 }
 
 /// How many recordings were checked, and how many of their verdicts are sure.
@@ -187,10 +415,22 @@ struct Counts {
     late: usize,
     /// With a file missing, by stamps, while they are written, and by stamps of messages that were recorded late.
     sure: [usize; 4],
+    /// Followed to an interrupt: what ends with a whole record, and what has been begun and not been read.
+    whole: Share,
+    torn: Share,
+    /// The same files, opened as bags.
+    cut_off: Share,
+    /// How many of these could not be judged: they lack a topic.
+    refused: u64,
+    /// At an end of the times that there are: all messages before the end, and the others.
+    moved: Share,
+    beyond: Share,
 }
 
 fn check(runs: u64, seed: u64) -> Counts {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
+    // What is cut or moved is drawn apart, so that it does not change what else is drawn.
+    let mut apart = ChaCha8Rng::seed_from_u64(seed + 1000);
     let [by_log, by_stamp] = ["log", "stamp"].map(mapping);
     let mut counts = Counts::default();
     for _ in 0..runs {
@@ -214,7 +454,7 @@ fn check(runs: u64, seed: u64) -> Counts {
         let mut parts = vec![Vec::new(); files];
         let is_in_order = random.next_u32().is_multiple_of(2);
         for (index, sent) in if is_in_order { &sent } else { &permuted }.iter().enumerate() {
-            let part = if is_in_order { index * files / 30 } else { random.next_u32() as usize % files };
+            let part = if is_in_order { index * files / MESSAGES } else { random.next_u32() as usize % files };
             parts[part].push(*sent);
         }
         let names: Vec<String> = (0..files).map(|part| format!("bag_{part}.mcap")).collect();
@@ -264,9 +504,19 @@ fn check(runs: u64, seed: u64) -> Counts {
         write("late.mcap", &file(&late, random.next_u32()));
         counts.sure[3] += sure(&of_bag(&path("late.mcap"), &by_stamp), &truth, "recorded late", &late);
         counts.late += usize::from(late.windows(2).any(|two| two[0].ms > two[1].ms + REORDER_MS));
+        // Cut off, and at other times.
+        let checked = Checked { folder: folder.path(), mapping: &by_log, truth: &truth };
+        checked.check_cut(&sent, &mut apart, &mut counts);
+        checked.check_cut(&permuted, &mut apart, &mut counts);
+        let order = if apart.next_u32().is_multiple_of(2) { &sent } else { &permuted };
+        checked.check_moved(order, &mut apart, &mut counts);
         counts.recordings += 10;
         counts.verdicts += truth.len();
     }
+    let Counts { whole, torn, cut_off, moved, beyond, .. } = &counts;
+    let shares = [whole, torn, cut_off, moved, beyond];
+    let recordings: u64 = shares.iter().map(|share| share.recordings).sum();
+    counts.recordings += recordings;
     counts
 }
 
@@ -277,11 +527,19 @@ fn a_verdict_is_that_of_the_run_however_it_was_written_or_unsure() {
     let [missing, stamps, followed, late] = counts.sure;
     assert!(missing > 0 && stamps > counts.verdicts / 2 && followed > counts.verdicts / 2, "{counts:?}");
     assert!(late > counts.verdicts / 2 && counts.late > 5, "{counts:?}");
+    let Counts { whole, torn, cut_off, moved, beyond, .. } = &counts;
+    let classes = [whole.recordings + torn.recordings, cut_off.recordings, moved.recordings + beyond.recordings];
+    assert!(classes.iter().all(|class| class * 20 >= counts.recordings), "{counts:?}");
+    assert!(torn.recordings > 10 && beyond.recordings > 10, "{counts:?}");
+    // Where nothing is missing, all are sure: if the file is in order, or opened as a bag.
+    assert!(whole.sure > whole.verdicts / 3 && moved.sure > moved.verdicts / 3 * 2, "{counts:?}");
+    assert!(cut_off.sure > cut_off.verdicts / 10 && torn.sure > 0 && beyond.sure > 0, "{counts:?}");
 }
 
 #[test]
 #[ignore = "long: RECORDINGS=100000 cargo test --release disorder_on_demand -- --ignored --nocapture"]
 fn disorder_on_demand() {
     let recordings = std::env::var("RECORDINGS").ok().and_then(|count| count.parse().ok()).unwrap_or(10_000_u64);
-    println!("{:?}", check(recordings.div_ceil(10), 2));
+    // About so many are checked of each run.
+    println!("{:?}", check(recordings.div_ceil(16), 2));
 }

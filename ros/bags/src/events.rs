@@ -135,7 +135,7 @@ enum Reason {
     Stamp,
     /// The clock has told no time.
     Clock,
-    /// Its time is the last that there is, which also stands for every later one.
+    /// Its time is the first or the last that there is, which also stand for others.
     Time,
     /// A value has no symbol.
     Symbol,
@@ -152,7 +152,7 @@ impl fmt::Display for Reason {
             Self::Mismatch(mismatch) => write!(f, "the bytes do not fit the definition: {mismatch}"),
             Self::Stamp => f.write_str("the stamp is 0, or far from those of other messages"),
             Self::Clock => write!(f, "{CLOCK} has told no time yet"),
-            Self::Time => f.write_str("the time is the last that fits into 64 bits, or later"),
+            Self::Time => f.write_str("the time is the first or the last that fits into 64 bits, or later"),
             Self::Symbol => f.write_str("the mapping has no symbol for the value"),
             Self::Range => f.write_str("the integer does not fit into 64 bits, or not exactly into a real number"),
             Self::Channel => f.write_str("the channel does not carry such a message"),
@@ -241,7 +241,8 @@ impl<'r> Events<'r> {
         let absent = absent.map(|name| format!("there is no topic {name}, so none of its messages is judged"));
         let is_read = |topic: usize| self.compiled.entries.get(topic).is_some_and(|entries| !entries.is_empty());
         let counted = self.source.survey().missing.iter().filter(|(topic, _)| is_read(*topic));
-        let counted: BTreeSet<&String> = counted.map(|(_, what)| what).collect();
+        let counted = counted.map(|(_, what)| what).filter(|what| !self.source.lost().contains(what));
+        let counted: BTreeSet<&String> = counted.collect();
         let missing = self.missing.iter().map(|(topic, Missing { count, is_unknown, first })| {
             let count = (!is_unknown).then_some(*count);
             format!("{}, the first {first}", missing(count, self.topic(*topic)))
@@ -303,7 +304,7 @@ impl<'r> Events<'r> {
         };
         self.newest_log_ns = Some(head.log_ns);
         if self.mapping.has_clock() && self.topic(head.topic) == CLOCK {
-            self.set_clock();
+            self.set_clock(head);
         }
         self.may_be_new |= self.compiled.entries.len() < self.source.survey().topics.len();
         self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
@@ -341,12 +342,15 @@ impl<'r> Events<'r> {
     }
 
     /// Takes the time from the message just read, `rosgraph_msgs/msg/Clock`.
-    fn set_clock(&mut self) {
+    fn set_clock(&mut self, head: Head) {
         let stamp = CdrReader::new(&self.body).and_then(|mut reader| {
             let (s, ns) = (i32::from_le_bytes(reader.number()?), u32::from_le_bytes(reader.number()?));
             Ok(i64::from(s) * 1_000_000_000 + i64::from(ns))
         });
-        let Ok(clock_ns) = stamp else { return };
+        let clock_ns = match stamp {
+            Ok(clock_ns) => clock_ns,
+            Err(mismatch) => return self.leave_out_clock(head, Reason::Mismatch(mismatch)),
+        };
         let before_ns = self.clock_ns.replace(clock_ns);
         if let Some(before_ns) = before_ns.filter(|before_ns| clock_ns < *before_ns || self.is_far_off(clock_ns)) {
             let [before, now] = [before_ns, clock_ns].map(crate::seconds);
@@ -361,6 +365,16 @@ impl<'r> Events<'r> {
         for (head, index, message) in std::mem::take(&mut self.early) {
             self.put_in_order(clock_ns, Waiting::Message((head.topic, index), message));
         }
+    }
+
+    /// The clock may have told another time, which every message since then would have.
+    fn leave_out_clock(&mut self, head: Head, reason: Reason) {
+        let first = crate::after_first(head.log_ns, self.source.survey().first_ns());
+        if !self.known_gaps.contains(&None) {
+            let why = format!("messages on {CLOCK} are left out: {reason}; the first: {first}");
+            self.gaps.entry(None).or_insert(why);
+        }
+        self.left_out.entry((head.topic, None, reason)).or_insert_with(|| (0, first)).0 += 1;
     }
 
     /// Decodes the message just read for an entry of the topic, and counts what may become an event: the message, or
@@ -389,8 +403,9 @@ impl<'r> Events<'r> {
         if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) {
             return Err((Reason::Stamp, crate::moment(time_ns)));
         }
-        // How long after others it came is not known.
-        if time_ns == i64::MAX {
+        // How long before or after others it came is not known, and the first time stands for none.
+        let is_first = time_ns == UNTOLD && !matches!(entry.clock, MessageTime::Clock);
+        if is_first || time_ns == i64::MAX {
             return Err((Reason::Time, crate::moment(time_ns)));
         }
         if !self.compiled.topology.carries(*channel, &message) {
@@ -586,6 +601,8 @@ impl<'r> Events<'r> {
 
     /// Where files count other messages than they have, any verdict that has been reached may lack one of them.
     fn find_missing(&mut self) {
+        // A topic may be new although it has no messages: all of them are missing.
+        self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         for (topic, why) in self.source.survey().missing.iter().skip(self.told_missing) {
             self.told_missing += 1;
             let is_clock = self.mapping.has_clock() && self.source.survey().topics[*topic].name == CLOCK;

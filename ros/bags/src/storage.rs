@@ -386,6 +386,9 @@ fn unpack(body: &mut Vec<u8>, lost: &mut Vec<String>) {
     let mut plain = Vec::new();
     match Zstandard::new(body.as_slice()).and_then(|mut packed| packed.read_to_end(&mut plain)) {
         Ok(_) => *body = plain,
-        Err(error) => lost.push(format!("a compressed message is lost: {error}")),
+        Err(error) => {
+            let what = format!("a compressed message is lost: {error}");
+            lost.extend((!lost.contains(&what)).then_some(what));
+        }
     }
 }

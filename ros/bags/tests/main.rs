@@ -2,6 +2,7 @@
 
 mod clock;
 mod contents;
+mod contradictions;
 mod damage;
 mod events;
 mod following;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::files::{is_missing, is_same, names, skipped, stem_and_number};
-use super::mcap::{MAGIC, McapFollower};
+use super::mcap::{LogOrder, MAGIC, McapFollower};
 use super::metadata::{METADATA, Metadata};
 use super::source::{Aside, Received, Source, Wanted, received};
 use super::survey::Survey;
@@ -33,6 +33,9 @@ pub struct Following {
     survey: Survey,
     wanted: Wanted,
     aside: Aside,
+    order: LogOrder,
+    /// For how many topics it is known that what is lost may belong before all that has been read.
+    displaced: usize,
     /// Since when nothing more is expected.
     resting: Option<Instant>,
     /// Whether everything has been read that has been written as a whole to the last file.
@@ -70,6 +73,8 @@ impl Following {
             survey,
             wanted,
             aside: Aside::default(),
+            order: LogOrder::default(),
+            displaced: 0,
             resting: None,
             is_waiting: false,
             is_over: false,
@@ -181,10 +186,15 @@ impl Following {
         let metadata = Metadata::of(&self.path);
         metadata.compare_topics(&mut self.survey);
         let Metadata { listed, lost, .. } = metadata;
+        if lost.is_some() {
+            return lost;
+        }
         let missing = listed.iter().find(|name| !self.has_opened(name)).map(|name| is_missing(name));
         let other = || self.opened.iter().find(|name| !listed.is_empty() && !listed.contains(name));
         let other = || other().map(|name| format!("{name} was read, although {METADATA} does not list it"));
-        lost.or(missing).or_else(other)
+        let wrong = missing.or_else(other)?;
+        self.survey.doubt(&wrong);
+        Some(wrong)
     }
 
     fn close(&mut self, lost: Option<String>) -> Received {
@@ -195,8 +205,8 @@ impl Following {
     }
 }
 
-impl Source for Following {
-    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+impl Following {
+    fn read(&mut self, body: &mut Vec<u8>) -> Received {
         while !self.is_over {
             let Some((path, reader)) = &mut self.current else {
                 match self.next_file() {
@@ -215,7 +225,7 @@ impl Source for Following {
                     Err(error) => return self.close(Some(error.to_string())),
                 }
             };
-            match reader.receive(&self.wanted, &mut self.survey, body, &mut self.aside.lost) {
+            match reader.receive(&self.wanted, &mut self.survey, body, &mut self.aside.lost, &mut self.order) {
                 Received::Message(head) => {
                     (self.resting, self.is_waiting) = (None, false);
                     self.survey.count(head.topic, head.log_ns);
@@ -238,6 +248,26 @@ impl Source for Following {
         Received::Over
     }
 
+    /// What is lost of a recording whose messages are out of order may belong before all that has been read.
+    fn displace_lost(&mut self) {
+        if self.order.is_ascending {
+            return;
+        }
+        if let Some(what) = self.aside.lost.first() {
+            let topics = self.displaced..self.survey.topics.len();
+            self.displaced = topics.end;
+            self.survey.missing.extend(topics.map(|topic| (topic, what.clone())));
+        }
+    }
+}
+
+impl Source for Following {
+    fn receive(&mut self, body: &mut Vec<u8>) -> Received {
+        let received = self.read(body);
+        self.displace_lost();
+        received
+    }
+
     /// If only a part of the next record has been written, its rest is not awaited any longer: it is lost.
     fn end(&mut self) {
         if self.is_over {
@@ -249,6 +279,7 @@ impl Source for Following {
             None => self.breaks_off(),
         };
         self.close(lost);
+        self.displace_lost();
     }
 
     fn survey(&self) -> &Survey {

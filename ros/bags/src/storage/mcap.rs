@@ -7,7 +7,7 @@
 
 mod walk;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::mem;
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use super::merge::{Block, Plan, UNIT, Unit};
 use super::source::{Received, Wanted};
 use super::survey::{Head, Survey, Topic};
 use crate::Error;
-use walk::{ReadDepth, Walk, WalkStep, absent_chunks, nanoseconds};
+use walk::{ReadDepth, Walk, WalkStep, absent_chunks, nanoseconds, redeclared};
 
 /// What every file begins with.
 pub(super) const MAGIC: &[u8] = ::mcap::MAGIC;
@@ -123,6 +123,25 @@ pub(super) struct McapFollower {
     seen: BTreeMap<u16, (Option<usize>, u64)>,
 }
 
+/// Whether messages have been in the order of their log times so far.
+pub(super) struct LogOrder {
+    newest_ns: i64,
+    pub(super) is_ascending: bool,
+}
+
+impl Default for LogOrder {
+    fn default() -> Self {
+        Self { newest_ns: i64::MIN, is_ascending: true }
+    }
+}
+
+impl LogOrder {
+    fn note(&mut self, log_ns: i64) {
+        self.is_ascending &= self.newest_ns <= log_ns;
+        self.newest_ns = log_ns;
+    }
+}
+
 impl McapFollower {
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
         let mut walk = Walk::open(path)?;
@@ -136,6 +155,7 @@ impl McapFollower {
         survey: &mut Survey,
         body: &mut Vec<u8>,
         lost: &mut Vec<String>,
+        order: &mut LogOrder,
     ) -> Received {
         let Self { walk, seen } = self;
         walk.first_ns = Some(survey.first_ns());
@@ -147,6 +167,7 @@ impl McapFollower {
                 (topic.and_then(|topic| wanted.index(topic, survey)), 0)
             });
             *count += 1;
+            order.note(nanoseconds(head.log_time));
             topic = *of_channel;
             if topic.is_some() { ReadDepth::Body } else { ReadDepth::Nothing }
         };
@@ -158,33 +179,39 @@ impl McapFollower {
             None => Received::Idle,
         }
     }
-}
 
-impl McapFollower {
     /// Now that it is over, adds the wanted topics that the file lists, with or without messages, and compares what has
     /// been read with what follows the data, as far as that has been written by now.
     pub(super) fn finish(&self, wanted: &Wanted, survey: &mut Survey, lost: &mut Vec<String>) {
         let Self { walk, seen } = self;
-        let mut again = Walk::open(&walk.path).ok();
-        let summary = again.as_mut().and_then(Walk::summary);
-        let listed = again.iter().flat_map(|again| again.known.channels.values());
-        for topic in walk.known.channels.values().chain(listed) {
+        let declared = &walk.known.channels;
+        for topic in declared.values() {
             wanted.index(topic, survey);
         }
-        let Some(mut again) = again else { return };
-        let found: BTreeMap<u16, u64> = seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
-        if let Some(summary) = summary {
-            wanted.compare(&walk.path, &again.known.channels, [&summary.counts, &found], survey);
-        } else {
-            again.go_to(walk.at);
-            let unfit = again.unfit(found.values().sum(), &walk.chunks).filter(|what| !lost.contains(what));
-            lost.extend(unfit);
+        let mut again = match Walk::open(&walk.path) {
+            Ok(again) => again,
+            Err(error) => return lost.push(error.to_string()),
+        };
+        let summary = again.summary();
+        let listed = mem::take(&mut again.known.channels);
+        for topic in listed.values() {
+            wanted.index(topic, survey);
         }
-        // Chunks have checksums of their own. What is wrong may have been anywhere.
+        let found: BTreeMap<u16, u64> = seen.iter().map(|(channel, (_, count))| (*channel, *count)).collect();
+        let mut wrong = Vec::new();
         again.go_to(walk.at);
-        if let Some(what) = walk.chunks.is_empty().then(|| again.wrong_checksum()).flatten() {
-            let topics: BTreeSet<usize> = seen.values().filter_map(|(topic, _)| *topic).collect();
-            survey.missing.extend(topics.into_iter().map(|topic| (topic, what.clone())));
+        match summary {
+            Some(summary) => wanted.compare(&walk.path, &listed, [&summary.counts, &found], survey),
+            None => wrong.extend(again.unfit(found.values().sum(), &walk.chunks)),
+        }
+        let mut both = listed.iter().filter_map(|(channel, topic)| Some((topic, declared.get(channel)?)));
+        wrong.extend(both.any(|(topic, other)| topic != other).then(|| redeclared(&walk.path)));
+        // Chunks have checksums of their own.
+        wrong.extend(walk.chunks.is_empty().then(|| again.wrong_checksum()).flatten());
+        // It may be about any message that has been read.
+        for what in wrong {
+            survey.doubt(&what);
+            lost.extend((!lost.contains(&what)).then_some(what));
         }
     }
 

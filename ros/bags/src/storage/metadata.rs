@@ -74,7 +74,10 @@ impl Metadata {
     /// Adds what an item of a list counts.
     fn count(&mut self, Item { topic, file, count, .. }: Item) {
         match (count, topic, file) {
-            (Some(count), Some(topic), _) => *self.topics.entry(topic).or_default() += count,
+            (Some(count), Some(topic), _) => {
+                let all = self.topics.entry(topic).or_default();
+                *all = all.saturating_add(count);
+            }
             (Some(count), None, Some(file)) => drop(self.files.insert(file, count)),
             _ => {}
         }
@@ -85,7 +88,7 @@ impl Metadata {
         for (name, stated) in &self.topics {
             let of_name = |(index, topic): (usize, &super::Topic)| (topic.name == *name).then_some(index);
             let of_name: Vec<usize> = survey.topics.iter().enumerate().filter_map(of_name).collect();
-            let found: u64 = of_name.iter().map(|index| survey.counts[*index]).sum();
+            let found = of_name.iter().fold(0_u64, |sum, index| sum.saturating_add(survey.counts[*index]));
             if found != *stated {
                 let what = format!("{METADATA} counts {stated} messages on {name}, and {found} are there");
                 survey.missing.extend(of_name.iter().map(|index| (*index, what.clone())));
@@ -105,7 +108,7 @@ impl Metadata {
             Some(format!("{METADATA} counts {stated} messages in {name}, and {found} are there"))
         });
         let others: Vec<String> = others.collect();
-        let found: u64 = files.values().sum();
+        let found = files.values().fold(0_u64, |sum, count| sum.saturating_add(*count));
         let all = self.all.filter(|stated| *stated != found && others.is_empty());
         let all = all.map(|stated| format!("{METADATA} counts {stated} messages, and {found} are there"));
         survey.lost.extend(others.into_iter().chain(all));

@@ -101,6 +101,11 @@ impl Survey {
         self.note_times(log_ns, log_ns);
     }
 
+    /// On each topic, there may be other messages than those that have been read: of any time.
+    pub(super) fn doubt(&mut self, what: &str) {
+        self.missing.extend((0..self.topics.len()).map(|topic| (topic, what.to_owned())));
+    }
+
     /// Adds what another file contains.
     pub(super) fn merge(&mut self, other: Self) {
         for (index, (topic, count)) in other.topics.into_iter().zip(other.counts).enumerate() {
@@ -111,7 +116,7 @@ impl Survey {
             } else {
                 span_ns.into_iter().for_each(|span_ns| self.note_times_on(topic, *span_ns));
             }
-            self.counts[topic] += count;
+            self.counts[topic] = self.counts[topic].saturating_add(count);
         }
         other.span_ns.into_iter().for_each(|(first, last)| self.note_times(first, last));
         self.distributions.extend(other.distributions);

@@ -28,6 +28,9 @@ const PRIVATE: u8 = 0x80;
 const DATA_END: u64 = 4;
 const FOOTER: u64 = 20;
 
+/// The kinds and lengths of the records with which the data can end.
+const ENDS: [(u8, u64); 2] = [(op::DATA_END, DATA_END), (op::FOOTER, FOOTER)];
+
 /// The number of bytes in a record before its content, and of a message's content before its data.
 const RECORD_HEAD: usize = 1 + 8;
 const MESSAGE_HEAD: u64 = 22;
@@ -69,6 +72,11 @@ pub(super) struct Summary {
 /// That chunks are not there, in words.
 pub(super) fn absent_chunks(path: &Path) -> String {
     format!("{}: its index names chunks that it does not have", path.display())
+}
+
+/// That a channel is declared in different ways, in words.
+pub(super) fn redeclared(path: &Path) -> String {
+    format!("{} declares a channel in different ways", path.display())
 }
 
 /// A walk through the records of a file.
@@ -153,7 +161,7 @@ impl Walk {
     pub(super) fn chunk_end(&mut self) -> io::Result<Option<u64>> {
         let head = record_head(&mut self.file)?;
         self.file.seek(SeekFrom::Start(self.at))?;
-        Ok(head.filter(|(kind, _)| *kind == op::CHUNK).map(|(_, length)| self.at.saturating_add(9 + length)))
+        Ok(head.filter(|(kind, _)| *kind == op::CHUNK).map(|(_, length)| record_end(self.at, length)))
     }
 
     /// Whether the records of a chunk are read, after which those of the file follow.
@@ -218,6 +226,15 @@ impl Walk {
         if start == 0 || start > end {
             return None;
         }
+        if footer.summary_crc != 0 {
+            // It is that of everything from the start of the summary to this last field of the footer.
+            self.file.seek(SeekFrom::Start(start)).ok()?;
+            let mut summary = self.file.by_ref().take(end + 9 + FOOTER - 4 - start);
+            let (_, found) = size_and_checksum(&mut summary).ok()?;
+            if found != footer.summary_crc {
+                return None;
+            }
+        }
         let mut at = self.file.seek(SeekFrom::Start(start)).ok()?;
         let (mut statistics, mut chunks, mut body, mut metadata) = (None, Vec::new(), Vec::new(), Vec::new());
         while at < end {
@@ -228,7 +245,17 @@ impl Walk {
                 Record::Statistics(found) => statistics = Some(found),
                 Record::ChunkIndex(index) => chunks.push(index),
                 Record::MetadataIndex(index) if index.name == METADATA => metadata.push(index.offset),
-                record => self.known.note(record),
+                // Some writers leave schemas out of the summary.
+                Record::Channel(channel)
+                    if channel.schema_id != 0 && !self.known.schemas.contains_key(&channel.schema_id) =>
+                {
+                    return None;
+                }
+                record => {
+                    if self.known.note(record) {
+                        return None;
+                    }
+                }
             }
         }
         for at in metadata {
@@ -238,8 +265,8 @@ impl Walk {
         // Some writers leave channels out of the summary, or how many messages they have. Their messages would not be
         // found; the whole file is read then.
         let statistics = statistics.filter(|found| {
-            let counted = found.channel_message_counts.values().sum::<u64>();
-            found.channel_count as usize == self.known.channels.len() && counted == found.message_count
+            let counted = found.channel_message_counts.values().try_fold(0_u64, |sum, count| sum.checked_add(*count));
+            found.channel_count as usize == self.known.channels.len() && counted == Some(found.message_count)
         })?;
         let span = (statistics.message_start_time, statistics.message_end_time);
         Some(Summary {
@@ -255,11 +282,10 @@ impl Walk {
     /// To be asked at the end of the data.
     pub(super) fn unfit(&mut self, found: u64, chunks: &[u64]) -> Option<String> {
         let (mut at, mut body) = (self.at, Vec::new());
-        let begin = loop {
+        let (footer, end) = loop {
             let (kind, length) = self.record_at(at)?;
             // Otherwise, it broke off.
-            let is_end = (kind, length) == (op::DATA_END, DATA_END) || (kind, length) == (op::FOOTER, FOOTER);
-            if at == self.at && !is_end {
+            if at == self.at && !ENDS.contains(&(kind, length)) {
                 return None;
             }
             let end = at.checked_add(9)?.checked_add(length)?;
@@ -285,7 +311,6 @@ impl Walk {
                 _ => at = end,
             }
         };
-        let (footer, end) = begin;
         if let Some(rest) = self.length.checked_sub(end).filter(|rest| *rest > 0) {
             return Some(format!("{} goes on after its end: the last {rest} bytes are not read", self.path.display()));
         }
@@ -327,7 +352,7 @@ impl Walk {
             match self.advance(&mut chooses, body, lost) {
                 WalkStep::Message(head, _) => return Some(head),
                 WalkStep::Unwritten => return None,
-                WalkStep::Other | WalkStep::Index(_) | WalkStep::Odd(_) | WalkStep::End => {}
+                WalkStep::Other | WalkStep::Index(_) | WalkStep::Odd(_) | WalkStep::Redeclared | WalkStep::End => {}
             }
         }
         None
@@ -342,16 +367,19 @@ impl Walk {
     ) -> WalkStep {
         match self.step(chooses, body) {
             Ok(step) => {
+                let mut what = None;
                 match &step {
                     WalkStep::Message(head, _) => self.last = Some(head.log_time),
                     WalkStep::End => self.is_over = true,
                     WalkStep::Odd(kind) => {
-                        let what = format!("{} has records of an unknown kind, {kind:#04x}", self.path.display());
-                        let what = format!("{what}, which may have been messages");
-                        lost.extend((!lost.contains(&what)).then_some(what));
+                        let odd = format!("{} has records of an unknown kind, {kind:#04x}", self.path.display());
+                        what = Some(odd + ", which may have been messages");
                     }
+                    WalkStep::Redeclared => what = Some(redeclared(&self.path)),
                     WalkStep::Other | WalkStep::Index(_) | WalkStep::Unwritten => {}
                 }
+                let what = what.filter(|what| !lost.contains(what));
+                lost.extend(what);
                 step
             }
             Err(error) => {
@@ -402,12 +430,12 @@ impl Walk {
         if self.grows && !self.is_written()? {
             return Ok(WalkStep::Unwritten);
         }
-        match self.file.fill_buf()?.first() {
+        match self.file.fill_buf()?.first().copied() {
             None => Err(io::ErrorKind::UnexpectedEof.into()),
-            Some(&(op::DATA_END | op::FOOTER)) => Ok(WalkStep::End),
-            Some(&op::CHUNK) => {
+            Some(op::DATA_END | op::FOOTER) if self.is_end()? => Ok(WalkStep::End),
+            Some(op::CHUNK) => {
                 let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
-                self.after_chunk = self.at.saturating_add(9).saturating_add(length);
+                self.after_chunk = record_end(self.at, length);
                 self.origin = (self.at, None);
                 self.chunks.extend(self.grows.then_some(self.at));
                 self.enter()?;
@@ -419,9 +447,20 @@ impl Walk {
                     self.origin = (self.at, None);
                 }
                 let (step, length) = self.known.step(&mut self.file, chooses, body)?;
-                self.at = self.at.saturating_add(9).saturating_add(length);
+                self.at = record_end(self.at, length);
                 Ok(step)
             }
+        }
+    }
+
+    /// Whether the next record, which has the kind of an end, is one: the file may be cut off in it. Another length
+    /// shows that it has been something else.
+    fn is_end(&mut self) -> io::Result<bool> {
+        let head = record_head(&mut self.file);
+        self.file.seek(SeekFrom::Start(self.at))?;
+        match head {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(true),
+            head => Ok(head?.is_some_and(|head| ENDS.contains(&head))),
         }
     }
 
@@ -439,9 +478,9 @@ impl Walk {
     /// Whether the whole of the next record is in the file. Only then does it count: its writer may be in the middle of
     /// it.
     fn is_written(&mut self) -> io::Result<bool> {
-        const HEAD: u64 = 1 + 8;
-        if let Some([_, length @ ..]) = self.file.buffer().first_chunk::<{ HEAD as usize }>() {
-            let whole = u64::from_le_bytes(*length).saturating_add(HEAD);
+        const HEAD: u64 = RECORD_HEAD as u64;
+        if let Some([_, length @ ..]) = self.file.buffer().first_chunk::<RECORD_HEAD>() {
+            let whole = record_end(0, u64::from_le_bytes(*length));
             if self.file.buffer().len() as u64 >= whole {
                 return Ok(true);
             }
@@ -494,16 +533,17 @@ impl Walk {
             if checksum != 0 && size_and_checksum(&mut plain).is_ok_and(is_other) {
                 return wrong();
             }
-            let plain = decompressed(&self.path, at, length, &compression)?;
+            let input = decompressed(&self.path, at, length, &compression)?;
+            let plain: Box<dyn Read> = Box::new(Exactly { input, left: size });
             self.chunk = Some(Chunk::Stream(BufReader::with_capacity(1 << 16, plain)));
             return Ok(());
         }
         // If the chunk is damaged, the records before the damage are returned first.
         let mut whole = std::mem::take(&mut self.spare);
         whole.clear();
-        let read = plain.take(LARGEST_WHOLE).read_to_end(&mut whole);
-        let is_short = whole.len() as u64 != size;
-        let damage = read.err().or_else(|| is_short.then(|| io::ErrorKind::UnexpectedEof.into()));
+        let read = plain.take(size + 1).read_to_end(&mut whole);
+        let is_other = whole.len() as u64 != size;
+        let damage = read.err().or_else(|| is_other.then(|| io::ErrorKind::UnexpectedEof.into()));
         if damage.is_none() && checksum != 0 && crc32fast::hash(&whole) != checksum {
             return wrong();
         }
@@ -528,6 +568,21 @@ fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Re
     }
 }
 
+/// Bytes of which so many are to come: if there are fewer or more, reading them ends with an error.
+struct Exactly<R> {
+    input: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Exactly<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let read = self.input.read(bytes)?;
+        let left = self.left.checked_sub(read as u64).filter(|left| read > 0 || *left == 0 || bytes.is_empty());
+        self.left = left.ok_or(io::ErrorKind::UnexpectedEof)?;
+        Ok(read)
+    }
+}
+
 fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
     let (mut size, mut hasher, mut buffer) = (0, crc32fast::Hasher::new(), [0; 1 << 13]);
     loop {
@@ -542,22 +597,32 @@ fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
 }
 
 impl Known {
-    /// Adds a schema, a channel or metadata.
-    fn note(&mut self, record: Record<'_>) {
+    /// Adds a schema, a channel or metadata. Returns whether it is a channel that has been declared in another way,
+    /// which still counts.
+    fn note(&mut self, record: Record<'_>) -> bool {
         match record {
             Record::Schema { header, data } => {
                 let text = String::from_utf8_lossy(&data).into_owned();
                 self.schemas.insert(header.id, (header.name, Definition { language: header.encoding, text }));
             }
             Record::Channel(channel) => {
-                let (kind, definition) = self.schemas.get(&channel.schema_id).cloned().unzip();
+                let known = self.channels.get(&channel.id);
+                let (kind, definition) = match (self.schemas.get(&channel.schema_id), known) {
+                    (Some((kind, definition)), _) => (kind.clone(), Some(definition.clone())),
+                    // Its schema is in a part of the file that has been passed over.
+                    (None, Some(known)) => (known.kind.clone(), known.definition.clone()),
+                    (None, None) => (String::new(), None),
+                };
                 let topic = Topic {
                     name: channel.topic,
-                    kind: kind.unwrap_or_default(),
+                    kind,
                     encoding: channel.message_encoding,
                     definition: definition.filter(|definition| !definition.language.is_empty()),
                     hash: channel.metadata.get("topic_type_hash").and_then(|text| hash(text)),
                 };
+                if let Some(known) = known {
+                    return *known != topic;
+                }
                 self.channels.insert(channel.id, topic);
             }
             // In Humble and Iron. Later versions write the distribution into the metadata file.
@@ -567,6 +632,7 @@ impl Known {
             }
             _ => {}
         }
+        false
     }
 
     /// Reads the next record of a chunk, or of the file. Returns the number of bytes after its kind and its length,
@@ -592,14 +658,14 @@ impl Known {
             op::SCHEMA | op::CHANNEL | op::METADATA if length <= LONGEST => {
                 let mut body = Vec::new();
                 read_body(input, length, &mut body)?;
-                match parse_record(kind, &body) {
+                let is_redeclared = match parse_record(kind, &body) {
                     // Messages can be read without it.
-                    Err(_) if kind == op::METADATA => {}
+                    Err(_) if kind == op::METADATA => false,
                     record => self.note(record.map_err(io::Error::other)?),
-                }
-                WalkStep::Other
+                };
+                if is_redeclared { WalkStep::Redeclared } else { WalkStep::Other }
             }
-            // So a hole reads that was never written.
+            // A part of a file that was never written reads as zeros.
             0 => return Err(io::Error::other("there are zeros in place of records")),
             kind => {
                 input.pass(length)?;
@@ -652,6 +718,8 @@ pub(super) enum WalkStep {
     Index(u64),
     /// A record of a kind that is not to be there.
     Odd(u8),
+    /// A channel that has been declared in another way.
+    Redeclared,
     Other,
     /// The next record has not been written as a whole yet.
     Unwritten,
@@ -694,6 +762,11 @@ fn record_head(input: &mut impl BufRead) -> io::Result<Option<(u8, u64)>> {
     input.read_exact(&mut head)?;
     let [kind, length @ ..] = head;
     Ok(Some((kind, u64::from_le_bytes(length))))
+}
+
+/// Where a record ends that begins here, with a content of this length.
+fn record_end(at: u64, length: u64) -> u64 {
+    at.saturating_add(RECORD_HEAD as u64).saturating_add(length)
 }
 
 fn read_body(input: &mut impl BufRead, length: u64, body: &mut Vec<u8>) -> io::Result<()> {
