@@ -10,9 +10,13 @@ mod beside;
 mod description;
 #[cfg(test)]
 mod disorder;
+#[cfg(test)]
+mod formats;
 pub(crate) mod growing;
 pub(crate) mod inputs;
 pub(crate) mod judge;
+#[cfg(test)]
+mod lines;
 pub(crate) mod live_page;
 mod logs;
 #[cfg(test)]
@@ -20,6 +24,7 @@ mod loss;
 pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
+mod ticks;
 pub(crate) mod tree_log;
 
 use std::cell::{Cell, RefCell};
@@ -31,10 +36,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Duration;
 
 use bags::{Bag, Contents, Found};
 use campaigns::Error;
-use channels::{ChannelId, Event, EventKind, Gap, Ground, Topology};
+use channels::{ChannelId, Event, EventKind, Flaw, Gap, Ground, Topology};
 use editor::counted;
 use monitors::{Channels, EventLog, GapMark, LogError, Property};
 use recording::{BagTree, Carried, Certainty, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
@@ -51,6 +57,7 @@ use editor::System;
 use growing::{Growing, STILL_WRITTEN};
 use judge::{Judged, NO_FORMULA, Verified, load, recorded, unheard};
 use logs::Line;
+use ticks::Ticks;
 
 pub(crate) use args::VerifyArgs;
 
@@ -176,6 +183,17 @@ fn verify_event_log(
     folder: Option<&Path>,
     tree: Option<&BagTree>,
 ) -> Result<Verified, Error> {
+    verify_events(args, path, folder, tree, |described, header| Subject::of(args, described, header))
+}
+
+/// The same, judged by what a log's description or its header makes the subject.
+fn verify_events(
+    args: &VerifyArgs,
+    path: &Path,
+    folder: Option<&Path>,
+    tree: Option<&BagTree>,
+    subject: impl FnOnce(&Description, Option<&Header>) -> Result<Subject, Error>,
+) -> Result<Verified, Error> {
     let is_foreign = path != Path::new("-") && !bags::is_bag(path);
     match is_foreign.then(|| Bag::open(path).err()).flatten() {
         Some(error @ (bags::Error::Ros1(_) | bags::Error::Read(_)))
@@ -198,16 +216,18 @@ fn verify_event_log(
     let truncated = Truncated::default();
     let mut input = open(path, tree, args.follow, &truncated).map_err(unreadable)?;
     let mut first = Vec::new();
-    input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
+    // A longer line is refused below.
+    input.by_ref().take(1 << 20).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
     described.check_version()?;
     let of_recording = header(path, tree);
-    let Subject { system, run, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
+    let Subject { system, run, mut properties, unjudged } = subject(&described, of_recording.as_ref())?;
     let lacks_ticks = of_recording.as_ref().map_or(described.lacks_ticks, |header| !header.knows_ticks());
     if lacks_ticks {
         tree_log::refuse_unknown(&properties)?;
     }
-    let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
+    let log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
+    let mut log = if args.follow { log.until_end() } else { log };
     let help = |error: &LogError| match (&of_recording, error) {
         (Some(_), _) => "the recording was changed after it was written: record the run again",
         (None, LogError::Foreign { .. }) => {
@@ -219,16 +239,21 @@ fn verify_event_log(
         (None, _) => "each line of a log is one JSON object",
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
-    let ground = match &of_recording {
-        _ if lacks_ticks => tree_log::ground(),
-        Some(_) => Ground::Complete,
-        None => described.ground(),
-    };
+    let ground = if of_recording.is_some() { Ground::Complete } else { described.ground() };
+    let ground = if lacks_ticks { ground.weaker(tree_log::ground()) } else { ground };
     let gaps = RefCell::default();
     // Of a recording that was cut off, this is told otherwise.
     let breaks_off = "the log breaks off: its last line, which says how its run ended, is missing";
     let breaks_off = of_recording.is_none().then_some(breaks_off);
     let events = events_of(&mut log, (&system.topology, &ground), breaks_off, refused, &gaps);
+    let is_stated = of_recording.is_some() || described.tick.is_some();
+    let ticks = RefCell::new((!lacks_ticks).then(|| Ticks::new(&properties, (!is_stated).then_some(system.tick))));
+    let events = events.inspect(|found| ticks.borrow_mut().iter_mut().for_each(|ticks| ticks.note(found)));
+    let unfit = std::iter::from_fn(|| {
+        let why = ticks.take()?.unfit()?;
+        gaps.borrow_mut().note(&why);
+        Some(Ok(Found::LeftOut(Gap { flaw: Flaw::Displaced, since: Some(Duration::ZERO), ..Gap::of_anything(why) })))
+    });
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
     let nodes = of_recording.as_ref().map_or(&described.remote, |header| &header.remote);
@@ -257,7 +282,7 @@ fn verify_event_log(
         announcer: args.announcer(),
         board: None,
     };
-    let judgment = judged.judge(events.chain(rest), &mut properties, doubts)?;
+    let judgment = judged.judge(events.chain(unfit).chain(rest), &mut properties, doubts)?;
     let later = judgment.notes(&properties);
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
@@ -265,7 +290,8 @@ fn verify_event_log(
     let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
     let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
     let unheard = of_recording.as_ref().map(|_| unheard(path, &properties, &system.topology));
-    let stopped = (args.follow && interrupt::flow().is_break()).then(|| STILL_WRITTEN.to_owned());
+    let is_cut = args.follow && interrupt::flow().is_break() && log.end().is_none();
+    let stopped = is_cut.then(|| STILL_WRITTEN.to_owned());
     let left_open = lacks_ticks.then(|| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
     let nodes = tree.iter().flat_map(|named| node_places(&named.tree));
@@ -342,7 +368,7 @@ fn events_of<R: BufRead>(
         if ahead.is_none() && log.lacks_end() && interrupt::flow().is_continue() {
             return breaks_off.take().map(|why| {
                 gaps.borrow_mut().note(why);
-                Ok(Found::LeftOut(Gap::of_anything(why)))
+                Ok(Found::LeftOut(log.rest(why)))
             });
         }
         let end = || log.end().filter(|_| !std::mem::replace(&mut is_ended, true)).map(Found::Ended);
@@ -611,7 +637,27 @@ mod tests {
         let refused = judged("phi2").err().map(|error| error.to_string()).unwrap_or_default();
         assert!(refused.contains("counts ticks"), "{refused}");
         let verified = judged("phi1").expect("a readable log");
-        assert!(verified.assumptions().contains("the program logged every change of status"));
+        let assumed =
+            "the log has every message of the scenario's channels, and that the program logged every change of status";
+        assert!(verified.assumptions().contains(assumed), "{:?}", verified.assumptions());
+    }
+
+    #[test]
+    fn a_property_that_counts_ticks_is_unsure_on_a_log_that_has_none() {
+        let mut log = tempfile::NamedTempFile::new().expect("a file");
+        let lines = [level(1, "BatteryLevel", 50.0), level(2, "BatteryLevel", 9.0)];
+        writeln!(log, "{}\n{}", lines[0], lines[1]).expect("room for two lines");
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("p.scope");
+        let verdict = |formula: &str| {
+            let text = formula.replace("LEVEL", "BatteryReader, BatteryLevel, m[2]");
+            std::fs::write(&file, format!("property p := {text}\n")).expect("room for a property");
+            let args = args(log.path(), file.to_str().expect("a path in UTF-8"));
+            verify_log(&args, log.path(), None).expect("a readable log").verdict(0)
+        };
+        assert_eq!(verdict("always ((LEVEL = 50) implies time_until (LEVEL < 10) < 3)"), "unsure");
+        assert_eq!(verdict("always ((LEVEL < 10) implies once[<= 3] (LEVEL = 50))"), "unsure");
+        assert_eq!(verdict("always (LEVEL > 1)"), "satisfied");
     }
 
     /// Such as those of a scenario that names a process otherwise.
@@ -664,7 +710,9 @@ mod tests {
         };
         let low = r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#;
         let status = |tick_s: f64| {
-            let mut lines = vec![format!(r#"{{"scenario":"nominal","tick_s":{tick_s}}}"#)];
+            // As long as that of a system with many channels.
+            let about = "x".repeat(100_000);
+            let mut lines = vec![format!(r#"{{"about":"{about}","scenario":"nominal","tick_s":{tick_s}}}"#)];
             lines.extend(ticks(0, 1).chain([low.to_owned()]).chain(ticks(1, 4)));
             std::fs::write(&log, lines.join("\n")).expect("room for a log");
             let property = property.to_str().expect("its name is text");

@@ -193,6 +193,19 @@ fn an_event_log_is_followed_until_the_program_is_asked_to_end() {
 }
 
 #[test]
+fn an_event_log_is_followed_until_the_end_of_its_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.jsonl");
+    let lines = [log(), vec![r#"{"end":"stopped","step":3,"tick":2,"time_s":3.0}"#.to_owned()]].concat();
+    std::fs::write(&path, lines.join("\n") + "\n").expect("room for a log");
+    let path = path.to_str().expect("a path in UTF-8");
+    let following = Following::start(&["verify", path, "--property", "phi1", "--json", "--follow"]);
+    let (last, status, notes) = following.end();
+    assert_eq!((status, notes.as_str()), (Some(1), ""));
+    assert_eq!(last["monitors"][0]["verdict"], "violated");
+}
+
+#[test]
 fn what_cannot_be_followed_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("run.mcap");

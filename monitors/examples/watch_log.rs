@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use channels::Monitor;
 use miette::{IntoDiagnostic, Result, miette};
-use monitors::{Channels, EventLog, Outcome, load, topology_of_log, verify};
+use monitors::{Channels, EventLog, GapMark, Outcome, load, topology_of_log, verify};
 
 /// The time between the log's ticks, by which durations in properties are converted to ticks.
 const TICK: Duration = Duration::from_secs(1);
@@ -34,6 +34,11 @@ fn main() -> Result<()> {
     let end = verify(&mut events, monitors).into_diagnostic()?;
 
     println!("{} messages, {} ticks", end.messages, end.ticks);
+    while let Some(mark) = events.next_gap_mark() {
+        if let GapMark::Begins(gap) = mark {
+            println!("verdicts may be wrong: {}", gap.why);
+        }
+    }
     for property in &file.properties {
         println!("{}: {}", property.name, Outcome::of(property.monitor.as_ref()));
         let Some(monitor) = property.scope_monitor() else { continue };

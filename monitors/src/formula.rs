@@ -116,6 +116,12 @@ impl Bound {
         Self { relation, ticks, written: None }
     }
 
+    /// Whether the property writes a duration, from which the ticks were computed.
+    #[must_use]
+    pub fn is_duration(&self) -> bool {
+        self.written.is_some()
+    }
+
     fn meaning(self) -> (Relation, u64) {
         (self.relation, self.ticks)
     }

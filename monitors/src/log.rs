@@ -7,9 +7,10 @@
 //! "since_s":66.5}` is a gap: from here on messages may be missing, or `late`, or `mixed` with others. With
 //! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
 //! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the
-//! message before it. So has a message of the world, which is no step: instead, a tick says how many of these have
-//! come, `"world":7`. If the first line has `"has_end":true`, the last one says how and when the run ended, and repeats
-//! the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`.
+//! message before it. So has a message of the world, which is no step: instead, each line from the first of these on
+//! says how many have come, `"world":7`. If the first line has `"has_end":true`, the last one says how and when the run ended, and repeats
+//! the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`. With `"gaps":2`, two lines before it begin or
+//! end gaps.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -17,7 +18,7 @@
 mod found;
 mod scan;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::io::BufRead;
 use std::sync::Arc;
 use std::time::Duration;
@@ -147,15 +148,22 @@ pub struct EventLog<R> {
     last: (u64, u64, Duration),
     /// The number of the next tick.
     next_tick: u64,
-    /// How many messages of the world have come.
+    /// How many messages of the world have come, and when a line was the last to say so.
     of_world: u64,
+    counted: Duration,
+    /// How many lines begin or end gaps.
+    marks: u64,
     /// What the log says may be missing from it, and the first places where lines are missing, or come again.
     gaps: VecDeque<GapMark>,
-    lacks_lines: bool,
-    repeats_lines: bool,
-    /// Whether the log says that it has a line with the end of the run, and whether this has come.
+    /// Of these places: whether lines come again there, and whether earlier verdicts may be wrong.
+    noticed: BTreeSet<(bool, bool)>,
+    /// Whether the log says that it has a line with the end of the run, whether this has come, and whether nothing is
+    /// read after it.
     has_end: bool,
     is_ended: bool,
+    /// Whether the log has ticks: it does not say that they take no time.
+    has_ticks: bool,
+    stops_at_end: bool,
     /// When the run ended.
     end: Option<Duration>,
     /// The number of messages skipped because their channels are unknown.
@@ -217,11 +225,14 @@ impl<R: BufRead> EventLog<R> {
             last: (0, 0, Duration::ZERO),
             next_tick: 0,
             of_world: 0,
+            counted: Duration::ZERO,
+            marks: 0,
             gaps: VecDeque::new(),
-            lacks_lines: false,
-            repeats_lines: false,
+            noticed: BTreeSet::new(),
             has_end: false,
             is_ended: false,
+            has_ticks: true,
+            stops_at_end: false,
             end: None,
             skipped: 0,
             is_foreign: false,
@@ -231,12 +242,19 @@ impl<R: BufRead> EventLog<R> {
         }
     }
 
+    /// Reads nothing after the line with the end of the run, as where a reader would wait for more. What follows is not
+    /// refused then.
+    #[must_use]
+    pub fn until_end(self) -> Self {
+        Self { stops_at_end: true, ..self }
+    }
+
     /// The next event; `None` at the end of the log.
     ///
     /// # Errors
     /// [`LogError`] if the log cannot be read, or a line is invalid.
     pub fn next_event(&mut self) -> Result<Option<Event>, LogError> {
-        loop {
+        while !(self.stops_at_end && self.is_ended) {
             self.line.clear();
             let mut limited = std::io::Read::take(&mut self.input, MAX_LINE as u64);
             if limited.read_until(b'\n', &mut self.line)? == 0 {
@@ -252,7 +270,7 @@ impl<R: BufRead> EventLog<R> {
                 && breaks_off(&line)
             {
                 let why = format!("the log breaks off in line {}", self.number);
-                self.gaps.push_back(GapMark::Begins(Gap::of_anything(why)));
+                self.gaps.push_back(GapMark::Begins(self.rest(why)));
                 (self.is_ended, event) = (true, Ok(None));
             }
             self.line = line;
@@ -260,6 +278,7 @@ impl<R: BufRead> EventLog<R> {
                 return Ok(Some(event));
             }
         }
+        Ok(None)
     }
 
     /// The number of messages skipped because the topology does not have their channels.
@@ -280,6 +299,15 @@ impl<R: BufRead> EventLog<R> {
     /// log is missing, [`lacks_end`](Self::lacks_end) tells.
     pub fn next_gap_mark(&mut self) -> Option<GapMark> {
         self.gaps.pop_front()
+    }
+
+    /// The gap from the last event to the end of the run, in a log that breaks off. Without its first tick, anything may
+    /// be missing from its start.
+    #[must_use]
+    pub fn rest(&self, why: impl Into<String>) -> Gap {
+        let since = self.doubted_since();
+        let flaw = if since.is_some() { Flaw::Displaced } else { Flaw::Missing };
+        Gap { flaw, since, ..Gap::of_anything(why) }
     }
 
     /// Whether the line with the end of the run has not come, although the log says that it has one.
@@ -309,6 +337,7 @@ impl<R: BufRead> EventLog<R> {
         }
         let mut found = self.object(&mut scanner).map_err(unreadable)?;
         if let Some(mut gap) = found.gap.take() {
+            self.marks += 1;
             let marked = gap.mark(|from, to| {
                 let place = self.channel(from, to)?;
                 Some(self.channels[place].channel)
@@ -341,14 +370,15 @@ impl<R: BufRead> EventLog<R> {
             true => (self.next_tick, tick == self.next_tick),
             false => (self.next_tick.saturating_sub(1), tick <= self.next_tick.saturating_sub(1)),
         };
-        let wrong = match found.world {
-            _ if step != next_step => Some(("step", step, next_step)),
-            _ if !is_next_tick => Some(("tick", tick, next_tick)),
-            Some(count) if count != self.of_world => Some(("the world's message", count, self.of_world)),
-            _ => None,
-        };
-        self.compare(wrong);
-        self.of_world = found.world.unwrap_or(self.of_world);
+        if step != next_step {
+            self.doubt(("step", step, next_step));
+        } else if !is_next_tick {
+            self.doubt(("tick", tick, next_tick));
+        }
+        self.compare_world(found.world);
+        if found.world.is_some() || self.of_world == 0 {
+            self.counted = time;
+        }
         if found.generated || !is_next_tick {
             self.next_tick = tick.saturating_add(1);
         }
@@ -356,21 +386,47 @@ impl<R: BufRead> EventLog<R> {
         Ok(kind.map(|kind| Event { step, tick, time, kind }))
     }
 
-    /// Notes the first number that is another than the next one should be, and what that means.
-    fn compare(&mut self, wrong: Option<(&str, u64, u64)>) {
-        let Some((what, found, next)) = wrong else { return };
-        let is_again = found < next;
-        let is_first = !std::mem::replace(if is_again { &mut self.repeats_lines } else { &mut self.lacks_lines }, true);
-        let (flaw, lines) = match is_again {
-            true => (Flaw::Mixed, "lines come again at"),
-            false => (Flaw::Missing, "lines are missing before"),
-        };
-        if is_first {
-            let why = format!("{lines} line {} of the log: {what} {found} comes where {next} should", self.number);
-            // The first tick comes before all messages but those of the world.
-            let since = (self.next_tick == 0).then_some(Duration::ZERO);
-            self.gaps.push_back(GapMark::Begins(Gap { flaw, since, ..Gap::of_anything(why) }));
+    /// Notes that a number is another than the next one should be.
+    fn doubt(&mut self, numbers: (&str, u64, u64)) {
+        self.doubt_since(self.doubted_since(), numbers);
+    }
+
+    /// Since when anything may be missing, if lines are missing now and that is not from here on: the first tick comes
+    /// before all messages but those of the world.
+    fn doubted_since(&self) -> Option<Duration> {
+        (self.has_ticks && self.next_tick == 0).then_some(Duration::ZERO)
+    }
+
+    /// Compares how many messages of the world there are with those that have come. One that is missing may belong
+    /// anywhere after the last line that told it.
+    fn compare_world(&mut self, count: Option<u64>) {
+        let Some(count) = count else { return };
+        if count != self.of_world {
+            self.doubt_since(Some(self.counted), ("the world's message", count, self.of_world));
         }
+        self.of_world = count;
+    }
+
+    /// Notes the first number of its kind that is another than the next one should be, and what that means.
+    fn doubt_since(&mut self, since: Option<Duration>, (what, found, next): (&str, u64, u64)) {
+        let is_again = found < next;
+        if !self.noticed.insert((is_again, since.is_some())) {
+            return;
+        }
+        let (flaw, lines) = match (is_again, since) {
+            (true, _) => (Flaw::Mixed, "lines come again at"),
+            // Verdicts that were reached at that very time may be wrong, too.
+            (false, Some(_)) => (Flaw::Displaced, "lines are missing before"),
+            (false, None) => (Flaw::Missing, "lines are missing before"),
+        };
+        // Only the last line can name the next number, that of a first tick which has not come.
+        let wrong = if found == next {
+            format!("{what} {found} is missing")
+        } else {
+            format!("{what} {found} comes where {next} should")
+        };
+        let why = format!("{lines} line {} of the log: {wrong}", self.number);
+        self.gaps.push_back(GapMark::Begins(Gap { flaw, since, ..Gap::of_anything(why) }));
     }
 
     /// The line with the end of the run: the numbers that it repeats are those of the last events, or lines are
@@ -384,15 +440,17 @@ impl<R: BufRead> EventLog<R> {
             return Err(LogError::Backwards { line: self.number, step, tick, time });
         }
         self.end = found.time;
-        let wrong = match (found.step, found.tick, found.world) {
-            (Some(count), ..) if count != step => Some(("step", count, step)),
-            (_, Some(count), _) if count.checked_add(1) != Some(self.next_tick) => {
-                Some(("tick", count, self.next_tick.saturating_sub(1)))
+        match (found.step, found.tick) {
+            (Some(count), _) if count != step => self.doubt(("step", count, step)),
+            (_, Some(count)) if count.checked_add(1) != Some(self.next_tick) => {
+                self.doubt(("tick", count, self.next_tick.saturating_sub(1)));
             }
-            (.., Some(count)) if count != self.of_world => Some(("the world's message", count, self.of_world)),
-            _ => None,
-        };
-        self.compare(wrong);
+            _ => {}
+        }
+        self.compare_world(found.world);
+        if let Some(count) = found.marks.filter(|count| *count != self.marks) {
+            self.doubt_since(Some(Duration::ZERO), ("gap", count, self.marks));
+        }
         Ok(())
     }
 
@@ -467,6 +525,8 @@ impl<R: BufRead> EventLog<R> {
                     }
                 }
                 b"world" => found.world = Some(scanner.whole()?),
+                b"tick_s" => self.has_ticks = !matches!(scanner.token()?, JsonToken::Int(0) | JsonToken::Real(0.0)),
+                b"gaps" => found.marks = Some(scanner.whole()?),
                 b"has_end" => self.has_end |= scanner.token()? == JsonToken::Bool(true),
                 b"end" => {
                     scanner.skip()?;
@@ -640,7 +700,8 @@ impl<R: BufRead> Iterator for EventLog<R> {
     }
 }
 
-/// Feeds recorded events to monitors, one by one, until they end.
+/// Feeds recorded events to monitors, one by one, until they end. Whether some are missing from a log, it does not ask:
+/// [`EventLog::next_gap_mark`] and [`EventLog::lacks_end`] tell.
 ///
 /// # Errors
 /// Those of the events themselves, such as [`LogError`] if a log cannot be read.

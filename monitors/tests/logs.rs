@@ -243,7 +243,7 @@ fn lines_that_come_again_and_lost_lines_of_the_world_are_noticed() {
     assert_eq!(gaps(&[0, 1, 1, 2, 3, 4]), [again(3, "step 1 comes where 2")]);
     assert_eq!(gaps(&[0, 1, 2, 3, 3, 4]), [again(6, "the world's message 2 comes where 3")]);
     let missing = "lines are missing before line 4 of the log: the world's message 2 comes where 1 should".to_owned();
-    assert_eq!(gaps(&[0, 1, 3, 4]), [(Flaw::Missing, missing)]);
+    assert_eq!(gaps(&[0, 1, 3, 4]), [(Flaw::Displaced, missing)]);
 }
 
 #[test]
@@ -337,8 +337,9 @@ fn the_last_line_tells_whether_lines_before_it_are_missing() {
         |line: u64, what: &str| vec![format!("lines are missing before line {line} of the log: {what} should")];
     assert_eq!(read(&[]), Vec::<String>::new());
     assert_eq!(read(&[4]), missing(5, "the world's message 1 comes where 0"));
-    assert_eq!(read(&[3, 4]), missing(4, "tick 1 comes where 0"));
-    assert_eq!(read(&[2, 3, 4]), missing(3, "step 1 comes where 0"));
+    let of_world = "the world's message 1 comes where 0";
+    assert_eq!(read(&[3, 4]), [missing(4, "tick 1 comes where 0"), missing(4, of_world)].concat());
+    assert_eq!(read(&[2, 3, 4]), [missing(3, "step 1 comes where 0"), missing(3, of_world)].concat());
     assert_eq!(read(&[1, 2, 3, 4]), missing(2, "step 1 comes where 0"));
 }
 
@@ -347,8 +348,33 @@ fn the_last_line_tells_whether_lines_before_it_are_missing() {
 fn a_log_without_its_first_tick_is_doubted_from_its_start() {
     let message = r#"{"step":1,"tick":0,"time_s":0.5,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}"#;
     let tick = r#"{"step":1,"tick":1,"time_s":1,"generated":"tick"}"#;
-    let (gaps, _) = gaps_and_end(&format!("{message}\n{tick}\n"));
-    assert_eq!(gaps.iter().map(|gap| gap.since).collect::<Vec<_>>(), [Some(Duration::ZERO)]);
+    let flaws = |text: &str| {
+        let (gaps, _) = gaps_and_end(text);
+        gaps.into_iter().map(|gap| (gap.flaw, gap.since, gap.why)).collect::<Vec<_>>()
+    };
+    let wrong = |line: u64, what: &str| {
+        let why = format!("lines are missing before line {line} of the log: {what}");
+        (Flaw::Displaced, Some(Duration::ZERO), why)
+    };
+    assert_eq!(flaws(&format!("{message}\n{tick}\n")), [wrong(2, "tick 1 comes where 0 should")]);
+    let end = r#"{"end":"arrival","step":1,"tick":0,"time_s":1}"#;
+    assert_eq!(flaws(&format!("{{\"has_end\":true}}\n{message}\n{end}\n")), [wrong(3, "tick 0 is missing")]);
+}
+
+/// A verdict that was reached after it may rest on what the world was before.
+#[test]
+fn a_lost_message_of_the_world_is_doubted_since_the_last_tick_that_counts_them() {
+    let tick = |tick: u64, step: u64, world: &str| {
+        format!(r#"{{"step":{step},"tick":{tick},"time_s":{tick},"generated":"tick"{world}}}"#) + "\n"
+    };
+    let world = r#"{"step":0,"tick":1,"time_s":1.5,"from":"World","to":"Monitors","message":[{"sym":"world"},9.0]}"#;
+    // A message is missing, too: that is noticed by itself, and concerns only what comes after it.
+    for (step, more) in [(0, &[][..]), (1, &[(Flaw::Missing, None)])] {
+        let lines = [tick(0, 0, ""), tick(1, 0, ""), format!("{world}\n"), tick(2, step, r#","world":2"#)];
+        let (gaps, _) = gaps_and_end(&lines.concat());
+        let since = gaps.iter().map(|gap| (gap.flaw, gap.since)).collect::<Vec<_>>();
+        assert_eq!(since, [more, &[(Flaw::Displaced, Some(Duration::from_secs(1)))]].concat());
+    }
 }
 
 #[test]

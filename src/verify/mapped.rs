@@ -25,6 +25,8 @@ use crate::output::note;
 
 /// The file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";
+/// What describes a bag in its folder.
+const METADATA: &str = "metadata.yaml";
 
 /// Messages with their mapping, and what is asked about them.
 pub(crate) struct Mapped<'m> {
@@ -189,16 +191,25 @@ pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
 /// Files are recognized by their names: what this command reads, such as an earlier report, it could not replace.
 pub(super) fn check_no_bag(folder: &Path) -> Result<(), Error> {
     let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let Some(part) = paths.filter(|path| is_part_of_a_bag(path)).min() else { return Ok(()) };
+    paths.filter(|path| is_part_of_a_bag(path)).min().map_or(Ok(()), |part| Err(in_bag(&part)))
+}
+
+/// The same for a command that may have written recordings of its own into the folder.
+pub(crate) fn check_no_metadata(folder: &Path) -> Result<(), Error> {
+    let metadata = folder.join(METADATA);
+    if metadata.exists() { Err(in_bag(&metadata)) } else { Ok(()) }
+}
+
+fn in_bag(part: &Path) -> Error {
     let message = format!("the report would be written into the folder of a bag: {} is a part of it", part.display());
-    Err(Error::refused(message, "name another folder with `--out`"))
+    Error::refused(message, "name another folder with `--out`")
 }
 
 /// Whether a file is a part of a bag or describes one, as far as its name tells. Violations by steward are none.
 fn is_part_of_a_bag(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let plain = name.strip_suffix(".zstd").unwrap_or(&name);
-    let is_named = name == "metadata.yaml" || plain.ends_with(".mcap") || plain.ends_with(".db3");
+    let is_named = name == METADATA || plain.ends_with(".mcap") || plain.ends_with(".db3");
     // A pipe is not opened.
     let is_own = || name == VIOLATIONS || path.is_file() && recording::are_violations(path);
     is_named && !path.is_dir() && !is_own()

@@ -24,6 +24,8 @@ pub(super) struct Found<'a> {
     pub(super) generated: bool,
     pub(super) message: Option<Message>,
     pub(super) world: Option<u64>,
+    /// How many lines before it begin or end gaps.
+    pub(super) marks: Option<u64>,
     /// Whether it is the line with the end of the run.
     pub(super) is_end: bool,
     /// In a box, since hardly any line has it.

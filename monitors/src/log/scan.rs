@@ -124,7 +124,13 @@ impl<'a> Scanner<'a> {
     pub(super) fn seconds(&mut self) -> Result<Duration, Unreadable> {
         let text = self.number()?;
         let seconds = || text.parse().ok().and_then(|seconds: f64| Duration::try_from_secs_f64(seconds).ok());
-        decimal_seconds(text).or_else(seconds).ok_or_else(|| self.unreadable("expected a time in seconds"))
+        let time = decimal_seconds(text).or_else(seconds);
+        let time = time.ok_or_else(|| self.unreadable("expected a time in seconds"))?;
+        // Monitors count nanoseconds in 64 bits: all later times would be one.
+        match i64::try_from(time.as_nanos()) {
+            Ok(_) => Ok(time),
+            Err(_) => Err(self.unreadable("this time, in seconds, is beyond 292 years")),
+        }
     }
 
     /// The value that begins here.
@@ -267,6 +273,12 @@ mod tests {
         assert_eq!(read("3"), Some(Duration::from_secs(3)));
         assert_eq!(read("1e1"), Some(Duration::from_secs(10)));
         assert_eq!(read("-1.0"), None);
+        assert_eq!(read("9223372036.8"), Some(Duration::new(9_223_372_036, 800_000_000)));
+        // Such as a time in nanoseconds since 1970.
+        for late in ["9223372036.9", "1700000000000000000", "1.7e18"] {
+            let problem = Scanner::new(late.as_bytes()).seconds().map_err(|unreadable| unreadable.problem);
+            assert_eq!(problem, Err("this time, in seconds, is beyond 292 years"), "{late}");
+        }
     }
 
     #[test]

@@ -89,8 +89,9 @@ pub struct EventLogWriter<W: Write> {
     statuses: Option<Vec<Option<bt::Outcome>>>,
     /// The step and the tick of the last event.
     last: (u64, Option<u64>),
-    /// How many messages of the world have been written.
+    /// How many messages of the world have been written, and how many lines with gaps or their ends.
     of_world: u64,
+    gaps: u64,
 }
 
 impl<W: Write> EventLogWriter<W> {
@@ -109,7 +110,7 @@ impl<W: Write> EventLogWriter<W> {
     }
 
     fn with(output: W, statuses: Option<Vec<Option<bt::Outcome>>>, view: &RunView) -> io::Result<Self> {
-        let mut log = Self { output: BufWriter::new(output), statuses, last: (0, None), of_world: 0 };
+        let mut log = Self { output: BufWriter::new(output), statuses, last: (0, None), of_world: 0, gaps: 0 };
         let header = view.header();
         let mut description = json!({
             "scenario": header.scenario,
@@ -148,6 +149,7 @@ impl<W: Write> Follower for EventLogWriter<W> {
                 _ => continue,
             };
             writeln!(self.output, "{line}")?;
+            self.gaps += 1;
         }
         let mut before_ticks = view.outcomes_before_ticks().iter().peekable();
         for event in view.events() {
@@ -159,7 +161,7 @@ impl<W: Write> Follower for EventLogWriter<W> {
             }
             let mut line = event_line(event, view.topology());
             self.of_world += u64::from(is_of_world(event, view.topology()));
-            if is_tick && self.of_world > 0 {
+            if self.of_world > 0 {
                 line.insert_str(line.len() - 1, &format!(",\"world\":{}", self.of_world));
             }
             writeln!(self.output, "{line}")?;
@@ -170,9 +172,14 @@ impl<W: Write> Follower for EventLogWriter<W> {
         if let Some(ended) = view.end().map(|end| &end.ended).filter(is_whole) {
             let (step, tick) = self.last;
             let mut end = json!({ "end": ended.name(), "step": step, "time_s": seconds(view.time()) });
-            end.as_object_mut().expect("it is one").extend(tick.map(|tick| ("tick".to_owned(), tick.into())));
+            if let Some(tick) = tick {
+                end["tick"] = tick.into();
+            }
             if self.of_world > 0 {
                 end["world"] = self.of_world.into();
+            }
+            if self.gaps > 0 {
+                end["gaps"] = self.gaps.into();
             }
             writeln!(self.output, "{end}")?;
         }
