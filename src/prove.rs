@@ -26,7 +26,7 @@ use self::table::FindingsTable;
 use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{Text, note_elsewhere, print, print_json, print_wrapped};
+use crate::output::{Text, complain, note_elsewhere, print, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::results::ResultsArgs;
 use crate::run::select::{check_folders, select};
@@ -158,7 +158,10 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         let written = folder.map_or(Ok(()), |folder| args.write_runs(&proof, &mut findings, &folder));
         let unwritten = written.as_ref().err().map(Error::reasons);
         all.push(Findings { proof, findings, unsearched, unwritten });
-        refused = error.or(written.err());
+        refused = match written {
+            Ok(()) => error,
+            Err(unwritten) => Some(together(error, unwritten)),
+        };
     }
     args.write(all.iter().map(|it| (it.suite(args.unreached), it.as_json())))?;
     if let Some(error) = refused {
@@ -182,8 +185,8 @@ fn model_file(folder: &Path, proof: &Proof, question: &Question) -> PathBuf {
     folder.join(name.replace('/', "-"))
 }
 
-/// Two errors as one: everything that is wrong. Of files that cannot be written, only the first is named, since the
-/// others often have the same reason.
+/// Two errors as one: everything that is wrong. What does not fit into one is said at once; but of files that cannot be
+/// written, only the first is named, since the others often have the same reason.
 fn together(first: Option<Error>, second: Error) -> Error {
     use scenarios::Error::BadInput;
     match (first, second) {
@@ -192,7 +195,13 @@ fn together(first: Option<Error>, second: Error) -> Error {
             all.extend(more);
             Error::Scenario(BadInput(all))
         }
-        (Some(first), _) => first,
+        (Some(first), second) => {
+            let is_unwritten = |error: &Error| error.exit_status() == 3;
+            if !(is_unwritten(&first) && is_unwritten(&second)) {
+                complain(&second);
+            }
+            first
+        }
     }
 }
 

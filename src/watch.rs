@@ -29,7 +29,7 @@ use crate::verify::args::RobotsArgs;
 use crate::verify::bag::contents;
 use crate::verify::growing::pause;
 use crate::verify::inputs::inputs;
-use crate::verify::mapped::{Mapped, await_topics, load_mapping};
+use crate::verify::mapped::{Mapped, await_topics, check_no_metadata, load_mapping};
 use crate::verify::{self, bag};
 use black_box::Kept;
 use presence::Presence;
@@ -101,6 +101,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         let help = format!("add `--map-channels FILE`; `{} --list` proposes such a file", args.target.command());
         return Err(Error::refused(message, help));
     };
+    args.out.as_deref().map_or(Ok(()), check_no_metadata)?;
     let robots = args.robots.spaces()?;
     let (mapping, text) = load_mapping(mapping, &args.robots)?;
     let mapping = args.without_images(mapping);

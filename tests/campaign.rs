@@ -468,7 +468,7 @@ fn a_journal_that_is_not_of_a_campaign_is_refused_and_left_untouched() {
     let journal = out.join("journal.jsonl");
     fs::create_dir(&out).unwrap();
     let command = ["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
-    for text in ["mine", "mine\n", "{\"mine\": 1}", "{\"mine\": 1}\n"] {
+    for text in ["mine", "mine\n", "{\"mine\": 1}", "{\"mine\": 1}\n", "{\"plan\": \"mine\"}\n"] {
         fs::write(&journal, text).unwrap();
         for (more, wanted) in [(&[][..], "is damaged"), (&["--fresh"][..], "is not the journal of a campaign")] {
             let said = refused(&[&command[..], more].concat());

@@ -252,6 +252,12 @@ fn a_campaign_is_compared_with_its_later_version() {
         words.contains("in 0 of 6 (0.00 %) before, 0 of 0 (–) after"),
         "runs that fail count for no property: {words}"
     );
+    let journal = outs[2].join("journal.jsonl");
+    let whole = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, &whole[..=whole.trim_end().rfind('\n').unwrap()]).unwrap();
+    let refused = steward(&["campaign", "compare", path(0), path(2)]);
+    assert_eq!(refused.status.code(), Some(2));
+    says(&String::from_utf8(refused.stderr).unwrap(), &["has 5 runs, and summary.json counts 6"]);
 }
 
 #[test]
@@ -281,6 +287,10 @@ fn incomparable_campaigns_are_refused() {
         ["campaign", file.to_str().unwrap(), "--shard", "0/2", "--quiet", "--out", shards.to_str().unwrap()];
     assert!(steward(&arguments).status.success());
     assert!(refused(&path(0), shards.join("shard-0-of-2").to_str().unwrap()).contains("is shard 0/2"));
+    let journal = outs[3].join("journal.jsonl");
+    let text = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, format!("{text}{}\n", text.lines().last().unwrap())).unwrap();
+    assert!(refused(&path(0), &path(3)).contains("is damaged"), "a run comes again");
     fs::remove_file(outs[0].join("summary.json")).unwrap();
     assert!(refused(&path(0), &path(3)).contains("has not finished"));
 }

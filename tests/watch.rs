@@ -329,7 +329,7 @@ fn a_robot_of_which_there_is_nothing_satisfies_nothing() {
 
 #[test]
 fn what_cannot_be_watched_is_refused() {
-    let (_folder, mapping, properties) = files();
+    let (folder, mapping, properties) = files();
     let refused = |address: &str, mapping: &[&str]| {
         refusal(&[&["watch", "--foxglove", address, "--property", &properties][..], mapping].concat())
     };
@@ -338,4 +338,8 @@ fn what_cannot_be_watched_is_refused() {
     assert!(refused("robot:8765", &mapped).contains("is not the address of a bridge"));
     assert!(refused("wss://robot", &mapped).contains("forward the port"));
     assert!(refused("ws://127.0.0.1:1", &mapped).contains("foxglove_bridge_launch.xml"));
+    // The violations would become a part of the bag.
+    std::fs::write(folder.path().join("metadata.yaml"), "").expect("room for a file");
+    let out = ["--map-channels", mapping.as_str(), "--out", folder.path().to_str().expect("a path in UTF-8")];
+    assert!(refused("ws://127.0.0.1:1", &out).contains("into the folder of a bag"));
 }

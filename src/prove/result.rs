@@ -11,7 +11,7 @@ pub(crate) enum ProofResult {
     Proved,
     /// The run in `run` violates it; for `all_reached`, something is never reached
     Violated,
-    /// In the run in `run`, more than 32 messages pile up in a process, and what follows is not searched
+    /// In the run in `run`, more than 32 messages or delayed events pile up in a process; what follows is not searched
     Endless,
     /// In the run in `run`, the tree never takes another tick, and nothing else ever happens
     Deadlock,

@@ -134,6 +134,8 @@ impl CampaignComparison {
             }
             tally.add(old.as_ref(), new.as_ref());
         }
+        check_whole(before, tally.runs[0])?;
+        check_whole(after, tally.runs[1])?;
         let side = |folder: &Path, journal: &JournalReader, place: usize| ComparedCampaign {
             folder: folder.to_owned(),
             campaign: journal.header.layout.campaign.clone(),
@@ -162,6 +164,18 @@ fn open(folder: &Path) -> Result<JournalReader, Error> {
         return Err(Error::refused(message, "run its command again: it resumes where it stopped"));
     }
     Ok(journal)
+}
+
+/// Rejects a journal that lacks runs of its campaign.
+fn check_whole(folder: &Path, runs: u64) -> Result<(), Error> {
+    let summary = std::fs::read(folder.join(SUMMARY)).ok();
+    let summary = summary.and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok()).unwrap_or_default();
+    if summary["runs"] == runs {
+        return Ok(());
+    }
+    let message =
+        format!("the journal in {} has {runs} runs, and {SUMMARY} counts {}", folder.display(), summary["runs"]);
+    Err(Error::refused(message, "one of them was changed: run the campaign again"))
 }
 
 /// Rejects campaigns that vary different parameters.

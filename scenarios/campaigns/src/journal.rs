@@ -311,7 +311,8 @@ pub(super) fn start_over(folder: &Path) -> Result<(), Error> {
     let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
     lock(&file, folder)?;
     let mut lines = Lines::of(&file, folder).map_err(|_| damaged(folder))?;
-    let is_header = |line: serde_json::Value| !line["plan"].is_null();
+    let is_header =
+        |line: serde_json::Value| line["format"].is_u64() && line["version"].is_string() && !line["plan"].is_null();
     if !lines.next_as::<serde_json::Value>().is_ok_and(|line| line.is_none_or(is_header)) {
         let message = format!("{} is not the journal of a campaign", path.display());
         return Err(Error::refused(message, "only files that a campaign wrote are removed: use another folder"));
@@ -413,6 +414,8 @@ fn write_line(file: &mut File, content: &impl Serialize) -> io::Result<()> {
 pub(super) struct JournalReader {
     pub(super) header: Header,
     lines: Lines<io::Take<File>>,
+    /// How many runs have been read.
+    read: u64,
 }
 
 impl JournalReader {
@@ -429,12 +432,17 @@ impl JournalReader {
     fn of(file: File, folder: &Path) -> Result<Self, Error> {
         let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
         let header = lines.header()?.ok_or_else(|| damaged(folder))?;
-        Ok(Self { header, lines })
+        Ok(Self { header, lines, read: 0 })
     }
 
     /// The next run; none after the last complete line.
     pub(super) fn next(&mut self) -> Result<Option<RunRecord>, Error> {
-        self.lines.next_as()
+        let Some(record) = self.lines.next_as::<RunRecord>()? else { return Ok(None) };
+        if record.k != self.header.shard.run(self.read) {
+            return Err(damaged(&self.lines.folder));
+        }
+        self.read += 1;
+        Ok(Some(record))
     }
 }
 
