@@ -196,7 +196,9 @@ fn an_event_log_is_followed_until_the_program_is_asked_to_end() {
 fn an_event_log_is_followed_until_the_end_of_its_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("log.jsonl");
-    let lines = [log(), vec![r#"{"end":"stopped","step":3,"tick":2,"time_s":3.0}"#.to_owned()]].concat();
+    let first = r#"{"scenario":"nominal","tick_s":1.0,"has_end":true}"#.to_owned();
+    let end = r#"{"end":"stopped","step":3,"tick":2,"time_s":3.0}"#.to_owned();
+    let lines = [vec![first], log()[1..].to_vec(), vec![end]].concat();
     std::fs::write(&path, lines.join("\n") + "\n").expect("room for a log");
     let path = path.to_str().expect("a path in UTF-8");
     let following = Following::start(&["verify", path, "--property", "phi1", "--json", "--follow"]);
