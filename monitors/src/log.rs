@@ -8,9 +8,9 @@
 //! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
 //! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the
 //! message before it. So has a message of the world, which is no step: instead, each line from the first of these on
-//! says how many have come, `"world":7`. If the first line has `"has_end":true`, the last one says how and when the run ended, and repeats
-//! the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`. With `"gaps":2`, two lines before it begin or
-//! end gaps.
+//! says how many have come, `"world":7`. If the first line has `"has_end":true`, the last one says how and when the run
+//! ended, and repeats the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`. With `"gaps":2`, two
+//! lines before it begin or end gaps.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -301,8 +301,8 @@ impl<R: BufRead> EventLog<R> {
         self.gaps.pop_front()
     }
 
-    /// The gap from the last event to the end of the run, in a log that breaks off. Without its first tick, anything may
-    /// be missing from its start.
+    /// The gap from the last event to the end of the run, in a log that breaks off. Without its first tick, anything
+    /// may be missing from its start.
     #[must_use]
     pub fn rest(&self, why: impl Into<String>) -> Gap {
         let since = self.doubted_since();

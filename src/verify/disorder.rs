@@ -217,7 +217,7 @@ fn is_sorted(sent: &[Sent]) -> bool {
 }
 
 /// A record of a file, and how many messages are in it.
-struct Record {
+struct RecordPlace {
     kind: u8,
     begin: usize,
     end: usize,
@@ -225,7 +225,7 @@ struct Record {
 }
 
 /// The records of a file from a place on, apart from those in chunks.
-fn records(bytes: &[u8], mut begin: usize) -> Vec<Record> {
+fn records(bytes: &[u8], mut begin: usize) -> Vec<RecordPlace> {
     /// The kind and the length of a chunk, and its fields before its own records if it is not compressed.
     const CHUNK_HEAD: usize = 9 + 40;
     let mut all = Vec::new();
@@ -237,7 +237,7 @@ fn records(bytes: &[u8], mut begin: usize) -> Vec<Record> {
             op::CHUNK => records(&bytes[..end], begin + CHUNK_HEAD).iter().map(|inner| inner.messages).sum(),
             _ => 0,
         };
-        all.push(Record { kind: *kind, begin, end, messages });
+        all.push(RecordPlace { kind: *kind, begin, end, messages });
         begin = end;
     }
     all
@@ -255,7 +255,7 @@ struct Cut {
 }
 
 impl Cut {
-    fn of(records: &[Record], length: usize) -> Self {
+    fn of(records: &[RecordPlace], length: usize) -> Self {
         let mut cut = Self::default();
         for record in records.iter().filter(|record| record.begin < length) {
             let is_whole = record.end <= length;

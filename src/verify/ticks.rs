@@ -14,6 +14,7 @@ pub(super) struct Ticks {
     are_counted: bool,
     /// How long a tick takes in the scenario, if the log does not say so and bounds in seconds were made ticks with it.
     assumed: Option<Duration>,
+    has_message: bool,
     /// The numbers and times of the first and the last.
     span: Option<[(u64, Duration); 2]>,
 }
@@ -25,22 +26,30 @@ impl Ticks {
         let formulas = properties.iter().filter_map(Property::scope_monitor).map(ScopeMonitor::formula);
         formulas.for_each(|formula| bounds_in_ticks(formula, &mut bounds));
         let has_duration = bounds.iter().any(|bound| bound.is_duration());
-        Self { are_counted: !bounds.is_empty(), assumed: assumed.filter(|_| has_duration), span: None }
+        Self {
+            are_counted: !bounds.is_empty(),
+            assumed: assumed.filter(|_| has_duration),
+            has_message: false,
+            span: None,
+        }
     }
 
-    /// Takes note of a tick.
+    /// Takes note of an event.
     pub(super) fn note(&mut self, found: &Result<Found, Error>) {
         let Ok(Found::Event(event)) = found else { return };
         if event.kind == EventKind::Tick {
             let tick = (event.tick, event.time);
             self.span = Some([self.span.map_or(tick, |[first, _]| first), tick]);
+        } else {
+            self.has_message = true;
         }
     }
 
     /// At the end of the log: why other numbers of ticks may have passed than properties count, in words.
     pub(super) fn unfit(self) -> Option<String> {
         let Some([(first, begun), (last, ended)]) = self.span else {
-            return self.are_counted.then(|| "the log has no ticks, and properties count them".to_owned());
+            return (self.are_counted && self.has_message)
+                .then(|| "the log has no ticks, and properties count them".to_owned());
         };
         let (assumed, count) = (self.assumed?, last.saturating_sub(first).max(1) as f64);
         let found_s = (seconds(ended) - seconds(begun)) / count;
