@@ -357,7 +357,10 @@ print("a robot that announces itself late is heard again")
 (FOLDER / "firmware.scope").write_text("property positive := always (counter, base, m.x >= 0)\n"
                                        "property low := always (counter, base, m.x < 1000)\n"
                                        "property comes := eventually (counter, base, m.x = 500)\n")
-for how, stamped, ends in [("counts", 1, "goodbye"), ("counts", 0, "cut"), ("repeats", 1, "cut"), ("repeats", 0, "goodbye")]:
+
+
+def begin_anew(how, stamped, ends):
+    """The verdicts on firmware that begins anew, and what the watch notes of it."""
     robot = Peer(sys.executable, "firmware.py", how, stamped)
     watching = watch("count.toml", "firmware.scope", f"firmware-{how}-{ends}.mcap")
     robot.ask("sends 0 300")
@@ -371,10 +374,18 @@ for how, stamped, ends in [("counts", 1, "goodbye"), ("counts", 0, "cut"), ("rep
     time.sleep(0.5)
     _, _, report = end(watching)
     robot.kill()
-    found = {name: (verdict, bool(unsure)) for name, (verdict, _, unsure) in verdicts(report).items()}
+    return {name: (verdict, bool(unsure)) for name, (verdict, _, unsure) in verdicts(report).items()}, str(report["notes"])
+
+
+for case in [("counts", 1, "goodbye"), ("counts", 0, "cut"), ("repeats", 1, "cut"), ("repeats", 0, "goodbye")]:
+    for _ in range(3):
+        found, notes = begin_anew(*case)
+        # On a machine that is too busy to receive for a second, all that comes meanwhile is missing, too.
+        if "nothing was received any more" not in notes:
+            break
     assert found == {"positive": ("violated", False), "low": ("unsure", True), "comes": ("satisfied", False)}, (
-        how, stamped, ends, found, report["notes"])
-    assert "begun anew" in str(report["notes"]), report["notes"]
+        case, found, notes)
+    assert "begun anew" in notes, notes
 print("firmware that begins anew with the same GUID is heard, after a goodbye and without one")
 
 # Everybody here may send anything, so no verdict is certain: but there is one.
