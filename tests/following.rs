@@ -201,7 +201,8 @@ fn an_event_log_is_followed_until_the_end_of_its_run() {
     let lines = [vec![first], log()[1..].to_vec(), vec![end]].concat();
     std::fs::write(&path, lines.join("\n") + "\n").expect("room for a log");
     let path = path.to_str().expect("a path in UTF-8");
-    let following = Following::start(&["verify", path, "--property", "phi1", "--json", "--follow"]);
+    let mut following = Following::start(&["verify", path, "--property", "phi1", "--json", "--follow"]);
+    assert_eq!(following.line()["verdict"], "violated");
     let (last, status, notes) = following.end();
     assert_eq!((status, notes.as_str()), (Some(1), ""));
     assert_eq!(last["monitors"][0]["verdict"], "violated");
