@@ -252,7 +252,7 @@ fn verify_events(
     let unfit = std::iter::from_fn(|| {
         let why = ticks.take()?.unfit()?;
         gaps.borrow_mut().note(&why);
-        Some(Ok(Found::LeftOut(Gap { flaw: Flaw::Displaced, since: Some(Duration::ZERO), ..Gap::of_anything(why) })))
+        Some(Ok(Found::LeftOut(Gap { flaw: Flaw::Ticks, since: Some(Duration::ZERO), ..Gap::of_anything(why) })))
     });
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
@@ -650,10 +650,12 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("p.scope");
         let verdict = |formula: &str| {
-            let text = formula.replace("LEVEL", "BatteryReader, BatteryLevel, m[2]");
-            std::fs::write(&file, format!("property p := {text}\n")).expect("room for a property");
+            let text = format!("property p := {formula}\nproperty other := eventually (LEVEL = 50)\n");
+            std::fs::write(&file, text.replace("LEVEL", "BatteryReader, BatteryLevel, m[2]")).expect("room for both");
             let args = args(log.path(), file.to_str().expect("a path in UTF-8"));
-            verify_log(&args, log.path(), None).expect("a readable log").verdict(0)
+            let verified = verify_log(&args, log.path(), None).expect("a readable log");
+            assert_eq!(verified.verdict(1), "satisfied", "it counts no ticks");
+            verified.verdict(0)
         };
         assert_eq!(verdict("always ((LEVEL = 50) implies time_until (LEVEL < 10) < 3)"), "unsure");
         assert_eq!(verdict("always ((LEVEL < 10) implies once[<= 3] (LEVEL = 50))"), "unsure");

@@ -54,6 +54,8 @@ pub enum Flaw {
     Displaced,
     /// Messages may be missing, and those that come may be others than they seem.
     Mixed,
+    /// Another number of ticks may have passed, and no message is missing.
+    Ticks,
 }
 
 /// Messages that may be missing from a sequence of events, or be others, or come late.

@@ -552,6 +552,26 @@ impl Formula {
             || self.operands().iter().any(|part| part.looks_ahead())
     }
 
+    /// Its bounds that count ticks: all but those of timed parts.
+    #[must_use]
+    pub fn bounds_in_ticks(&self) -> Vec<Bound> {
+        let own = match self {
+            Self::Timed(_) => return Vec::new(),
+            Self::TimeUntil { bound, .. }
+            | Self::Once(bound, _)
+            | Self::Historically(bound, _)
+            | Self::Previous(bound, _)
+            | Self::Since(bound, ..)
+            | Self::Count { bound, .. }
+                if *bound != Bound::NONE =>
+            {
+                Some(*bound)
+            }
+            _ => None,
+        };
+        own.into_iter().chain(self.operands().into_iter().flat_map(Self::bounds_in_ticks)).collect()
+    }
+
     /// Its immediate subformulas, in the order in which they are written.
     #[must_use]
     pub fn operands(&self) -> Vec<&Self> {

@@ -18,7 +18,7 @@
 mod found;
 mod scan;
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::io::BufRead;
 use std::sync::Arc;
 use std::time::Duration;
@@ -155,8 +155,8 @@ pub struct EventLog<R> {
     marks: u64,
     /// What the log says may be missing from it, and the first places where lines are missing, or come again.
     gaps: VecDeque<GapMark>,
-    /// Of these places: whether lines come again there, and whether earlier verdicts may be wrong.
-    noticed: BTreeSet<(bool, bool)>,
+    /// Of these places, by whether lines come again there: since when verdicts may be wrong, if not from there on.
+    noticed: BTreeMap<bool, Option<Duration>>,
     /// Whether the log says that it has a line with the end of the run, whether this has come, and whether nothing is
     /// read after it.
     has_end: bool,
@@ -228,7 +228,7 @@ impl<R: BufRead> EventLog<R> {
             counted: Duration::ZERO,
             marks: 0,
             gaps: VecDeque::new(),
-            noticed: BTreeSet::new(),
+            noticed: BTreeMap::new(),
             has_end: false,
             is_ended: false,
             has_ticks: true,
@@ -305,7 +305,8 @@ impl<R: BufRead> EventLog<R> {
     /// may be missing from its start.
     #[must_use]
     pub fn rest(&self, why: impl Into<String>) -> Gap {
-        let since = self.doubted_since();
+        // A log that does not say that it has an end may have no ticks either.
+        let since = self.doubted_since().filter(|_| self.has_end);
         let flaw = if since.is_some() { Flaw::Displaced } else { Flaw::Missing };
         Gap { flaw, since, ..Gap::of_anything(why) }
     }
@@ -410,9 +411,11 @@ impl<R: BufRead> EventLog<R> {
     /// Notes the first number of its kind that is another than the next one should be, and what that means.
     fn doubt_since(&mut self, since: Option<Duration>, (what, found, next): (&str, u64, u64)) {
         let is_again = found < next;
-        if !self.noticed.insert((is_again, since.is_some())) {
+        let is_known = |known: &Option<Duration>| since.is_none_or(|since| known.is_some_and(|known| known <= since));
+        if self.noticed.get(&is_again).is_some_and(is_known) {
             return;
         }
+        self.noticed.insert(is_again, since);
         let (flaw, lines) = match (is_again, since) {
             (true, _) => (Flaw::Mixed, "lines come again at"),
             // Verdicts that were reached at that very time may be wrong, too.
@@ -517,16 +520,17 @@ impl<R: BufRead> EventLog<R> {
                         b"late" => Flaw::Late,
                         b"mixed" => Flaw::Mixed,
                         b"missing" => Flaw::Missing,
+                        b"ticks" => Flaw::Ticks,
                         _ => {
-                            return Err(
-                                scanner.unreadable("a flaw is \"missing\", \"late\", \"displaced\" or \"mixed\"")
-                            );
+                            return Err(scanner
+                                .unreadable("a flaw is \"missing\", \"late\", \"displaced\", \"mixed\" or \"ticks\""));
                         }
                     }
                 }
-                b"world" => found.world = Some(scanner.whole()?),
-                b"tick_s" => self.has_ticks = !matches!(scanner.token()?, JsonToken::Int(0) | JsonToken::Real(0.0)),
-                b"gaps" => found.marks = Some(scanner.whole()?),
+                // In a log of another program, these may be anything.
+                b"world" => found.world = scanner.value()?.parse().ok(),
+                b"tick_s" => self.has_ticks = scanner.value()?.parse() != Ok(0.0),
+                b"gaps" => found.marks = scanner.value()?.parse().ok().filter(|_| self.has_end),
                 b"has_end" => self.has_end |= scanner.token()? == JsonToken::Bool(true),
                 b"end" => {
                     scanner.skip()?;

@@ -343,6 +343,31 @@ fn the_last_line_tells_whether_lines_before_it_are_missing() {
     assert_eq!(read(&[1, 2, 3, 4]), missing(2, "step 1 comes where 0"));
 }
 
+#[test]
+fn a_line_with_a_gap_that_is_missing_is_noticed_at_the_end() {
+    let log = |gap: &str, end: &str| {
+        let tick = r#"{"step":0,"tick":0,"time_s":1,"generated":"tick"}"#;
+        let end = format!(r#"{{"end":"arrival","step":0,"tick":0,"time_s":1.5{end}}}"#);
+        gaps_and_end(&format!("{{\"has_end\":true}}\n{tick}\n{gap}{end}\n")).0
+    };
+    let told = "{\"missing\":\"2 messages\"}\n";
+    assert_eq!(log(told, r#","gaps":1"#), [Gap::of_anything("2 messages")]);
+    // As in a log of an earlier version.
+    assert_eq!(log(told, ""), [Gap::of_anything("2 messages")]);
+    let why = "lines are missing before line 3 of the log: gap 1 comes where 0 should";
+    let anything = Gap { flaw: Flaw::Displaced, since: Some(Duration::ZERO), ..Gap::of_anything(why) };
+    assert_eq!(log("", r#","gaps":1"#), [anything]);
+}
+
+#[test]
+fn what_other_programs_call_gaps_world_or_time_between_ticks_may_be_anything() {
+    let tick = r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#;
+    for value in ["null", "[1,2]", r#"{"a":1.5}"#, r#""a.sdf""#, "1.5", "true"] {
+        let first = format!(r#"{{"gaps":{value},"world":{value},"tick_s":{value}}}"#);
+        assert_eq!(gaps_and_end(&format!("{first}\n{tick}\n")), (vec![], None), "{value}");
+    }
+}
+
 /// A verdict may have been reached before the next tick shows that one is missing.
 #[test]
 fn a_log_without_its_first_tick_is_doubted_from_its_start() {

@@ -12,8 +12,9 @@ use monitors::{Bound, Formula, Property, ScopeMonitor};
 pub(super) struct Ticks {
     /// Whether properties count ticks.
     are_counted: bool,
-    /// How long a tick takes in the scenario, if the log does not say so and bounds in seconds were made ticks with it.
-    assumed: Option<Duration>,
+    /// If the log does not say how long a tick takes, and bounds in seconds were made ticks with that of the scenario:
+    /// how long this is, and the largest of these bounds.
+    assumed: Option<(Duration, u64)>,
     has_message: bool,
     /// The numbers and times of the first and the last.
     span: Option<[(u64, Duration); 2]>,
@@ -22,16 +23,11 @@ pub(super) struct Ticks {
 impl Ticks {
     /// Of a log, before its first event. How long a tick takes may be assumed.
     pub(super) fn new(properties: &[Property], assumed: Option<Duration>) -> Self {
-        let mut bounds = Vec::new();
         let formulas = properties.iter().filter_map(Property::scope_monitor).map(ScopeMonitor::formula);
-        formulas.for_each(|formula| bounds_in_ticks(formula, &mut bounds));
-        let has_duration = bounds.iter().any(|bound| bound.is_duration());
-        Self {
-            are_counted: !bounds.is_empty(),
-            assumed: assumed.filter(|_| has_duration),
-            has_message: false,
-            span: None,
-        }
+        let bounds: Vec<Bound> = formulas.flat_map(Formula::bounds_in_ticks).collect();
+        let durations = bounds.iter().filter(|bound| bound.is_duration());
+        let longest = durations.map(|bound| bound.ticks).max();
+        Self { are_counted: !bounds.is_empty(), assumed: assumed.zip(longest), has_message: false, span: None }
     }
 
     /// Takes note of an event.
@@ -51,31 +47,16 @@ impl Ticks {
             return (self.are_counted && self.has_message)
                 .then(|| "the log has no ticks, and properties count them".to_owned());
         };
-        let (assumed, count) = (self.assumed?, last.saturating_sub(first).max(1) as f64);
-        let found_s = (seconds(ended) - seconds(begun)) / count;
-        let is_fit = last == first || (found_s - seconds(assumed)).abs() * count < seconds(assumed) / 4.0;
-        (!is_fit).then(|| {
-            let assumed_s = seconds(assumed);
+        let (assumed, longest) = self.assumed?;
+        let (count, assumed_s) = (last.saturating_sub(first), seconds(assumed));
+        let found_s = (seconds(ended) - seconds(begun)) / count.max(1) as f64;
+        // Ticks need not be exact: the largest bound must not become half a tick longer or shorter.
+        let off_s = (found_s - assumed_s).abs() * count.min(longest) as f64;
+        (off_s >= assumed_s / 2.0).then(|| {
             format!(
                 "a tick takes {found_s:.3} s in the log and {assumed_s} s in the scenario, with which bounds in seconds \
                  were counted: the log's first line, which says how long one takes, may be missing"
             )
         })
     }
-}
-
-/// Adds the bounds that count ticks.
-fn bounds_in_ticks(formula: &Formula, bounds: &mut Vec<Bound>) {
-    match formula {
-        // Its bounds are durations.
-        Formula::Timed(_) => return,
-        Formula::TimeUntil { bound, .. }
-        | Formula::Once(bound, _)
-        | Formula::Historically(bound, _)
-        | Formula::Previous(bound, _)
-        | Formula::Since(bound, ..)
-        | Formula::Count { bound, .. } => bounds.extend((*bound != Bound::NONE).then_some(*bound)),
-        _ => {}
-    }
-    formula.operands().into_iter().for_each(|operand| bounds_in_ticks(operand, bounds));
 }

@@ -120,6 +120,14 @@ impl<'a> Scanner<'a> {
         text.parse().map_err(|_| self.unreadable("expected a whole number"))
     }
 
+    /// The text of the value that begins here, whatever it is; empty if it is not UTF-8.
+    pub(super) fn value(&mut self) -> Result<&'a str, Unreadable> {
+        self.skip_blank();
+        let begin = self.at;
+        self.skip()?;
+        Ok(std::str::from_utf8(&self.bytes[begin..self.at]).unwrap_or_default().trim_ascii())
+    }
+
     /// A time in seconds, exact to the nanosecond.
     pub(super) fn seconds(&mut self) -> Result<Duration, Unreadable> {
         let text = self.number()?;

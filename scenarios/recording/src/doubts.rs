@@ -265,7 +265,8 @@ impl State {
         // Whenever a message was due, it was there; and its time counts beside others only.
         let is_there = |channel: &ChannelId| judged == Some(*channel);
         let is_harmless = gap.channel.as_ref().map_or(!is_timed(property), is_there);
-        if is_elsewhere || gap.flaw == Flaw::Late && is_harmless {
+        let is_uncounted = || gap.flaw == Flaw::Ticks && !counts_ticks(property);
+        if is_elsewhere || gap.flaw == Flaw::Late && is_harmless || is_uncounted() {
             return false;
         }
         self.is_mixed |= gap.flaw == Flaw::Mixed;
@@ -398,6 +399,11 @@ fn is_about(property: &Property, channel: ChannelId) -> bool {
 /// Whether its verdict depends on when messages were sent, and not only on their order.
 fn is_timed(property: &Property) -> bool {
     property.scope_monitor().is_none_or(|monitor| matches!(monitor.formula(), Formula::Timed(_)))
+}
+
+/// Whether its verdict depends on how many ticks have passed.
+fn counts_ticks(property: &Property) -> bool {
+    property.scope_monitor().is_none_or(|monitor| !monitor.formula().bounds_in_ticks().is_empty())
 }
 
 fn judged(property: &Property) -> Option<ChannelId> {

@@ -39,6 +39,7 @@ fn gap_line(gap: &Gap, topology: &Topology) -> serde_json::Value {
         Flaw::Missing => "missing",
         Flaw::Late => "late",
         Flaw::Displaced => "displaced",
+        Flaw::Ticks => "ticks",
         Flaw::Mixed => "mixed",
     };
     let mut line = json!({ "missing": gap.why, "flaw": flaw });
