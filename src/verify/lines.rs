@@ -78,7 +78,7 @@ fn message(place: usize, random: &mut ChaCha8Rng) -> Message {
     }
 }
 
-/// The events of a run. The first fact of the world comes before the first tick, unless nobody asks for facts.
+/// The events of a run. If properties are about the world, its first message comes before the first tick.
 fn run(random: &mut ChaCha8Rng, topology: &Topology) -> Vec<Event> {
     let has_facts = below(random, 4) > 0;
     let (mut events, mut step, mut ms, mut fact_ms) = (Vec::new(), 0, 0, 0);

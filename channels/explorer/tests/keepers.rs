@@ -234,7 +234,7 @@ impl Process for Keeper {
     }
 }
 
-/// Somebody outside the system may call the keeper at any moment at which it is idle.
+/// The environment may call the keeper whenever it is idle.
 #[derive(Debug)]
 struct Callers {
     keeper: ProcessId,

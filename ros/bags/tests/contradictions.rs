@@ -8,7 +8,7 @@ use mcap::WriteOptions;
 use mcap::records::op;
 
 use crate::messages::{ODD, TWIST, twist};
-use crate::reading::{lines, mapping, nothing, read_with, times};
+use crate::reading::{lines, mapping, nothing, read_with, received, times};
 use crate::writer::{Written, written};
 
 const MAPPING: &str = r#"
@@ -49,17 +49,6 @@ fn records(bytes: &[u8], kind: u8) -> Vec<usize> {
 fn opened(path: &Path, bytes: &[u8]) -> Bag {
     fs::write(path, bytes).expect("room for a file");
     Bag::open(path).expect("a bag")
-}
-
-/// When the messages were recorded, in milliseconds, until there is none for now or it is over.
-fn received(following: &mut Following) -> (Vec<i64>, Received) {
-    let (mut times, mut body) = (Vec::new(), Vec::new());
-    loop {
-        match following.receive(&mut body) {
-            Received::Message(head) => times.push(head.log_ns / 1_000_000),
-            end => return (times, end),
-        }
-    }
 }
 
 #[test]

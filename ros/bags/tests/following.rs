@@ -11,7 +11,7 @@ use mcap::records::MessageHeader;
 
 use crate::events::MAPPING;
 use crate::messages::{ODD, TWIST, odd, twist};
-use crate::reading::{lines, mapping, nothing, read_with, times};
+use crate::reading::{lines, mapping, nothing, read_with, received, times};
 use crate::writer::{Written, written};
 
 /// Items of an array as messages.
@@ -33,17 +33,6 @@ fn chunked(size: u64) -> mcap::WriteOptions {
 
 fn unchunked() -> mcap::WriteOptions {
     mcap::WriteOptions::new().use_chunks(false)
-}
-
-/// When the messages were recorded, in milliseconds, until there is none for now or it is over.
-fn received(following: &mut Following) -> (Vec<i64>, Received) {
-    let (mut times, mut body) = (Vec::new(), Vec::new());
-    loop {
-        match following.receive(&mut body) {
-            Received::Message(head) => times.push(head.log_ns / 1_000_000),
-            end => return (times, end),
-        }
-    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bags::{Bag, Events, Found, Mapping};
+use bags::{Bag, Events, Following, Found, Mapping, Received, Source as _};
 use channels::{Event, EventKind, Topology};
 
 /// When the messages of a bag were recorded, in milliseconds, and what is lost.
@@ -59,5 +59,16 @@ pub(crate) fn line(found: Found, topology: &Topology) -> String {
         Found::Noted(note) => note,
         Found::Ended(time) => format!("{} ms: the end", time.as_millis()),
         Found::Idle => "idle".to_owned(),
+    }
+}
+
+/// When the messages were recorded, in milliseconds, until there is none for now or it is over.
+pub(crate) fn received(following: &mut Following) -> (Vec<i64>, Received) {
+    let (mut times, mut body) = (Vec::new(), Vec::new());
+    loop {
+        match following.receive(&mut body) {
+            Received::Message(head) => times.push(head.log_ns / 1_000_000),
+            end => return (times, end),
+        }
     }
 }
