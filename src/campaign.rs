@@ -1,6 +1,5 @@
 //! `steward campaign`: from one run to a hundred thousand.
 
-use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -12,7 +11,7 @@ use campaigns::statistics::{Confidence, Count};
 use campaigns::{Estimate, GoalReport, Named, Outcomes, Plan, Ran, Shard, Share, Summary, Unmet};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
-use editor::counted;
+use diagnostics::counted;
 use recording::Detail;
 use reports::report::{OutcomeReport, Report};
 use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite};
@@ -213,16 +212,20 @@ fn show(progress: &campaigns::Progress<'_>, board: &Board) {
         let why = run.failure.iter().cloned().chain(unmet).collect::<Vec<_>>().join("; ");
         format!("run {}: {why}", run.k)
     });
-    let tally = |(name, count): (&String, &Count)| {
+    let tally = |name: String, count: Count| {
         let interval = Confidence::new(0.95).ok().map(|confidence| count.interval(confidence));
         Tally {
-            name: if name == "expectation" { "not as expected".to_owned() } else { format!("{name} violated") },
+            name,
             happened: count.happened(),
             of: count.runs(),
             interval: interval.map(|interval| [interval.low, interval.high]),
         }
     };
-    let tallies = || progress.asked.iter().zip(progress.counts).map(tally).collect();
+    let tallies = || {
+        let violated = progress.properties.iter().zip(progress.violated);
+        let violated = violated.map(|(name, count)| tally(format!("{name} violated"), *count));
+        violated.chain([tally("not as expected".to_owned(), progress.unexpected)]).collect()
+    };
     board.show(progress.done, progress.all, unexpected, tallies);
 }
 
@@ -327,12 +330,11 @@ fn repeat(plan: &Plan, k: u64, folder: &Path) -> Result<(Arc<Scenario>, Report),
 /// The results of a campaign, for people.
 fn in_words(summary: &Summary, folder: &Path) -> Text {
     let mut text = Text::default();
-    // Writing to a string cannot fail.
-    let _ = write_outcomes(&mut text, summary);
+    write_outcomes(&mut text, summary);
     let names = summary.properties.iter().map(|estimate| estimate.of.chars().count());
     let widest = names.fold(8, usize::max).min(32);
     for (name, words) in findings(summary, folder) {
-        let _ = writeln!(text, "  {name:<widest$}  {words}");
+        text += format!("  {name:<widest$}  {words}\n");
     }
     text
 }
@@ -340,25 +342,25 @@ fn in_words(summary: &Summary, folder: &Path) -> Text {
 /// Why runs were not as expected. If there are more reasons than this, only the most frequent ones are named.
 const MOST_REASONS: usize = 5;
 
-fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
+fn write_outcomes(text: &mut Text, summary: &Summary) {
     let Summary { runs, outcomes, .. } = summary;
     text.paint(HEAD, &counted(runs, "run"), 0);
     if summary.expects {
-        text.write_str(": ")?;
+        *text += ": ";
         text.paint(GOOD, &format!("{} as expected", outcomes.as_expected), 0);
         if outcomes.not_as_expected > 0 {
-            text.write_str(", ")?;
+            *text += ", ";
             text.paint(BAD, &format!("{} not", outcomes.not_as_expected), 0);
         }
     } else {
-        write!(text, ", nothing expected of them")?;
+        *text += ", nothing expected of them";
     }
     if outcomes.failed > 0 {
-        text.write_str(", ")?;
+        *text += ", ";
         text.paint(BAD, &format!("{} failed", outcomes.failed), 0);
-        write!(text, " (which do not count for any property)")?;
+        *text += " (which do not count for any property)";
     }
-    writeln!(text)
+    *text += "\n";
 }
 
 fn unmet_in_words(Unmet { expected, runs }: &Unmet) -> String {

@@ -5,9 +5,8 @@ use std::process::ExitCode;
 
 use campaigns::Error;
 use clap::Args;
-use diagnostics::Disk;
+use diagnostics::{Disk, counted, parts};
 use editor::check::{Checked, examine};
-use editor::{counted, parts};
 use reports::results::{Case, CaseResult, FileFinding, Suite};
 use scenarios::files::shipped_campaigns;
 use scenarios::scenario::find;

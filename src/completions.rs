@@ -1,7 +1,5 @@
 //! `steward completions SHELL`: completion of commands, options and shipped names.
 
-use std::fmt::Write;
-
 use campaigns::Error;
 use clap::{Arg, Args, Command};
 use clap_complete::Shell;
@@ -55,7 +53,6 @@ fn with_files(script: &mut String, command: &Command) {
 fn with_names(script: &mut String, command: &Command) {
     for (command, _, names) in named(command).filter(|(_, arg, _)| arg.is_positional()) {
         let name = command.get_name();
-        // Writing to a string cannot fail.
-        let _ = writeln!(script, "complete -c steward -n \"__fish_steward_using_subcommand {name}\" -a \"{names}\"");
+        *script += &format!("complete -c steward -n \"__fish_steward_using_subcommand {name}\" -a \"{names}\"\n");
     }
 }

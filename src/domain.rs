@@ -1,16 +1,16 @@
-//! Which DDS domain is joined.
+//! The DDS domain to join.
 
 use clap::{Args, Parser, ValueEnum};
 #[cfg(feature = "dds")]
 use scenarios::Error;
 
-/// What is wrong with a program that cannot join one.
+/// The message of a program that cannot join one, and its help.
 #[cfg(not(feature = "dds"))]
 pub(crate) const WITHOUT: &str = "this program cannot join a DDS domain: it was built without the feature `dds`";
 #[cfg(not(feature = "dds"))]
 pub(crate) const HOW: &str = "build it with `cargo build --release --features dds`";
 
-/// The last domain: others would need ports that do not exist.
+/// The last domain. Higher numbers would need ports that do not exist.
 #[cfg(feature = "dds")]
 const LAST_DOMAIN: u16 = 232;
 
@@ -27,7 +27,7 @@ pub(crate) struct DomainArgs {
     discovery_range: Range,
 }
 
-/// How far to look for nodes, as `ROS_AUTOMATIC_DISCOVERY_RANGE` says it.
+/// How far to look for nodes, as in `ROS_AUTOMATIC_DISCOVERY_RANGE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Range {
     /// As far as multicast reaches
@@ -40,7 +40,7 @@ enum Range {
     Off,
 }
 
-/// As without arguments: what the environment says.
+/// The values of the environment, as without arguments.
 impl Default for DomainArgs {
     fn default() -> Self {
         #[derive(Parser)]
@@ -54,10 +54,10 @@ impl Default for DomainArgs {
 }
 
 impl DomainArgs {
-    /// How to join it. Says what may be in the way.
+    /// The options for joining it. Notes what may prevent discovery.
     #[cfg(feature = "dds")]
     pub(crate) fn options(&self) -> Result<network::Options, Error> {
-        // An empty variable of the environment says nothing.
+        // An empty environment variable counts as unset.
         let number = if self.number.is_empty() { Ok(0) } else { self.number.parse() };
         let Some(domain) = number.ok().filter(|number| *number <= LAST_DOMAIN) else {
             let message = format!("there is no DDS domain `{}`", self.number);
@@ -74,7 +74,7 @@ impl DomainArgs {
         Ok(network::Options { domain, is_local })
     }
 
-    /// As words of a command.
+    /// The domain as options of a command.
     pub(crate) fn words(&self) -> String {
         let range = if self.discovery_range == Range::Localhost { " --discovery-range localhost" } else { "" };
         format!("--domain {}{range}", self.number)

@@ -1,7 +1,5 @@
 //! `steward faults`: the kinds of faults.
 
-use std::fmt::Write;
-
 use campaigns::Error;
 use clap::Args;
 use diagnostics::document::Key;
@@ -51,14 +49,12 @@ pub(crate) fn overview() -> String {
     for kind in KINDS {
         if subsystem != Some(kind.subsystem) {
             let gap = if subsystem.is_some() { "\n" } else { "" };
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{gap}{}", kind.subsystem.name());
+            text += &format!("{gap}{}\n", kind.subsystem.name());
             subsystem = Some(kind.subsystem);
         }
         text += &entry(column, kind.name, kind.about);
     }
-    let _ = write!(
-        text,
+    text += &format!(
         "\n{} kinds. `steward faults KIND` prints the parameters of one and an example; `steward run faults/KIND` shows it.\n",
         KINDS.len()
     );

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use campaigns::Error;
 use clap::Args;
-use diagnostics::{from_disk, read_text, rewrite_whole, text_from_disk, xml};
-use editor::{Language, counted};
+use diagnostics::{counted, from_disk, read_text, rewrite_whole, text_from_disk, xml};
+use editor::Language;
 use similar::TextDiff;
 
 use crate::output::{complain, print, print_exactly};

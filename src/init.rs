@@ -1,7 +1,6 @@
 //! `steward init`: creates an application to start from and edit.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
 use campaigns::Error;
@@ -191,8 +190,7 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
          | file | what it is |\n|---|---|\n| `{name}` | the scenario: start here |\n"
     );
     for (path, contents) in files.iter().filter(|(path, _)| *path != Path::new(name)) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "| `{}` | {} |", path.display(), kind(path, contents));
+        text += &format!("| `{}` | {} |\n", path.display(), kind(path, contents));
     }
     let some = |ending: &str| files.keys().find(|path| path.extension().is_some_and(|is| is == ending));
     let value = if has_robot { "battery.initial_pct=50" } else { "execution.tick_s=0.5" };
@@ -217,7 +215,7 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
     let widest = commands.iter().map(|(command, _)| command.chars().count()).max().unwrap_or(0);
     text += "\n```sh\n";
     for (command, about) in commands {
-        let _ = writeln!(text, "{command:<widest$}  # {about}");
+        text += &format!("{command:<widest$}  # {about}\n");
     }
     text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
 }

@@ -11,7 +11,7 @@ use clap::Args;
 use cockpit::{Board, Cockpit};
 use diagnostics::Unfinished;
 use recording::{Recording, RecordingError};
-use runs::{Others, Session};
+use runs::{Partners, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
 use crate::bag_tree::BagTreeArgs;
@@ -65,7 +65,7 @@ impl PageArgs {
         self.port
     }
 
-    /// Says where the page is, and opens it.
+    /// Prints the addresses of the page, and opens it.
     pub(crate) fn announce(&self, cockpit: Result<Cockpit, cockpit::Error>) -> Result<Cockpit, Error> {
         let cockpit = cockpit.map_err(refused)?;
         let address = cockpit.address();
@@ -102,7 +102,7 @@ impl BoardArgs {
         Ok(Some(board))
     }
 
-    /// Says where the page is, and opens it.
+    /// Notes the address of the page, and opens it.
     fn show(&self, what: &str, address: &str) {
         note(&format!("{what} at {address}"));
         if !self.no_open {
@@ -162,7 +162,7 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
     }
 }
 
-/// Serves the page of a session of a scenario, with the others whom `join` finds for it, until the program is
+/// Serves the page of a session of a scenario, with the partners that `join` finds for it, until the program is
 /// interrupted.
 pub(crate) fn session<J>(
     found: Found,
@@ -173,15 +173,15 @@ pub(crate) fn session<J>(
     join: J,
 ) -> Result<ExitCode, Error>
 where
-    J: Fn(&Scenario) -> Result<Others, scenarios::Error> + Send + 'static,
+    J: Fn(&Scenario) -> Result<Partners, scenarios::Error> + Send + 'static,
 {
     let set = set.to_vec();
     let server = serve.open()?;
     let begin = move || {
-        let session = Session::among(&found, &set, seed, &join)?;
+        let session = Session::with_partners(&found, &set, seed, &join)?;
         let Some(server) = &server else { return Ok(session) };
         serve::check(session.view().header())?;
-        Ok(session.told_to(serve::teller(Arc::clone(server))))
+        Ok(session.with_audience(serve::audience(Arc::clone(server))))
     };
     serve_page(Cockpit::open(begin, page.port), page)
 }

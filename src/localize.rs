@@ -4,7 +4,6 @@ mod log;
 
 use diagnostics::Disk;
 use diagnostics::seconds;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -201,10 +200,8 @@ fn csv(course: &Course) -> String {
             format!("{:.4},{:.4},{:.5}", position.x, position.y, maps::heading(pose))
         };
         let sigma = at.covariance.diagonal().map(f64::sqrt);
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "{},{:.3},{},{},{:.4},{:.5},{:.4},{:.4},{:.5},{}",
+        text += &format!(
+            "{},{:.3},{},{},{:.4},{:.5},{:.4},{:.4},{:.5},{}\n",
             at.line,
             at.time.as_secs_f64(),
             of(&at.corrected),
@@ -222,10 +219,7 @@ fn csv(course: &Course) -> String {
 
 fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> String {
     let mut text = format!("{}, seed {}\n", args.log.display(), args.seed);
-    let mut line = |name: &str, what: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {name:<8}  {what}");
-    };
+    let mut line = |name: &str, what: String| text += &format!("  {name:<8}  {what}\n");
     let found = match (score.converged_at, score.converged_after_m) {
         (Some(at), Some(way_m)) => format!("at {:.1} s, after {way_m:.1} m", at.as_secs_f64()),
         _ => "never".to_owned(),
@@ -276,10 +270,9 @@ fn starts_in_words(starts: &[Start]) -> String {
     let mut text = String::from("start  line    time      found after\n");
     for (number, start) in starts.iter().enumerate() {
         let found = start.found_after_m.map_or_else(|| "not found".to_owned(), |way_m| format!("{way_m:.1} m"));
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{:>5}  {:<6}  {:>6.1} s  {found}", number + 1, start.line, start.time.as_secs_f64());
+        text += &format!("{:>5}  {:<6}  {:>6.1} s  {found}\n", number + 1, start.line, start.time.as_secs_f64());
     }
-    let _ = writeln!(text, "found within {WITHIN_M} m: {} of {}", found(starts), starts.len());
+    text += &format!("found within {WITHIN_M} m: {} of {}\n", found(starts), starts.len());
     text
 }
 

@@ -29,10 +29,10 @@ mod names;
 mod navigate;
 mod out_file;
 mod output;
-#[cfg(feature = "dds")]
-mod outside;
 mod progress;
 mod prove;
+#[cfg(feature = "dds")]
+mod remote_components;
 mod render;
 mod report;
 mod reproduce;

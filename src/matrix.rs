@@ -9,7 +9,7 @@ use campaigns::Error;
 use campaigns::matrix::{AboutFault, Alarm, FaultFree, Matrix, Row, table};
 use clap::Args;
 use cockpit::{Board, Tally};
-use editor::counted;
+use diagnostics::counted;
 use monitors::Outcome;
 use reports::report::Report;
 use reports::results::{Case, CaseResult, Suite};

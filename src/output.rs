@@ -3,8 +3,8 @@
 //! Colors are for terminals: `anstream` leaves them out elsewhere, and if NO_COLOR or CLICOLOR says so. Names and texts
 //! of files may contain anything; characters that would control a terminal are made [visible] before they get here.
 
-use std::fmt;
 use std::io::{self, IsTerminal, Write};
+use std::ops::AddAssign;
 use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
@@ -28,7 +28,7 @@ pub(crate) const HEAD: Style = Style::new().bold();
 /// The longest line of an explanation or of a diagnostic's help, however wide the terminal is.
 const LONGEST_HELP: usize = 100;
 
-/// A text for people. Text written to it is made [visible]; only [`paint`](Self::paint) adds colors.
+/// A text for people. What is added to it is made [visible]; only [`paint`](Self::paint) adds colors.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Text(String);
 
@@ -40,10 +40,9 @@ impl Text {
     }
 }
 
-impl fmt::Write for Text {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.0.push_str(&visible(text));
-        Ok(())
+impl<T: AsRef<str>> AddAssign<T> for Text {
+    fn add_assign(&mut self, text: T) {
+        self.0.push_str(&visible(text.as_ref()));
     }
 }
 

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::sync::OnceLock;
 
-use editor::parts;
+use diagnostics::parts;
 use miette::{
     Diagnostic, GraphicalReportHandler, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Severity,
     SourceCode, SourceSpan, SpanContents,
@@ -33,8 +33,8 @@ pub(crate) fn rendered<'d>(
     diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>,
 ) -> String {
     let mut text = String::new();
-    // Writing to a string cannot fail.
     let mut render = |diagnostic: &Cut<'_>| {
+        // A label that lies outside of its text cannot be shown; what was shown before it remains.
         let _ = handler.render_report(&mut text, diagnostic);
     };
     let (mut shown, mut all) = (0, 0);

@@ -16,7 +16,7 @@ use recording::{Detail, RunView};
 use reports::report::{OutcomeReport, Report};
 use reports::results::Suite;
 use reports::{Outputs, file_name, html};
-use runs::{Others, Run};
+use runs::{Partners, Run};
 use scenarios::scenario::{Found, Scenario, find};
 use serde_json::json;
 
@@ -130,23 +130,23 @@ pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Err
 fn alone(found: &Found, options: &RunOptions, beside: &BesideArgs, serve: &ServeGrootArgs) -> Result<ExitCode, Error> {
     let job =
         options.results.or_refused(COMMAND, std::slice::from_ref(&found.argument), Job::load(found, options, false))?;
-    let others = beside.join(&job.scenario)?;
-    one(&job, options, others, serve)
+    let partners = beside.join(&job.scenario)?;
+    one(&job, options, partners, serve)
 }
 
 impl BesideArgs {
     /// The nodes of ROS 2 that are components of a scenario, if there are any.
-    pub(crate) fn join(&self, scenario: &Scenario) -> Result<Others, scenarios::Error> {
+    pub(crate) fn join(&self, scenario: &Scenario) -> Result<Partners, scenarios::Error> {
         match scenario.remote_components().next() {
-            None if self.remapped.is_empty() => Ok(Others::Nobody),
+            None if self.remapped.is_empty() => Ok(Partners::None),
             None => {
                 let help = "leave it out, or name a scenario with a component in a namespace of ROS 2";
                 Err(scenarios::Error::refused("`--remap` is for components that are nodes of ROS 2", help))
             }
             #[cfg(feature = "dds")]
             Some(_) => {
-                let outside = crate::outside::join(&self.domain, self.use_sim_time, &self.remapped, scenario);
-                outside.map(Others::Components)
+                let joined = crate::remote_components::join(&self.domain, self.use_sim_time, &self.remapped, scenario);
+                joined.map(Partners::Components)
             }
             #[cfg(not(feature = "dds"))]
             Some(_) => Err(scenarios::Error::refused(crate::domain::WITHOUT, crate::domain::HOW)),
@@ -154,18 +154,18 @@ impl BesideArgs {
     }
 }
 
-/// Who drives a robot, for the thread of its run.
+/// The controller of a robot, for the thread of its run.
 #[cfg(feature = "dds")]
-pub(crate) type Driver = Box<dyn runs::Pilot + Send>;
+pub(crate) type BoxedController = Box<dyn runs::Controller + Send>;
 
-/// Runs a scenario whose robot somebody else drives; or several times at once, for robots in these namespaces, with one
-/// seed after the other.
+/// Runs a scenario with a controller of its robot; or several times at once, for robots in these namespaces, with
+/// consecutive seeds.
 #[cfg(feature = "dds")]
-pub(crate) fn piloted(
+pub(crate) fn controlled(
     name: &str,
     options: &RunOptions,
     namespaces: &[String],
-    drivers: impl FnOnce(&Scenario) -> Result<Vec<Driver>, scenarios::Error>,
+    controllers: impl FnOnce(&Scenario) -> Result<Vec<BoxedController>, scenarios::Error>,
 ) -> Result<ExitCode, Error> {
     options.results.begin()?;
     let found = &options.results.or_refused(COMMAND, &[name.to_owned()], find::find(name))?;
@@ -174,15 +174,20 @@ pub(crate) fn piloted(
     if namespaces.len() > 1 {
         options.refuse_for_several(namespaces.len(), "robots")?;
     }
-    match <[Driver; 1]>::try_from(drivers(&job.scenario)?) {
-        Ok([only]) => one(&job, options, Others::Pilot(only), &ServeGrootArgs::default()),
-        Err(drivers) => together(&job, options, namespaces, drivers),
+    match <[BoxedController; 1]>::try_from(controllers(&job.scenario)?) {
+        Ok([only]) => one(&job, options, Partners::Controller(only), &ServeGrootArgs::default()),
+        Err(controllers) => together(&job, options, namespaces, controllers),
     }
 }
 
-/// Runs a scenario for each driver, all at once.
+/// Runs a scenario for each controller, all at once.
 #[cfg(feature = "dds")]
-fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec<Driver>) -> Result<ExitCode, Error> {
+fn together(
+    job: &Job,
+    options: &RunOptions,
+    namespaces: &[String],
+    controllers: Vec<BoxedController>,
+) -> Result<ExitCode, Error> {
     let jobs: Vec<Job> = (0..).zip(namespaces).map(|(place, namespace)| job.in_namespace(place, namespace)).collect();
     let _ = interrupt::listen();
     let mut table = RunsTable::new(options.is_silent());
@@ -194,11 +199,13 @@ fn together(job: &Job, options: &RunOptions, namespaces: &[String], drivers: Vec
     };
     let reports = std::thread::scope(|scope| {
         let tell = &tell;
-        let run = |(job, driver): (_, Driver)| {
+        let run = |(job, controller): (_, BoxedController)| {
             let warned = move |warnings: &[Warnings]| tell(job, warnings);
-            scope.spawn(move || job.conduct(options, Others::Pilot(driver), &ServeGrootArgs::default(), warned, |_| {}))
+            scope.spawn(move || {
+                job.conduct(options, Partners::Controller(controller), &ServeGrootArgs::default(), warned, |_| {})
+            })
         };
-        let runs: Vec<_> = std::iter::zip(&jobs, drivers).map(run).collect();
+        let runs: Vec<_> = std::iter::zip(&jobs, controllers).map(run).collect();
         let join = |run: std::thread::ScopedJoinHandle<'_, _>| run.join().unwrap_or_else(|panic| resume_unwind(panic));
         runs.into_iter().map(join).collect::<Vec<_>>()
     });
@@ -287,7 +294,7 @@ impl Job {
     fn conduct(
         &self,
         options: &RunOptions,
-        others: Others,
+        partners: Partners,
         serve: &ServeGrootArgs,
         ready: impl FnOnce(&[Warnings]),
         mut follow: impl FnMut(&RunView),
@@ -300,12 +307,12 @@ impl Job {
         };
         // A run starts the programs of its components.
         outputs.check()?;
-        let run = Run::among(Arc::clone(&self.scenario), self.seed, !options.no_monitors, others)?;
+        let run = Run::with_partners(Arc::clone(&self.scenario), self.seed, !options.no_monitors, partners)?;
         ready(run.warnings());
         if serve.is_given() {
             serve::check(&run.header())?;
         }
-        let mut audience = serve.open()?.map(|server| (serve::teller(server), serve::real_time()));
+        let mut audience = serve.open()?.map(|server| (serve::audience(server), serve::real_time()));
         let tell = |view: &RunView| {
             if let Some((tell, wait)) = &mut audience {
                 tell(view);
@@ -320,11 +327,11 @@ impl Job {
 }
 
 /// Runs a scenario alone, with a summary.
-fn one(job: &Job, options: &RunOptions, others: Others, serve: &ServeGrootArgs) -> Result<ExitCode, Error> {
+fn one(job: &Job, options: &RunOptions, partners: Partners, serve: &ServeGrootArgs) -> Result<ExitCode, Error> {
     let _ = interrupt::listen();
     let progress = RunProgress::new(options.is_silent());
     let ready = |warnings: &[Warnings]| warnings.iter().for_each(|one| warn(one));
-    let report = job.conduct(options, others, serve, ready, |view| progress.show(view));
+    let report = job.conduct(options, partners, serve, ready, |view| progress.show(view));
     drop(progress);
     let result = [(job, report)];
     write_results(options, &result)?;
@@ -352,7 +359,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
         let mut collected = Vec::new();
         let report = jobs[place as usize].conduct(
             options,
-            Others::Nobody,
+            Partners::None,
             &ServeGrootArgs::default(),
             |warnings| collected.extend_from_slice(warnings),
             |_| {},
@@ -375,7 +382,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     conclude(&results, options, table, &options.out.as_deref().unwrap_or(Path::new("out")).join(name))
 }
 
-/// Writes what several runs have given, each in a folder such as this, and returns the exit status.
+/// Writes the results of several runs, each in a folder like this one, and returns the exit status.
 fn conclude(
     results: &[(&Job, Result<Report, Error>)],
     options: &RunOptions,

@@ -38,7 +38,7 @@ impl ServeGrootArgs {
         self.serve_groot.is_some()
     }
 
-    /// Begins to listen, and says so.
+    /// Opens the server, and notes its address.
     pub(crate) fn open(&self) -> Result<Option<Arc<Server>>, Error> {
         let Some(address) = self.serve_groot else { return Ok(None) };
         let server = Server::open(address).map_err(|error| {
@@ -73,8 +73,8 @@ pub(crate) fn check(header: &Header) -> Result<(), scenarios::Error> {
     Err(scenarios::Error::refused(format!("Groot2 cannot see the tree: {problem}"), help))
 }
 
-/// Who tells the server about a run, from its start on.
-pub(crate) fn teller(server: Arc<Server>) -> impl FnMut(&RunView) + Send + 'static {
+/// The audience of a run that reports it to the server, from its start on.
+pub(crate) fn audience(server: Arc<Server>) -> impl FnMut(&RunView) + Send + 'static {
     let mut has_begun = false;
     move |view| {
         let header = view.header();
@@ -82,7 +82,7 @@ pub(crate) fn teller(server: Arc<Server>) -> impl FnMut(&RunView) + Send + 'stat
             let (xml, nodes) = (header.tree_xml.as_deref(), u16::try_from(header.tree.len()));
             server.show(xml.unwrap_or_default(), nodes.unwrap_or(u16::MAX), header.blackboards.iter().cloned());
         }
-        server.tell(i64::try_from(view.time().as_micros()).unwrap_or(i64::MAX), logged_transitions(view));
+        server.advance(i64::try_from(view.time().as_micros()).unwrap_or(i64::MAX), logged_transitions(view));
         let details = view.step().details.as_deref();
         for (board, key, value) in details.map_or(&[][..], |details| &details.entries) {
             server.write(&header.blackboards[*board], key, value.as_ref().map(told));
@@ -104,8 +104,8 @@ fn told(value: &EntryValue) -> Value {
 pub(crate) fn real_time() -> impl FnMut(&RunView) {
     let began = moment();
     move |view| {
-        // Others who take part set the pace.
-        if !view.header().has_others() {
+        // Partners that take part set the pace.
+        if !view.header().has_partners() {
             std::thread::sleep((began + view.time()).saturating_duration_since(moment()));
         }
     }

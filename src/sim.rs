@@ -1,4 +1,4 @@
-//! `steward sim SCENARIO`: the simulated robot as a robot of ROS 2, for whoever drives it from outside.
+//! `steward sim SCENARIO`: the simulated robot as a robot of ROS 2, which nodes outside the program drive.
 
 mod args;
 #[cfg(feature = "dds")]

@@ -1,6 +1,5 @@
 //! The summary for people at the end of a run.
 
-use std::fmt::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -18,10 +17,9 @@ use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, print_wrapped};
 /// interrupted is reported, on stderr.
 pub(crate) fn print(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
     let mut text = Text::default();
-    // Writing to a string cannot fail.
-    let _ = write_outcome(&mut text, report);
+    write_outcome(&mut text, report);
     if !quiet {
-        let _ = write_summary(&mut text, report, folder);
+        write_summary(&mut text, report, folder);
         print_wrapped(text)?;
     } else if report.outcome != OutcomeReport::AsExpected {
         complain_of(text);
@@ -39,34 +37,35 @@ fn is_recording(report: &Report) -> bool {
 }
 
 /// Whether the run was as expected, and what differs.
-fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
+fn write_outcome(text: &mut Text, report: &Report) {
     text.paint(HEAD, &report.scenario, 0);
     if is_recording(report) {
-        return writeln!(text, ": a recording");
+        *text += ": a recording\n";
+        return;
     }
-    write!(text, ", seed {}: ", report.seed)?;
+    *text += format!(", seed {}: ", report.seed);
     match report.outcome {
         OutcomeReport::AsExpected if report.expectations.is_empty() => text.paint(OPEN, "nothing was expected", 0),
         OutcomeReport::AsExpected => text.paint(GOOD, "as expected", 0),
         OutcomeReport::NotAsExpected => text.paint(BAD, "NOT as expected", 0),
         OutcomeReport::Interrupted => {
             text.paint(OPEN, "interrupted", 0);
-            write!(text, " after {:.1} s of simulated time; this is what happened until then", report.sim_time_s)?;
+            *text += format!(" after {:.1} s of simulated time; this is what happened until then", report.sim_time_s);
         }
     }
-    writeln!(text)?;
-    report.differences.iter().try_for_each(|words| writeln!(text, "  ! {words}"))
+    *text += "\n";
+    report.differences.iter().for_each(|words| *text += format!("  ! {words}\n"));
 }
 
-fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result {
+fn write_summary(text: &mut Text, report: &Report, folder: &Path) {
     let widest = report.monitors.iter().map(|monitor| monitor.name.chars().count()).fold(7, usize::max).min(32);
     let widest = report.skill_errors.iter().map(|error| error.kind.len()).fold(widest, usize::max);
     for monitor in &report.monitors {
-        write!(text, "  {:<widest$}  ", monitor.name)?;
+        *text += format!("  {:<widest$}  ", monitor.name);
         let evidence = evidence(monitor);
-        let name = monitor.found();
+        let name = monitor.found().name();
         text.paint(style(monitor.verdict), name, if evidence.is_empty() { 0 } else { 14 });
-        writeln!(text, "{evidence}")?;
+        *text += evidence + "\n";
         let violations = monitor.violations.as_ref().and_then(|violations| violations.words.as_ref());
         for note in violations
             .into_iter()
@@ -76,11 +75,11 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
             .chain(&monitor.unheard)
             .chain(&monitor.errors)
         {
-            writeln!(text, "  {:<widest$}  {note}", "")?;
+            *text += format!("  {:<widest$}  {note}\n", "");
         }
     }
     let facts = errors(report).chain(robot(report)).chain(end(report, folder));
-    facts.into_iter().try_for_each(|(name, words)| writeln!(text, "  {name:<widest$}  {words}"))
+    facts.into_iter().for_each(|(name, words)| *text += format!("  {name:<widest$}  {words}\n"));
 }
 
 /// A fact: its subject, and what there is to report about it.

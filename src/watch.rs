@@ -31,13 +31,15 @@ use crate::verify::growing::pause;
 use crate::verify::inputs::inputs;
 use crate::verify::mapped::{Mapped, await_topics, check_no_metadata, load_mapping};
 use crate::verify::{self, bag};
-use black_box::Kept;
+use black_box::BlackBox;
 use presence::Presence;
 use target::{TargetArgs, refused};
 
-/// How long a robot is listened to for a list: long enough to hear what comes once a second; and at most, until
-/// anything is there, and its nodes have said who they are, for which they may have to be asked again.
+/// How long a list takes: long enough to receive what comes once a second.
 const LISTEN: Duration = Duration::from_millis(2500);
+
+/// How long it takes at most: until there is something, and all participants have announced their nodes, which they may
+/// do only when requested again.
 const LONGEST_LISTEN: Duration = Duration::from_secs(6);
 
 /// A running robot, and the properties to check.
@@ -86,11 +88,11 @@ pub(crate) struct WatchArgs {
     json: bool,
 }
 
-/// Watches until Ctrl-C, or for as long as asked. Status 2 if a property has no verdict, otherwise 1 if one is
+/// Watches until Ctrl-C, or for the requested time. Status 2 if a property has no verdict, otherwise 1 if one is
 /// violated, or its verdict is unsure.
 ///
 /// # Errors
-/// Also if there was nothing all the time.
+/// Also if nothing was ever known of a robot.
 pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     interrupt::listen();
     if args.list {
@@ -118,7 +120,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     refuse_unknown_calls(&mapping, robot.as_ref())?;
     await_topics(robot.as_mut(), &mapping, &is_to_end);
     robot.begin().map_err(refused)?;
-    let publish = args.diagnostics.then(|| robot.publisher()).flatten();
+    let publish = args.diagnostics.then(|| robot.status_publisher()).flatten();
     if publish.is_some() {
         note("publishing how the properties stand on /diagnostics and /steward/properties/…");
     }
@@ -128,7 +130,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         Some(file) => Box::new(Recorder::new(robot, Rc::clone(file))),
         None => robot,
     };
-    let kept = args.black_box.map(|span_s| Rc::new(RefCell::new(Kept::new((span_s * 1e9) as i64, counts_losses))));
+    let kept = args.black_box.map(|span_s| Rc::new(RefCell::new(BlackBox::new((span_s * 1e9) as i64, counts_losses))));
     let source: Box<dyn Source> = match &kept {
         Some(kept) => {
             let kept = Rc::clone(kept);
@@ -152,7 +154,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         folder: args.out.as_deref(),
         stories: false,
         command: args.command(),
-        way: None,
+        trajectory: None,
         announcer: Some(Announcer::new(args.json, reactions)),
         board: Some(&args.board).filter(|board| board.is_live()),
         inputs: &|| inputs(&args.properties, &[]),
@@ -184,8 +186,8 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
 }
 
 impl WatchArgs {
-    /// Writes what is kept at each violation.
-    fn alarm(&self, kept: Rc<RefCell<Kept>>) -> Alarm {
+    /// The alarm that writes the black box at each violation.
+    fn alarm(&self, kept: Rc<RefCell<BlackBox>>) -> Alarm {
         let folder = self.out.clone().unwrap_or_default();
         Box::new(move |property, verdict| {
             let written = std::fs::create_dir_all(folder.join("."))
@@ -197,10 +199,10 @@ impl WatchArgs {
         })
     }
 
-    /// The mapping without images that nothing needs, unless all messages are kept or shown.
+    /// The mapping without images that no property needs, unless all messages are recorded or shown.
     fn without_images(&self, mapping: Mapping) -> Mapping {
         let texts = self.properties.iter().map(|path| diagnostics::text_from_disk(path));
-        // Those that come with the program have no file; what cannot be read is refused later.
+        // Properties that come with the program have no file. A file that cannot be read is refused later.
         let Ok(texts) = texts.collect::<Result<Vec<String>, _>>() else { return mapping };
         if self.record.is_some() || self.black_box.is_some() || self.board.is_live() {
             return mapping;
@@ -213,7 +215,7 @@ impl WatchArgs {
         mapping
     }
 
-    /// The command that judges the messages again, if they were recorded, or otherwise watches again.
+    /// The command that judges the messages again, if they were recorded; otherwise, the one that watches again.
     fn command(&self) -> String {
         let mut words = match &self.record {
             Some(file) => vec!["steward verify".to_owned(), quoted(&file.to_string_lossy())],
@@ -228,8 +230,7 @@ impl WatchArgs {
     }
 }
 
-/// Refuses a mapping of the calls of a service that its node keeps to itself: requests cannot be listened to without
-/// harm.
+/// Refuses a mapping of a service's calls without introspection: subscribing to the requests themselves would do harm.
 fn refuse_unknown_calls(mapping: &Mapping, robot: &dyn Live) -> Result<(), Error> {
     let service = mapping.awaited(robot.survey()).and_then(|topic| topic.strip_suffix("/_service_event"));
     let Some(service) = service.filter(|service| robot.robot().services.contains_key(*service)) else { return Ok(()) };
@@ -239,13 +240,13 @@ fn refuse_unknown_calls(mapping: &Mapping, robot: &dyn Live) -> Result<(), Error
     Err(Error::refused(message, help))
 }
 
-/// Prints what a robot tells of itself within a short time.
+/// Prints the nodes, actions, services and topics of a robot that are discovered within a short time.
 fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     let mut live = args.target.connect(None)?;
     let is_over = |time: Duration| ends_after(Some(time.as_secs_f64()));
-    let (is_heard, is_to_end, mut body) = (is_over(LISTEN)?, is_over(LONGEST_LISTEN)?, Vec::new());
+    let (is_listed, is_to_end, mut body) = (is_over(LISTEN)?, is_over(LONGEST_LISTEN)?, Vec::new());
     let is_open = |live: &dyn Live| live.robot().unnamed > 0 || !presence::is_there(live);
-    while !is_heard() || is_open(live.as_ref()) && !is_to_end() {
+    while !is_listed() || is_open(live.as_ref()) && !is_to_end() {
         live.receive(&mut body);
     }
     if !presence::is_there(live.as_ref()) {
@@ -296,7 +297,7 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether to end: once the time is over, or when the program is asked to.
+/// Whether to end: once the time is over, or when the program is interrupted.
 #[expect(clippy::disallowed_methods, reason = "a robot is watched in real time")]
 fn ends_after(seconds: Option<f64>) -> Result<impl Fn() -> bool, Error> {
     let time = seconds.map(Duration::try_from_secs_f64).transpose();

@@ -23,7 +23,7 @@ pub(crate) fn compare(file: &str, made: &str) {
     if std::env::var_os("STEWARD_BLESS").is_some() {
         std::fs::write(&path, made).unwrap();
     }
-    let command = "STEWARD_BLESS=1 cargo test --test main -- reference schemas";
+    let command = "STEWARD_BLESS=1 cargo test --test main -- reference schemas architecture";
     assert!(
         std::fs::read_to_string(&path).unwrap_or_default() == made,
         "{file} is out of date; to regenerate it: {command}"
@@ -32,12 +32,16 @@ pub(crate) fn compare(file: &str, made: &str) {
 
 /// Compares a part of a chapter.
 fn compare_part(chapter: &str, part: &str, made: &str) {
-    let file = format!("docs/src/reference/{chapter}.md");
-    let text = read(&file);
+    compare_part_of(&format!("docs/src/reference/{chapter}.md"), part, made);
+}
+
+/// Compares a part of a page: what is between two comments.
+pub(crate) fn compare_part_of(file: &str, part: &str, made: &str) {
+    let text = read(file);
     let begin = format!("<!-- The code writes this: {part} -->\n");
     let (before, rest) = text.split_once(&begin).unwrap_or_else(|| panic!("{file} has no {begin}"));
     let (_, after) = rest.split_once("<!-- end -->\n").unwrap_or_else(|| panic!("{file} has no end of {part}"));
-    compare(&file, &format!("{before}{begin}\n{}\n\n<!-- end -->\n{after}", made.trim()));
+    compare(file, &format!("{before}{begin}\n{}\n\n<!-- end -->\n{after}", made.trim()));
 }
 
 /// A file of the repository.
@@ -46,7 +50,7 @@ fn read(file: &str) -> String {
 }
 
 /// A table in Markdown.
-fn table<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
+pub(crate) fn table<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
     let line = |cells: [String; N]| format!("| {} |\n", cells.join(" | "));
     let head = line(head.map(str::to_owned)) + &line(head.map(|_| "---".to_owned()));
     rows.into_iter().fold(head, |text, row| text + &line(row.map(|cell| cell.replace('|', "\\|").replace('\n', " "))))
@@ -341,7 +345,7 @@ impl Written {
                 let (words, inside) = self.type_in_words(inner);
                 (format!("array of {words}s"), inside.map(|(name, _)| (name, "[]")))
             }
-            ("String" | "Outcome", _) => ("string".to_owned(), None),
+            ("String" | "Outcome" | "Certainty", _) => ("string".to_owned(), None),
             ("f64", _) => ("number".to_owned(), None),
             ("u64" | "usize", _) => ("integer".to_owned(), None),
             ("bool", _) => ("boolean".to_owned(), None),

@@ -1,6 +1,5 @@
 //! The speed of ticking and of loading.
 
-use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -64,10 +63,7 @@ fn recharge_changing_its_mind(bencher: Bencher) {
 }
 
 fn wide(count: usize) -> String {
-    let leaves = (0..count).fold(String::new(), |mut out, n| {
-        write!(out, "<Condition ID=\"c{n}\"/>").expect("writing to a string succeeds");
-        out
-    });
+    let leaves: String = (0..count).map(|n| format!("<Condition ID=\"c{n}\"/>")).collect();
     format!("<ReactiveSequence>{leaves}</ReactiveSequence>")
 }
 

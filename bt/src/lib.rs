@@ -103,7 +103,7 @@ pub use rehearsal::{Cue, Inputs, LeafBehavior, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};
 pub use texts::TextsOfTree;
 pub use tree::Tree;
-pub use xml::{BuiltinPort, Loader, attributes_of, builtin_ports, elements_in, layout, node_attributes};
+pub use xml::{BuiltinPort, Loader, PortForm, attributes_of, builtin_ports, elements_in, layout, node_attributes};
 
 /// The paper's tree: drive to the destination, interrupt the trip to recharge when the battery is low, and resume it.
 /// This is the text of `trees/recharge.xml`, format 4.

@@ -1,6 +1,5 @@
 //! Ticking a tree without a robot: its leaves answer from a script, and every node's status is recorded.
 
-use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -246,7 +245,7 @@ fn shortened(label: String) -> String {
 }
 
 fn push_line(text: &mut String, line: &str) {
-    writeln!(text, "{}", line.trim_end()).expect("writing to a string succeeds");
+    *text += &format!("{}\n", line.trim_end());
 }
 
 fn column_name(moment: &RehearsedTick) -> String {
@@ -290,9 +289,9 @@ impl Tree {
             let shape = if node.kind().is_leaf() { "ellipse" } else { "box" };
             let outcome = states.and_then(|states| states.get(id.index())?.outcome);
             let fill = color(outcome).map_or(String::new(), |fill| format!(" style=filled fillcolor=\"{fill}\""));
-            writeln!(dot, "  n{id} [label=\"{}\" shape={shape}{fill}];", quoted(&label)).expect("writing succeeds");
+            dot += &format!("  n{id} [label=\"{}\" shape={shape}{fill}];\n", quoted(&label));
             if let Some(parent) = node.parent() {
-                writeln!(dot, "  n{parent} -> n{id};").expect("writing to a string succeeds");
+                dot += &format!("  n{parent} -> n{id};\n");
             }
         }
         dot.push_str("}\n");

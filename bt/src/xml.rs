@@ -32,7 +32,7 @@ use diagnostics::text_from_disk;
 
 pub use layout::layout;
 pub use loader::Loader;
-pub use ports::{BuiltinPort, builtin_ports};
+pub use ports::{BuiltinPort, PortForm, builtin_ports};
 pub use vocabulary::{attributes_of, elements_in, node_attributes};
 
 use crate::{Tree, TreeError};

@@ -27,6 +27,7 @@
 //! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
 //! `xml`, which explains why a text is not XML, and lays XML out.
 
+mod counted;
 mod disk;
 #[cfg(feature = "documents")]
 pub mod document;
@@ -38,12 +39,14 @@ mod nearest;
 mod normal_path;
 mod output;
 mod overwriting;
+mod parts;
 mod problem;
 mod seconds;
 mod source;
 #[cfg(feature = "xml")]
 pub mod xml;
 
+pub use counted::counted;
 pub use disk::{Disk, FileStamp, Reads};
 pub use error::Error;
 pub use files::{
@@ -56,6 +59,7 @@ pub use output::{Staging, Unfinished, rewrite_whole, write_whole};
 pub use overwriting::{
     check_unread, check_unread_in, files_read, guard_inputs, reading, would_be_overwritten, writing,
 };
+pub use parts::{Part, PartsOfText, parts, parts_by_text};
 pub use problem::{FileProblems, Problem};
 pub use seconds::seconds;
 pub use source::{ASSIGNMENT, Source, Span, Spanned};

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use miette::{Diagnostic, LabeledSpan, Severity, SourceCode, SourceSpan};
 
-use crate::{Source, Span};
+use crate::{Source, Span, counted};
 
 /// One thing that is wrong, or looks wrong, in a text.
 ///
@@ -240,8 +240,7 @@ impl fmt::Display for FileProblems {
         let mut names: Vec<_> =
             self.problems.iter().filter_map(|problem| Some(problem.source.as_ref()?.name())).collect();
         names.dedup();
-        let count = self.problems.len();
-        write!(f, "{count} problem{} in {}", if count == 1 { "" } else { "s" }, names.join(" and "))
+        write!(f, "{} in {}", counted(self.problems.len(), "problem"), names.join(" and "))
     }
 }
 

@@ -384,21 +384,6 @@ pub enum Kind {
     Places,
 }
 
-/// The path of the shipped file that people mean if they write its name instead: `maps/house.yaml` for the map `house`.
-pub(crate) fn shipped_as(what: &str, written: &str) -> Option<String> {
-    let kind = match what {
-        "tree" => Kind::Tree,
-        "machine" => Kind::Skill,
-        "property file" => Kind::Properties,
-        "map" => Kind::Map,
-        "places" => Kind::Places,
-        _ => return None,
-    };
-    let (folder, ending) = kind.place();
-    let path = format!("{folder}{}{ending}", written.trim_matches(['"', '\'']));
-    shipped(Path::new(&path)).map(|_| path)
-}
-
 impl Kind {
     /// The folder of the shipped files of the kind, and the ending of their names.
     fn place(self) -> (&'static str, &'static str) {
@@ -409,6 +394,14 @@ impl Kind {
             Self::Map => ("maps/", ".yaml"),
             Self::Places => ("maps/", ".places.toml"),
         }
+    }
+
+    /// The path of the shipped file that people mean if they write its name instead: `maps/house.yaml` for the map
+    /// `house`.
+    pub(crate) fn shipped_as(self, written: &str) -> Option<String> {
+        let (folder, ending) = self.place();
+        let path = format!("{folder}{}{ending}", written.trim_matches(['"', '\'']));
+        shipped(Path::new(&path)).map(|_| path)
     }
 
     /// The path that an argument refers to, where [`Files::beside`] is the current folder: the argument itself, if it

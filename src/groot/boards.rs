@@ -1,24 +1,24 @@
-//! How much is kept of what a program has on its blackboards: the page has all of it in memory, and so has a recording.
+//! Limits how much of a program's blackboards is kept: the page and the recording contain every change.
 
 use std::time::Duration;
 
 use groot::{Blackboards, BoardValue, Value};
 use recording::{EntryValue, Step};
 
-/// After changes of so many bytes, blackboards are read half as often.
+/// After changes of this many bytes, blackboards are read half as often.
 const SHARE: usize = 4 << 20;
-/// What a change takes beside its key and its value.
+/// The size of a change without its key and its value, in bytes.
 const PER_CHANGE: usize = 64;
-/// How often they are read at first, and at last: then no more.
+/// The first and the longest interval between readings. After the longest, blackboards are no longer read.
 const FIRST: Duration = Duration::from_millis(200);
 const LAST: Duration = Duration::from_hours(1);
 
-/// How often blackboards are read, so that what is kept of them has a bound.
+/// How often blackboards are read. It bounds the size of the changes that are kept.
 #[derive(Debug)]
 pub(super) struct BoardBudget {
     period: Option<Duration>,
     used: usize,
-    /// The most entries of one reading that were left out, and whether any value was too long.
+    /// The maximum number of entries that were left out of a reading, and whether any value was too long.
     left_out: u64,
     is_shortened: bool,
 }
@@ -30,27 +30,27 @@ impl Default for BoardBudget {
 }
 
 impl BoardBudget {
-    /// How often to read them; none if they are not read any more.
+    /// The interval between readings; none if blackboards are no longer read.
     pub(super) fn period(&self) -> Option<Duration> {
         self.period
     }
 
-    /// They cannot be read.
+    /// Ends the readings, since they fail.
     pub(super) fn give_up(&mut self) {
         self.period = None;
     }
 
-    /// Takes note of what was read, and what of it became a step. Returns what is left out from now on, in words, if
-    /// that is more than before.
+    /// Takes a reading and the step that was made of it. Returns what is left out from now on, in words, if it is more
+    /// than before.
     pub(super) fn take(&mut self, read: &Blackboards, step: &Step) -> Vec<String> {
-        let mut news = Vec::new();
+        let mut notes = Vec::new();
         let mut entries = read.boards.iter().flat_map(|(_, entries)| entries);
         if !self.is_shortened && entries.any(|(_, value)| matches!(value, BoardValue::Long(_))) {
             self.is_shortened = true;
-            news.push("of long values on blackboards, only the length is shown".to_owned());
+            notes.push("of long values on blackboards, only the length is shown".to_owned());
         }
         if read.left_out > self.left_out {
-            news.push(format!("{} entries of blackboards are not shown: they are too many", read.left_out));
+            notes.push(format!("{} entries of blackboards are not shown: they are too many", read.left_out));
             self.left_out = read.left_out;
         }
         let changes = step.details.iter().flat_map(|details| &details.entries);
@@ -60,7 +60,7 @@ impl BoardBudget {
         {
             self.used = 0;
             self.period = Some(period * 2).filter(|period| *period <= LAST);
-            news.push(match self.period {
+            notes.push(match self.period {
                 Some(period) => format!(
                     "blackboards change much: from here on, they are read every {} s, and what changes in between is not \
                      shown",
@@ -69,7 +69,7 @@ impl BoardBudget {
                 None => "blackboards change too much: from here on, they are not shown any more".to_owned(),
             });
         }
-        news
+        notes
     }
 }
 
@@ -81,8 +81,8 @@ fn size(value: Option<&EntryValue>) -> usize {
     }
 }
 
-/// A value on a blackboard.
-pub(super) fn told(value: &BoardValue) -> EntryValue {
+/// The value of an entry.
+pub(super) fn entry_value(value: &BoardValue) -> EntryValue {
     let value = match value {
         BoardValue::Whole(value) => value,
         BoardValue::Long(bytes) => return EntryValue::Other(format!("({bytes} bytes)")),
@@ -103,31 +103,31 @@ mod tests {
 
     use super::*;
 
-    /// A reading of an entry of so many bytes that has changed.
+    /// The step of a changed entry of this many bytes.
     fn changed(bytes: usize) -> Step {
         let entries = vec![(0, "map".to_owned(), Some(EntryValue::Text("x".repeat(bytes))))];
         Step { details: Some(Box::new(Details { entries, ..Details::default() })), ..Step::default() }
     }
 
     #[test]
-    fn what_is_kept_has_a_bound_however_long_it_takes() {
+    fn the_size_of_kept_changes_is_bounded() {
         for bytes in [10, 4000, 1 << 20] {
-            let (step, mut budget, mut kept, mut news) = (changed(bytes), BoardBudget::default(), 0, Vec::new());
-            // A month, or until nothing more is read.
+            let (step, mut budget, mut kept, mut notes) = (changed(bytes), BoardBudget::default(), 0, Vec::new());
+            // For a month, or until blackboards are no longer read.
             let (mut time, month) = (Duration::ZERO, Duration::from_hours(24 * 30));
             while let Some(period) = budget.period().filter(|_| time < month) {
                 time += period;
                 kept += bytes;
-                news.extend(budget.take(&Blackboards::default(), &step));
+                notes.extend(budget.take(&Blackboards::default(), &step));
             }
             assert!(kept < 15 * (SHARE + (1 << 20)), "{kept} of {bytes}");
-            assert!(news.len() <= 15 && news.iter().all(|text| text.contains("from here on")), "{news:?}");
-            assert_eq!(budget.period().is_none(), bytes == 1 << 20, "{news:?}");
+            assert!(notes.len() <= 15 && notes.iter().all(|text| text.contains("from here on")), "{notes:?}");
+            assert_eq!(budget.period().is_none(), bytes == 1 << 20, "{notes:?}");
         }
     }
 
     #[test]
-    fn what_is_left_out_is_told_once() {
+    fn each_omission_is_noted_once() {
         let long = || vec![("Main".to_owned(), vec![("map".to_owned(), BoardValue::Long(5000))])];
         let read = |left_out| Blackboards { boards: long(), left_out };
         let mut budget = BoardBudget::default();
@@ -138,6 +138,6 @@ mod tests {
             ["3 entries of blackboards are not shown: they are too many"]
         );
         assert_eq!(budget.take(&read(2), &Step::default()), [""; 0]);
-        assert_eq!(told(&BoardValue::Long(5000)), EntryValue::Other("(5000 bytes)".to_owned()));
+        assert_eq!(entry_value(&BoardValue::Long(5000)), EntryValue::Other("(5000 bytes)".to_owned()));
     }
 }

@@ -1,6 +1,5 @@
 //! The progress of a campaign.
 
-use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use campaigns::statistics::{Confidence, Count};
@@ -46,17 +45,14 @@ impl CampaignProgress {
 
 /// How often each property was violated and a run was not as expected so far, with exact 95 % intervals.
 fn estimates(progress: &campaigns::Progress<'_>) -> String {
-    let mut text = String::new();
-    let Ok(confidence) = Confidence::new(0.95) else { return text };
-    let happened = |count: &Count| Some((count.rate()?, count.interval(confidence)));
-    for (name, (rate, interval)) in
-        progress.asked.iter().zip(progress.counts).filter_map(|(name, count)| Some((name, happened(count)?)))
-    {
-        let name = if name == "expectation" { "unexpected" } else { name };
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{name} {rate:.3} ({interval:.3})  ");
-    }
-    text
+    let Ok(confidence) = Confidence::new(0.95) else { return String::new() };
+    let estimate = |name: &str, count: Count| {
+        let (rate, interval) = (count.rate()?, count.interval(confidence));
+        Some(format!("{name} {rate:.3} ({interval:.3})  "))
+    };
+    let violated = progress.properties.iter().zip(progress.violated);
+    let violated = violated.filter_map(|(name, count)| estimate(name, *count));
+    violated.chain(estimate("unexpected", progress.unexpected)).collect()
 }
 
 #[cfg(test)]
@@ -65,9 +61,17 @@ mod tests {
 
     #[test]
     fn estimates_include_what_has_been_counted() {
-        let asked = ["phi1".to_owned(), "phi2".to_owned(), "expectation".to_owned()];
-        let counts = [Count::new(5, 10), Count::default(), Count::new(10, 20)];
-        let progress = campaigns::Progress { done: 20, all: 100, asked: &asked, counts: &counts, run: None };
+        let properties = ["phi1".to_owned(), "phi2".to_owned()];
+        let violated = [Count::new(5, 10), Count::default()];
+        let unexpected = Count::new(10, 20);
+        let progress = campaigns::Progress {
+            done: 20,
+            all: 100,
+            properties: &properties,
+            violated: &violated,
+            unexpected,
+            run: None,
+        };
         assert_eq!(estimates(&progress), "phi1 0.500 (0.187 to 0.813)  unexpected 0.500 (0.272 to 0.728)  ");
     }
 }

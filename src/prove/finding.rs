@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use campaigns::Error;
-use editor::counted;
+use diagnostics::counted;
 use explorer::{Limit, Outcome};
 use proofs::{Answer, Mistake, Physical, Proof, Question, Round, Subject, Unreached};
 use reports::file_place::FilePlace;

@@ -1,21 +1,19 @@
 //! `steward prove --mutants`: which property detects which mistake in a skill or in the tree.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Write};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use anstyle::Style;
 use campaigns::Error;
+use diagnostics::counted;
 use explorer::{Limits, Order, Outcome, Progress, Reduction};
 use proofs::{Answer, Mutant, Proof, Question, Subject};
-
-use super::violation::words;
-use editor::counted;
 use reports::results::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 
+use super::violation::words;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 use crate::progress::CountProgress;
 use crate::results::{on_disk, places};
@@ -105,21 +103,20 @@ impl Mutants {
     /// A table, and the mutants that survive.
     pub(super) fn in_words(&self) -> Text {
         let mut text = Text::from("\n  ");
-        // Writing to a string cannot fail.
-        let _ = self.write_table(&mut text);
-        let _ = self.write_killers(&mut text);
+        self.write_table(&mut text);
+        self.write_killers(&mut text);
         for (title, style) in [("survives", BAD), ("not decided", OPEN)] {
-            let _ = self.write_list(&mut text, title, style);
+            self.write_list(&mut text, title, style);
         }
         if self.mutants.iter().all(|(_, fate)| !matches!(fate, Fate::Survives | Fate::Undecided(_))) {
             text.paint(GOOD, "no mutant survives", 0);
-            let _ = writeln!(text);
+            text += "\n";
         }
         text
     }
 
     /// How many mutants of each skill and of the tree have which fate.
-    fn write_table(&self, text: &mut Text) -> fmt::Result {
+    fn write_table(&self, text: &mut Text) {
         let mut rows: BTreeMap<(bool, &str), [usize; 5]> = BTreeMap::new();
         for (mutant, fate) in &self.mutants {
             // The tree comes last.
@@ -133,18 +130,18 @@ impl Mutants {
         };
         let titles = line("mutants of", ["all", "killed", "change nothing", "survive", "not decided"]);
         text.paint(HEAD, &titles, 0);
-        writeln!(text)?;
+        *text += "\n";
         let counts = |row: [usize; 5]| row.map(|count| count.to_string());
         let mut sum = [0; 5];
         for ((_, name), row) in rows {
-            writeln!(text, "  {}", line(name, counts(row).each_ref().map(String::as_str)))?;
+            *text += format!("  {}\n", line(name, counts(row).each_ref().map(String::as_str)));
             sum.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
         }
-        writeln!(text, "  {}\n", line("all", counts(sum).each_ref().map(String::as_str)))
+        *text += format!("  {}\n\n", line("all", counts(sum).each_ref().map(String::as_str)));
     }
 
     /// How many mutants each property detects. A mutant may be detected by several.
-    fn write_killers(&self, text: &mut Text) -> fmt::Result {
+    fn write_killers(&self, text: &mut Text) {
         let mut killers: BTreeMap<&str, usize> = BTreeMap::new();
         let mut misfits = 0;
         for (_, fate) in &self.mutants {
@@ -156,25 +153,24 @@ impl Mutants {
         }
         let mut killers: Vec<String> = killers.iter().map(|(name, count)| format!("{name} {count}")).collect();
         killers.extend((misfits > 0).then(|| format!("before anything runs {misfits}")));
-        writeln!(text, "killed by: {}", killers.join(", "))
+        *text += format!("killed by: {}\n", killers.join(", "));
     }
 
     /// The mutants of a fate, with what is open about each; nothing if there are none.
-    fn write_list(&self, text: &mut Text, fate: &str, style: Style) -> fmt::Result {
+    fn write_list(&self, text: &mut Text, fate: &str, style: Style) {
         let such: Vec<&(Mutant, Fate)> = self.mutants.iter().filter(|(_, of)| of.word() == fate).collect();
         if such.is_empty() {
-            return Ok(());
+            return;
         }
-        writeln!(text)?;
+        *text += "\n";
         text.paint(style, fate, 0);
-        writeln!(text)?;
+        *text += "\n";
         for (mutant, fate) in such {
-            writeln!(text, "  {}", in_words(mutant))?;
+            *text += format!("  {}\n", in_words(mutant));
             for Open { property, reason, .. } in fate.open() {
-                writeln!(text, "    {property}: {reason}")?;
+                *text += format!("    {property}: {reason}\n");
             }
         }
-        Ok(())
     }
 
     pub(super) fn as_json(&self) -> Value {

@@ -1,7 +1,5 @@
 //! The table of results.
 
-use std::fmt::Write;
-
 use proofs::{Assumption, Mistake, Proof, Question, Unreachable};
 use scenarios::scenario::ProofOutcome;
 
@@ -15,10 +13,9 @@ const WIDEST: usize = 24;
 pub(super) fn head(proof: &Proof) -> Text {
     let mut text = Text::default();
     text.paint(HEAD, &proof.scenario().name, 0);
-    // Writing to a string cannot fail.
-    let _ = writeln!(text);
+    text += "\n";
     for Assumption { words: assumption, .. } in proof.assumptions() {
-        let _ = writeln!(text, "  {assumption}");
+        text += format!("  {assumption}\n");
     }
     text
 }
@@ -28,10 +25,10 @@ pub(super) fn mistakes(findings: &[Finding]) -> Text {
     let mut text = Text::default();
     let mistakes = Findings::mistakes(findings);
     if !mistakes.is_empty() {
-        let _ = writeln!(text, "\nsome of the runs contain errors; they are explored like the others:");
+        text += "\nsome of the runs contain errors; they are explored like the others:\n";
     }
     for Mistake { place, message } in mistakes {
-        let _ = writeln!(text, "  {place}: {message}");
+        text += format!("  {place}: {message}\n");
     }
     text
 }
@@ -56,9 +53,9 @@ pub(super) fn unreached(findings: &[Finding], list: bool) -> Text {
         return text;
     }
     let end = if list { ":" } else { " (--unreached lists them)" };
-    let _ = writeln!(text, "\nnever reached: {}{end}", counts.join(", "));
+    text += format!("\nnever reached: {}{end}\n", counts.join(", "));
     if list {
-        let _ = write!(text, "{}", finding::unreached(&finding.answer));
+        text += finding::unreached(&finding.answer);
     }
     text
 }
@@ -87,7 +84,7 @@ impl FindingsTable {
             width = self.width
         );
         text.paint(HEAD, &titles, 0);
-        let _ = writeln!(text);
+        text += "\n";
         text
     }
 
@@ -100,12 +97,12 @@ impl FindingsTable {
             None => OPEN,
         };
         text.paint(style, &finding.result().to_string(), 11);
-        let _ = writeln!(text, "  {states:>11}  {quiet:>9}  {depth:>6}  {:>5.1} s", finding.seconds);
+        text += format!("  {states:>11}  {quiet:>9}  {depth:>6}  {:>5.1} s\n", finding.seconds);
         if let Some(difference) = finding.difference() {
-            let _ = writeln!(text, "  ! {difference}");
+            text += format!("  ! {difference}\n");
         }
         if let Some(vacuous) = finding.vacuous() {
-            let _ = writeln!(text, "  ! {vacuous}");
+            text += format!("  ! {vacuous}\n");
         }
         text
     }

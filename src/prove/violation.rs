@@ -1,7 +1,5 @@
 //! A run in which something goes wrong, in words, and its replay.
 
-use std::fmt::Write;
-
 use campaigns::Error;
 use channels::{ChannelId, ChannelSystem, EnabledKind, EventKind, Message, NoNormalForm, Topology, Verdict};
 use explorer::{Damage, Outcome, Path, PathStep, Replay};
@@ -63,12 +61,12 @@ impl Ticks {
     /// Writes them: the last one by itself, since the next line belongs to it.
     fn write(&mut self, text: &mut String) {
         let Some((first, last)) = self.0.take() else { return };
-        let _ = match last - first {
-            0 => Ok(()),
-            1 => writeln!(text, "  tick {first}"),
-            _ => writeln!(text, "  ticks {first} to {}", last - 1),
-        };
-        let _ = writeln!(text, "  tick {last}");
+        match last - first {
+            0 => {}
+            1 => *text += &format!("  tick {first}\n"),
+            _ => *text += &format!("  ticks {first} to {}\n", last - 1),
+        }
+        *text += &format!("  tick {last}\n");
     }
 }
 
@@ -144,8 +142,7 @@ impl Violation {
                 (What::Damage { from, to, how }, _) => format!("    {from} → {to}  {how}"),
             };
             ticks.write(&mut text);
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{line}");
+            text += &(line + "\n");
         }
         ticks.write(&mut text);
         let replayed = match (self.is_replayed, self.tick()) {
@@ -153,10 +150,10 @@ impl Violation {
             (true, None) => format!("{} before the first tick, as found", self.outcome()),
             (false, _) => "NOT as found: this is a bug in steward, please report it".to_owned(),
         };
-        let _ = writeln!(text, "  replayed in the channel system: {replayed}");
+        text += &format!("  replayed in the channel system: {replayed}\n");
         if let [first, others @ ..] = &self.rests_on[..] {
-            let _ = writeln!(text, "  it rests on what is assumed:  {first}");
-            others.iter().for_each(|assumption| _ = writeln!(text, "{:32}{assumption}", ""));
+            text += &format!("  it rests on what is assumed:  {first}\n");
+            others.iter().for_each(|assumption| text += &format!("{:32}{assumption}\n", ""));
         }
         text
     }

@@ -1,6 +1,5 @@
 //! The table of several runs, with one line for each.
 
-use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -73,14 +72,13 @@ impl RunsTable {
         ];
         let mut text = Text::default();
         text.paint(HEAD, "     Summary", 0);
-        // Writing to a string cannot fail.
         let (simulated_s, wall_s) = (self.simulated_s, self.began.elapsed().as_secs_f64());
-        let _ = write!(text, "  {all} runs, {simulated_s:.0} simulated seconds in {wall_s:.1} s:");
+        text += format!("  {all} runs, {simulated_s:.0} simulated seconds in {wall_s:.1} s:");
         for (place, (count, style, word)) in counted.into_iter().filter(|(count, ..)| *count > 0).enumerate() {
-            let _ = text.write_str(if place == 0 { " " } else { ", " });
+            text += if place == 0 { " " } else { ", " };
             text.paint(style, &format!("{count} {word}"), 0);
         }
-        let _ = writeln!(text, "\n     Reports  {}", page.display());
+        text += format!("\n     Reports  {}\n", page.display());
         if !self.quiet {
             print_wrapped(text)?;
         }
@@ -94,11 +92,10 @@ fn line(style: Style, word: &str, name: &str, run: &Result<Report, Error>) -> Te
     let mut text = Text::from("       ");
     text.paint(style, word, 5);
     let time = run.as_ref().map_or("-".to_owned(), |report| format!("{:.1} s", report.sim_time_s));
-    // Writing to a string cannot fail.
-    let _ = writeln!(text, "  [{time:>9}]  {name}");
+    text += format!("  [{time:>9}]  {name}\n");
     let differences = run.as_ref().map_or_else(|error| vec![error.reasons()], |report| report.differences.clone());
     for difference in differences {
-        let _ = writeln!(text, "{:27}{difference}", "");
+        text += format!("{:27}{difference}\n", "");
     }
     text
 }

@@ -37,7 +37,7 @@ services, topics and actions, each under its name: /Door/open, /Door/moved
 
 Frames: map, odom, base_footprint, base_link, and laser_NAME for each laser";
 
-/// The options of a run that say what becomes of it: on a page, a person decides that.
+/// The options for the results of a run, which conflict with a page.
 const WITHOUT_A_PAGE: [&str; 10] =
     ["out", "gif", "record", "results", "junit", "open", "no_snapshots", "no_monitors", "json", "quiet"];
 

@@ -13,7 +13,7 @@ mod topics;
 use std::process::ExitCode;
 
 use campaigns::Error;
-use runs::Others;
+use runs::Partners;
 
 use crate::serve_groot::ServeGrootArgs;
 use crate::sim::SimArgs;
@@ -22,7 +22,7 @@ use crate::{live, run};
 pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     let Some(page) = args.board.page() else {
-        return run::piloted(&args.scenario, options, &args.namespaces, |scenario| robot::join(args, scenario));
+        return run::controlled(&args.scenario, options, &args.namespaces, |scenario| robot::join(args, scenario));
     };
     if args.namespaces.len() > 1 {
         return Err(Error::refused("a page shows one robot", "name one namespace"));
@@ -30,7 +30,7 @@ pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
     let found = scenarios::scenario::find::find(&args.scenario)?;
     let joined = args.clone();
     live::session(found, &options.set, options.seed, &page, &ServeGrootArgs::default(), move |scenario| {
-        let driver = robot::join(&joined, scenario)?.pop().expect("there is a robot in each namespace");
-        Ok(Others::Pilot(driver))
+        let controller = robot::join(&joined, scenario)?.pop().expect("there is a robot in each namespace");
+        Ok(Partners::Controller(controller))
     })
 }

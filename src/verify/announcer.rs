@@ -8,11 +8,11 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use campaigns::Error;
 use channels::Verdict;
 use monitors::Property;
-use network::{Level, Publish, Standing};
+use network::{Level, PropertyStatus, Publish};
 use recording::Doubts;
 use serde_json::{Value, json};
 
-use super::around::Around;
+use super::log_context::LogContext;
 use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
@@ -51,10 +51,35 @@ pub(crate) struct Announcer {
     has_caught_up: bool,
 }
 
+/// What is said of a property.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Announcement {
+    Violated,
+    /// What would have undone the violation has not been lost.
+    ViolatedForSure,
+    HoldsAgain,
+    Satisfied,
+    Unsure,
+    SureAgain,
+}
+
+impl Announcement {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Violated => "violated",
+            Self::ViolatedForSure => "violated for sure",
+            Self::HoldsAgain => "holds again",
+            Self::Satisfied => "satisfied",
+            Self::Unsure => "unsure",
+            Self::SureAgain => "sure again",
+        }
+    }
+}
+
 /// What has been said of a property.
 #[derive(Default)]
 struct Said {
-    verdict: Option<&'static str>,
+    verdict: Option<Announcement>,
     /// The number of its violations.
     violations: u64,
     /// Since when something is due.
@@ -70,18 +95,20 @@ struct Said {
 impl Said {
     fn in_words(&self) -> String {
         match (self.verdict, self.waiting_since) {
-            (Some("violated"), _) if self.unless.is_some() => "violated, unless a message was lost".to_owned(),
-            (Some(verdict), _) => verdict.to_owned(),
+            (Some(Announcement::Violated), _) if self.unless.is_some() => {
+                "violated, unless a message was lost".to_owned()
+            }
+            (Some(verdict), _) => verdict.words().to_owned(),
             (None, Some(since)) => format!("waiting since {:.3} s", since.as_secs_f64()),
             (None, None) => "undecided".to_owned(),
         }
     }
 
     /// As others are told.
-    fn standing(&self, property: &Property) -> Standing {
+    fn status(&self, property: &Property) -> PropertyStatus {
         let level = match self.verdict {
-            Some("violated") => Level::Error,
-            Some("unsure" | "holds again") => Level::Warn,
+            Some(Announcement::Violated) => Level::Error,
+            Some(Announcement::Unsure | Announcement::HoldsAgain) => Level::Warn,
             _ => Level::Ok,
         };
         let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
@@ -90,7 +117,7 @@ impl Said {
         values.extend(self.why.clone().map(|why| ("unsure", why)));
         values.extend(self.unless.clone().map(|unless| ("unless", unless)));
         values.extend(witness.map(|witness| ("witness", witness)));
-        Standing { property: property.name.clone(), level, message: self.in_words(), values }
+        PropertyStatus { property: property.name.clone(), level, message: self.in_words(), values }
     }
 }
 
@@ -107,7 +134,7 @@ impl Announcer {
         time: Duration,
         properties: &[Property],
         doubts: &Doubts,
-        around: &Around,
+        context: &LogContext,
     ) -> Result<(), Error> {
         self.time = time;
         self.said.resize_with(properties.len(), Said::default);
@@ -122,42 +149,44 @@ impl Announcer {
             if why.is_none() && said.unless.is_some() && doubts.unless(index, property).is_none() {
                 said.unless = None;
                 self.has_changed = true;
-                self.say(property, "violated for sure", None, around)?;
+                self.say(property, Announcement::ViolatedForSure, None, context)?;
             }
             let said = &mut self.said[index];
             let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
             let count = violations.map_or(0, |violations| violations.count);
             let verdict = match (settled, why) {
-                (_, Some(_)) => Some("unsure"),
+                (_, Some(_)) => Some(Announcement::Unsure),
                 // Whether it was violated again is unsure, so nothing is said of that.
                 (Verdict::False, None) if later.is_some() && said.has_been_violated => said.verdict,
                 (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
-                    Some("holds again")
+                    Some(Announcement::HoldsAgain)
                 }
-                (Verdict::False, None) => Some("violated"),
-                (Verdict::True, None) => Some("satisfied"),
-                (Verdict::Inconclusive, None) => (said.verdict == Some("unsure")).then_some("sure again"),
+                (Verdict::False, None) => Some(Announcement::Violated),
+                (Verdict::True, None) => Some(Announcement::Satisfied),
+                (Verdict::Inconclusive, None) => {
+                    (said.verdict == Some(Announcement::Unsure)).then_some(Announcement::SureAgain)
+                }
             };
-            let is_again = verdict == Some("violated") && count > said.violations && later.is_none();
+            let is_violated = verdict == Some(Announcement::Violated);
+            let is_again = is_violated && count > said.violations && later.is_none();
             let is_new = verdict != said.verdict || is_again;
-            said.has_been_violated |= verdict == Some("violated");
+            said.has_been_violated |= is_violated;
             self.has_changed |= is_new;
             (said.verdict, said.violations) = (verdict, count);
             if said.why.as_deref() != why {
                 said.why = why.map(str::to_owned);
             }
-            if verdict == Some("unsure") {
+            if verdict == Some(Announcement::Unsure) {
                 said.unless = None;
-            } else if is_new && verdict == Some("violated") {
+            } else if is_new && is_violated {
                 said.unless = doubts.unless(index, property);
             }
             if let Some(verdict) = verdict.filter(|_| is_new) {
-                let unless =
-                    said.unless.clone().filter(|_| verdict == "violated").map(|unless| format!("unless {unless}"));
-                self.say(property, verdict, unless.as_deref().or(why), around)?;
+                let unless = said.unless.clone().filter(|_| is_violated).map(|unless| format!("unless {unless}"));
+                self.say(property, verdict, unless.as_deref().or(why), context)?;
             }
         }
-        self.show(properties, around);
+        self.show(properties, context);
         self.publish(properties);
         Ok(())
     }
@@ -172,9 +201,9 @@ impl Announcer {
         }
         (self.published, self.has_changed) = (Some(Instant::now()), false);
         self.said.resize_with(properties.len(), Said::default);
-        let standings: Vec<Standing> =
-            properties.iter().zip(&self.said).map(|(property, said)| said.standing(property)).collect();
-        publish(&standings);
+        let statuses: Vec<PropertyStatus> =
+            properties.iter().zip(&self.said).map(|(property, said)| said.status(property)).collect();
+        publish(&statuses);
     }
 
     /// Says what is to be known of the messages, once there have been some: what is known from the start is said at the
@@ -186,29 +215,36 @@ impl Announcer {
     }
 
     /// Nothing more has been written.
-    pub(crate) fn idle(&mut self, properties: &[Property], around: &Around) {
+    pub(crate) fn idle(&mut self, properties: &[Property], context: &LogContext) {
         self.has_caught_up = true;
-        self.show(properties, around);
+        self.show(properties, context);
         self.publish(properties);
     }
 
-    fn say(&mut self, property: &Property, verdict: &str, unsure: Option<&str>, around: &Around) -> Result<(), Error> {
+    fn say(
+        &mut self,
+        property: &Property,
+        verdict: Announcement,
+        unsure: Option<&str>,
+        context: &LogContext,
+    ) -> Result<(), Error> {
         let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
         // That of the first violation says nothing of a later one.
-        let witness = witness.filter(|witness| verdict == "violated" && witness.settled.time == self.time);
-        let at_ns = around.start_ns.get().map(|start_ns| start_ns.saturating_add(nanoseconds(self.time)));
+        let is_violated = verdict == Announcement::Violated;
+        let witness = witness.filter(|witness| is_violated && witness.settled.time == self.time);
+        let at_ns = context.start_ns.get().map(|start_ns| start_ns.saturating_add(nanoseconds(self.time)));
         let behind_s = self.has_caught_up.then_some(at_ns).flatten().and_then(behind_s);
-        let knows_ticks = !around.lacks_ticks;
+        let knows_ticks = !context.lacks_ticks;
         let line = json!({
             "property": property.name,
-            "verdict": verdict,
+            "verdict": verdict.words(),
             "time_s": seconds(self.time),
             "at_s": at_ns.map(bags::seconds),
             "behind_s": behind_s,
             "witness": witness.map(|witness| reports::witness(witness, knows_ticks)),
             "unsure": unsure,
         });
-        if verdict == "violated" {
+        if is_violated {
             self.call(&line);
             if let Some(text) = self.reactions.alarm.as_mut().and_then(|alarm| alarm(&property.name, &line)) {
                 self.line.pause(|| note(&text));
@@ -219,7 +255,8 @@ impl Announcer {
         }
         let at = at_ns.map_or_else(String::new, |at_ns| format!("  at {}", bags::moment(at_ns)));
         let behind = behind_s.map_or_else(String::new, |behind_s| format!(", reported {behind_s:.1} s later"));
-        let mut text = format!("{:>9.3} s  {}  {verdict}{at}{behind}\n", self.time.as_secs_f64(), property.name);
+        let (time_s, verdict) = (self.time.as_secs_f64(), verdict.words());
+        let mut text = format!("{time_s:>9.3} s  {}  {verdict}{at}{behind}\n", property.name);
         text.extend(unsure.map(|why| format!("  {why}\n")));
         text.extend(witness.map(|witness| reports::witness_in_words(witness, knows_ticks)));
         self.line.pause(|| print_wrapped(text))
@@ -244,9 +281,9 @@ impl Announcer {
     }
 
     /// Shows a line per property on a terminal.
-    fn show(&self, properties: &[Property], around: &Around) {
+    fn show(&self, properties: &[Property], context: &LogContext) {
         self.line.show(|| {
-            let newest = around.newest_log_ns.get().filter(|_| self.has_caught_up).and_then(behind_s);
+            let newest = context.newest_log_ns.get().filter(|_| self.has_caught_up).and_then(behind_s);
             let newest = newest.map_or_else(String::new, |age_s| format!(", the newest message {age_s:.1} s ago"));
             let widest = properties.iter().map(|property| property.name.chars().count()).max().unwrap_or(0);
             let states = properties

@@ -31,7 +31,7 @@ pub(crate) struct RobotsArgs {
 }
 
 impl RobotsArgs {
-    /// Their namespaces, each with `/` at its beginning.
+    /// The namespaces, each with `/` at its beginning.
     pub(crate) fn spaces(&self) -> Result<&[String], Error> {
         match self.robots.iter().enumerate().find(|(index, space)| self.robots[..*index].contains(space)) {
             Some((_, space)) => {
@@ -41,7 +41,7 @@ impl RobotsArgs {
         }
     }
 
-    /// As words of a command.
+    /// The arguments as words of a command.
     pub(crate) fn words(&self) -> impl Iterator<Item = String> {
         let robots = self.robots.iter().flat_map(|space| ["--robot".to_owned(), quoted(space)]);
         let remapped = self.remapped.iter().map(|Remapping { from, to }| quoted(&format!("{from}:={to}")));
@@ -91,13 +91,13 @@ pub(crate) struct VerifyArgs {
 }
 
 impl VerifyArgs {
-    /// What reports verdicts as they are reached, if that is wanted.
+    /// The announcer, which reports verdicts as they are reached, if the log is followed.
     pub(crate) fn announcer(&self) -> Option<Announcer> {
         self.follow.then(|| Announcer::new(self.json, Reactions::default()))
     }
 
-    /// Finds the files by which the logs are judged by their names in diagnostics. A shipped property or tree is none
-    /// of them, even if a file beside the scenario has its name.
+    /// Finds the files with which the logs are judged by their names in diagnostics. Shipped properties and trees are
+    /// not found, even if a file beside the scenario has the same name.
     pub(super) fn on_disk(&self) -> impl Fn(&str) -> Option<String> {
         let disk = Disk::default();
         let properties = self.properties.iter().map(|file| (Kind::Properties, file.as_path()));
@@ -111,7 +111,7 @@ impl VerifyArgs {
         move |name| if shipped.iter().any(|file| file == Path::new(name)) { None } else { on_disk(name) }
     }
 
-    /// The files that a log is judged by, if they are shown. They have been read by now.
+    /// The files with which a log is judged, if they are shown. They must have been read before.
     pub(super) fn inputs(&self, log: &Path) -> Vec<InputFile> {
         if !self.json && self.out.is_none() && !self.results.are_wanted() {
             return Vec::new();

@@ -1,24 +1,23 @@
-//! Bags of ROS 2: their contents, and the verdicts of properties on them.
+//! Bags of ROS 2: their contents, and verdicts on them.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use bags::{Bag, Contents, Definitions, Following, Listed, Mapping, Received, Source, Survey, Through};
 use campaigns::Error;
 use diagnostics::from_disk;
 use serde_json::json;
-use trials::replay::way::way;
+use trials::replay::trajectory::trajectory;
 
 use super::args::VerifyArgs;
 use super::growing::{STILL_WRITTEN, pause};
-use super::judge::{Verified, name};
+use super::judge::{VerificationResult, name};
 use super::mapped::{Mapped, await_topics, load_mapping};
 use crate::interrupt;
 use crate::output::note;
 
 /// Checks a bag against properties, in constant memory.
-pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
+pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<VerificationResult, Error> {
     let Some(mapping) = &args.map_channels else {
         if !args.follow {
             open(path)?;
@@ -32,9 +31,9 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let is_shown = folder.is_some() || args.results.have_stories();
     let (mapping, text) = load_mapping(mapping, &args.robots)?;
     let mut damage: Vec<String> = Vec::new();
-    let (survey, source, way): (Survey, Box<dyn Source>, _) = if args.follow {
+    let (survey, source, trajectory): (Survey, Box<dyn Source>, _) = if args.follow {
         let (survey, following) = follow(path, &mapping)?;
-        (survey, Box::new(Through::new(following, patiently)), None)
+        (survey, Box::new(Through::new(following, receive_or_pause)), None)
     } else {
         let bag = open(path)?;
         let messages = bag.messages_on(mapping.topics());
@@ -42,7 +41,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         (
             bag.survey().clone(),
             Box::new(messages),
-            if is_shown && robots.len() < 2 { way(&bag, mapping.robot()) } else { None },
+            if is_shown && robots.len() < 2 { trajectory(&bag, mapping.robot()) } else { None },
         )
     };
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
@@ -57,21 +56,21 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         folder,
         stories: args.results.have_stories(),
         command: args.command(path),
-        way,
+        trajectory,
         announcer: args.announcer(),
         board: None,
         inputs: &|| args.inputs(path),
     };
     let is_to_end = || args.follow && interrupt::flow().is_break();
-    // What is refused may be missing because of damage.
-    let verified = mapped.judge(&survey, source, &is_to_end);
-    let mut verified = verified.inspect_err(|_| damage.iter().for_each(|what| note(what)))?;
-    verified.notes.extend(is_to_end().then(|| STILL_WRITTEN.to_owned()));
-    verified.notes.extend(part(&args.logs, path));
-    Ok(verified)
+    // Damage may be the reason why the bag is refused.
+    let result = mapped.judge(&survey, source, &is_to_end);
+    let mut result = result.inspect_err(|_| damage.iter().for_each(|what| note(what)))?;
+    result.notes.extend(is_to_end().then(|| STILL_WRITTEN.to_owned()));
+    result.notes.extend(part(&args.logs, path));
+    Ok(result)
 }
 
-/// That a file is only a part of a recording, in words: at the first of its parts.
+/// A note that a file is only a part of a recording, at the first of the parts.
 fn part(logs: &[PathBuf], path: &Path) -> Option<String> {
     let (folder, count) = (path.parent()?, bags::parts(path)?);
     let is_part = |log: &&PathBuf| log.parent() == Some(folder) && bags::parts(log).is_some();
@@ -81,8 +80,8 @@ fn part(logs: &[PathBuf], path: &Path) -> Option<String> {
     (logs.iter().find(is_part)? == path).then_some(note)
 }
 
-/// Looks again after a while if nothing more has been written.
-fn patiently(source: &mut Following, body: &mut Vec<u8>) -> Received {
+/// Receives a message, or pauses if nothing more has been written.
+fn receive_or_pause(source: &mut Following, body: &mut Vec<u8>) -> Received {
     let received = source.receive(body);
     if received == Received::Idle {
         pause();
@@ -90,11 +89,11 @@ fn patiently(source: &mut Following, body: &mut Vec<u8>) -> Received {
     received
 }
 
-/// A recording that is still being written, from its beginning, and what is known of it: it has every topic whose type
-/// must be known before the channels are.
+/// A recording that is still being written, from its beginning, and its survey. The survey contains every topic whose
+/// type the channels depend on.
 fn follow(path: &Path, mapping: &Mapping) -> Result<(Survey, Following), Error> {
     let following = Following::open(path, mapping.topics()).map_err(refused)?;
-    let mut ahead = Through::new(following, patiently);
+    let mut ahead = Through::new(following, receive_or_pause);
     await_topics(&mut ahead, mapping, &|| interrupt::flow().is_break());
     Ok((ahead.survey().clone(), ahead.source.restart().map_err(refused)?))
 }
@@ -120,22 +119,21 @@ fn refused(error: bags::Error) -> Error {
     Error::refused(error.to_string(), error.help())
 }
 
-/// The list as a comment, and the mapping below it; `publishers` says who publishes on a topic, if that is known.
+/// The list as a comment, with the mapping below it. `publishers` are the publishers of topics, where they are known.
 pub(crate) fn in_words(contents: &Contents, publishers: &BTreeMap<String, String>) -> String {
     let mut text = String::new();
     let width = |of: fn(&Listed) -> &str| contents.topics.iter().map(|topic| of(topic).len()).max().unwrap_or(0);
     let (names, kinds) = (width(|topic| &topic.name), width(|topic| &topic.kind));
-    // Writing to a string cannot fail.
     if let Some(start_ns) = contents.start_ns {
-        let _ = writeln!(text, "# {:.3} s, since {}", contents.duration_s, bags::moment(start_ns));
+        text += &format!("# {:.3} s, since {}\n", contents.duration_s, bags::moment(start_ns));
     }
     for Listed { name, kind, messages, rate_hz, fields, .. } in &contents.topics {
         let rate = rate_hz.map_or_else(String::new, |rate_hz| format!("{rate_hz:.2} Hz"));
-        let publishers = publishers.get(name).map_or_else(String::new, |who| format!("  {who}"));
+        let publishers = publishers.get(name).map_or_else(String::new, |publishers| format!("  {publishers}"));
         let missing =
             fields.as_ref().err().map_or_else(String::new, |why| format!("  {}", why.replace('\n', "\n#   ")));
         let line = format!("# {name:names$}  {kind:kinds$}  {messages:>8}  {rate:>10}{publishers}{missing}");
-        let _ = writeln!(text, "{}", line.trim_end());
+        text += &format!("{}\n", line.trim_end());
     }
     contents.lost.iter().chain(&contents.notes).for_each(|what| text += &format!("# {what}\n"));
     match contents.proposal() {

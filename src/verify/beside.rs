@@ -11,12 +11,12 @@ use campaigns::run_and_report;
 use channels::Flaw;
 use recording::Detail;
 use recording::ros::BatteryState;
-use remote::{Call, FromNode, Loss, Lost};
+use remote::{Loss, Lost, NodeMessage, ServiceRequest};
 use reports::Outputs;
 use reports::report::Report;
 use reports::results::{CaseResult, Suite, WrittenPlaces};
 use ros_messages::{CdrWriter, RosType as _};
-use runs::{Delivery, Others, Outside, Run};
+use runs::{Delivery, Partners, RemoteComponents, Run};
 use scenarios::scenario::{Scenario, find};
 use serde_json::json;
 
@@ -47,19 +47,19 @@ struct LossyRobot {
     losses: &'static [(u64, u64, u64)],
 }
 
-impl Outside for LossyRobot {
+impl RemoteComponents for LossyRobot {
     fn run(&self) -> u64 {
         1
     }
 
-    fn hear(&mut self, now: Duration) -> Option<Delivery> {
+    fn receive(&mut self, now: Duration) -> Option<Delivery> {
         let now_ms = u64::try_from(now.as_millis()).unwrap();
         let mut delivery = Delivery::default();
         if now_ms % 1000 == STEP_MS {
             let charge_pct = if now_ms > 6_000 { self.charge_pct } else { 50.0 };
             let mut cdr = CdrWriter::reusing(Vec::new());
             BatteryState::of(now, charge_pct, false).write(&mut cdr);
-            delivery.answers.push(FromNode::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() });
+            delivery.messages.push(NodeMessage::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() });
         }
         for (at_ms, since_ms, until_ms) in self.losses {
             let what = Lost::Topic("/battery_state".to_owned());
@@ -74,7 +74,7 @@ impl Outside for LossyRobot {
 
     fn resume(&mut self) {}
 
-    fn ask(&mut self, _: Vec<Call>) {}
+    fn send(&mut self, _: Vec<ServiceRequest>) {}
 
     fn leave(&mut self) {}
 }
@@ -84,7 +84,7 @@ fn ran(robot: LossyRobot, properties: &Path, folder: &Path, record: &Path) -> Re
     let set = [format!("properties=[{properties:?}]"), "expect={}".into(), "stop={}".into()];
     let set: Vec<String> = set.into_iter().chain(["execution.max_time_s=12".to_owned()]).collect();
     let scenario = Arc::new(Scenario::load(&find::find("on_a_robot").unwrap(), &set).unwrap());
-    let run = Run::among(scenario, 1, true, Others::Components(Box::new(robot))).unwrap();
+    let run = Run::with_partners(scenario, 1, true, Partners::Components(Box::new(robot))).unwrap();
     let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
     run_and_report(run, Detail::Full, &outputs, Some(record), |_| {}, |_| ControlFlow::Continue(())).unwrap()
 }
@@ -118,11 +118,11 @@ fn verdicts(charge_pct: f64, losses: &'static [(u64, u64, u64)]) -> Vec<&'static
         let again = &as_json(&verified, &log)["monitors"];
         for (index, monitor) in report.monitors.iter().enumerate() {
             let judged = (&again[index]["verdict"], &again[index]["certainty"], &again[index]["unsure"]);
-            let expected = (json!(monitor.found()), json!(monitor.certainty), json!(monitor.unsure));
+            let expected = (json!(monitor.found().name()), json!(monitor.certainty.name()), json!(monitor.unsure));
             assert_eq!(judged, (&expected.0, &expected.1, &expected.2), "{} in {name}", monitor.name);
             assert_eq!(again[index]["assumptions"], json!(monitor.assumptions), "{} in {name}", monitor.name);
         }
-        found = report.monitors.iter().map(|monitor| monitor.found()).collect();
+        found = report.monitors.iter().map(|monitor| monitor.found().name()).collect();
         let is_bad = found.iter().any(|verdict| matches!(*verdict, "unsure" | "violated"));
         let status = summary::print(&report, folder.path(), true).unwrap();
         assert_eq!(format!("{status:?}"), format!("{:?}", ExitCode::from(u8::from(is_bad))));

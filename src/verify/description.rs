@@ -1,4 +1,4 @@
-//! What the first line of an event log says.
+//! The first line of an event log.
 
 use std::time::Duration;
 
@@ -13,22 +13,22 @@ use crate::output::note;
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Description {
     pub(super) scenario: Option<String>,
-    /// Whether it was a file of the user's own, which may have the name of a shipped one.
+    /// Whether the scenario was a file of the user, which may have the name of a shipped one.
     is_own: bool,
     /// The version of the program that wrote the log.
     version: Option<String>,
-    /// Time between ticks.
+    /// The time between ticks.
     pub(super) tick: Option<Duration>,
-    /// Whether it is of a tree of which it is unknown when it was ticked.
+    /// Whether the ticks of the tree are unknown.
     pub(super) lacks_ticks: bool,
-    /// Which messages the run could carry.
+    /// The messages that the channels of the run could carry.
     pub(super) carried: Option<Carried>,
     /// The components that were nodes of ROS 2.
     pub(super) remote: Vec<String>,
 }
 
 impl Description {
-    /// The contents of a log's first line; nothing if it is not JSON.
+    /// Reads the first line of a log; a line that is not JSON describes nothing.
     pub(super) fn of(line: &[u8]) -> Self {
         let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
         let text = |key: &str| match &described[key] {
@@ -47,7 +47,7 @@ impl Description {
         Self { scenario: text("scenario"), is_own, version: text("version"), tick, lacks_ticks, carried, remote }
     }
 
-    /// Rejects a log of a newer format, which is unknown.
+    /// Refuses a log of a newer version, whose format is unknown.
     pub(super) fn check_version(&self) -> Result<(), Error> {
         const THIS: &str = env!("CARGO_PKG_VERSION");
         let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
@@ -57,7 +57,8 @@ impl Description {
         Err(Error::refused(message, "use that version, or a newer one"))
     }
 
-    /// What vouches for the messages of the log: this program writes all of them, and which these can be.
+    /// The ground for the messages of the log: this program writes every message, and the messages that channels can
+    /// carry.
     pub(super) fn ground(&self) -> Ground {
         let what = "the log has every message of the scenario's channels";
         if self.version.is_some() && self.carried.is_some() {
@@ -67,9 +68,9 @@ impl Description {
         }
     }
 
-    /// The scenario to which the log belongs, unless another one is given.
-    pub(super) fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
-        match (asked_for, self.scenario.as_deref()) {
+    /// The scenario that is given, or else the one to which the log belongs.
+    pub(super) fn scenario<'a>(&'a self, given: Option<&'a str>) -> Result<&'a str, Error> {
+        match (given, self.scenario.as_deref()) {
             (Some(name), _) => Ok(name),
             (None, Some(name)) if find::shipped(name).is_some() && !self.is_own => Ok(name),
             (None, Some(name)) => {
@@ -110,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_of_a_scenario_of_ones_own_is_not_judged_by_the_shipped_one_of_its_name() {
+    fn a_log_of_a_users_scenario_is_not_judged_by_the_shipped_one_with_the_same_name() {
         let of = |argument: &str| {
             let line = format!(r#"{{"scenario":"battery_fault","provenance":{{"scenario":"{argument}"}}}}"#);
             Description::of(line.as_bytes())

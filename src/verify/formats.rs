@@ -15,8 +15,8 @@ use recording::{Header, Recording};
 use tree_logs::{LogWriter, LoggedTransition};
 
 use super::args::{RobotsArgs, VerifyArgs};
-use super::judge::Verified;
-use super::{Subject, verify_events};
+use super::event_log::{Specification, verify_by};
+use super::judge::VerificationResult;
 use crate::bag_tree::BagTreeArgs;
 use crate::results::ResultsArgs;
 
@@ -40,7 +40,7 @@ const OF_TICKS: &str = "property counted := always ((Lift, BT, reply = <running>
     time_until (Lift, BT, reply = <success>) < 3)";
 
 /// What `verify` finds in a log if these are the channels of its scenario, or why it refuses the log.
-pub(super) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> Result<Verified, Error> {
+pub(super) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> Result<VerificationResult, Error> {
     let args = VerifyArgs {
         logs: vec![path.to_owned()],
         properties: Vec::new(),
@@ -54,18 +54,18 @@ pub(super) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> 
         list: false,
         json: false,
     };
-    verify_events(&args, path, None, None, |described, header| {
+    verify_by(&args, path, None, None, |described, header| {
         let tick = described.tick.unwrap_or(header.map_or(TICK_OF_SCENARIO, |header| header.tick));
         let system = System::new(Arc::clone(topology), tick);
         let properties = system.read("p.scope", properties)?.properties;
-        Ok(Subject { system, run: Header::default(), properties, unjudged: Vec::new() })
+        Ok(Specification { system, run: Header::default(), properties, unjudged: Vec::new() })
     })
 }
 
 /// The verdicts on a log; none if it is refused.
 fn verdicts(path: &Path, properties: &str, topology: &Arc<Topology>) -> Option<Vec<&'static str>> {
     let verified = judge(path, properties, topology).ok()?;
-    Some((0..verified.properties.len()).map(|index| verified.verdict(index)).collect())
+    Some((0..verified.properties.len()).map(|index| verified.verdict(index).name()).collect())
 }
 
 /// Converts a recording into every format, as `report --record` does, and some of these once more. Returns the verdicts

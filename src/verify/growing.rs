@@ -8,13 +8,14 @@ use std::time::Duration;
 
 use crate::interrupt;
 
-/// How long to wait before looking again for what may have been written: chosen, not measured.
+/// The interval at which a log is checked for new data. Chosen, not measured.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// What verdicts leave open if the program was asked to end before the log did.
+/// The note if the program was interrupted before the end of the log.
 pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";
 
-/// More is passed on although it may be only a part of a line, which [`EventLog`](monitors::EventLog) refuses.
+/// The maximum length of a line, in bytes. A longer one is passed on incomplete, and [`EventLog`](monitors::EventLog)
+/// refuses it.
 const LONGEST_LINE: usize = 1 << 20;
 
 #[expect(clippy::disallowed_methods, reason = "waits for another program")]
@@ -22,22 +23,22 @@ pub(crate) fn pause() {
     std::thread::sleep(PAUSE);
 }
 
-/// The whole lines of an event log. Where it ends, waits for more: a pipe until it is closed, a file until the
-/// program is asked to end.
-pub(super) struct Growing {
+/// The complete lines of an event log that is being written. At the end of the data, reading waits for more: from a
+/// pipe until it is closed, from a file until the program is interrupted.
+pub(super) struct GrowingLog {
     input: Input,
-    /// What has been read but not passed on.
+    /// Data that has been read but not passed on.
     lines: Vec<u8>,
     is_over: bool,
 }
 
 enum Input {
     File(File),
-    /// Standard input, or a pipe with a name.
+    /// Standard input or a named pipe.
     Pipe(Receiver<io::Result<Vec<u8>>>),
 }
 
-impl Growing {
+impl GrowingLog {
     pub(super) fn open(log: &Path) -> io::Result<Self> {
         let input = match log {
             log if log == Path::new("-") => Input::Pipe(blocks(|| Ok(io::stdin()))),
@@ -53,7 +54,7 @@ impl Growing {
         Ok(Self { input, lines: Vec::new(), is_over: false })
     }
 
-    /// Reads what has been written, if only after a pause.
+    /// Reads new data, or pauses if there is none.
     fn more(&mut self) -> io::Result<()> {
         match &mut self.input {
             Input::Pipe(blocks) => match blocks.recv_timeout(PAUSE) {
@@ -76,7 +77,7 @@ impl Growing {
     }
 }
 
-impl Read for Growing {
+impl Read for GrowingLog {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             let whole = self.lines.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
@@ -95,7 +96,7 @@ impl Read for Growing {
     }
 }
 
-/// What a pipe has, read by a thread of its own: the system interrupts neither its opening nor its reading.
+/// The contents of a pipe. A separate thread opens and reads it, since neither operation can be interrupted.
 fn blocks<R: Read>(open: impl FnOnce() -> io::Result<R> + Send + 'static) -> Receiver<io::Result<Vec<u8>>> {
     let (sender, receiver) = sync_channel(4);
     std::thread::spawn(move || {

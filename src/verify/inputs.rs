@@ -1,4 +1,4 @@
-//! The files that a log is judged by.
+//! The files with which a log is judged.
 
 use std::path::{Path, PathBuf};
 
@@ -7,12 +7,12 @@ use editor::named_files;
 use recording::InputFile;
 use scenarios::files::Kind;
 
-/// What this process has read, and the shipped ones of these property files. A file is hashed as it is now; one that is
-/// in `others`, or a folder there, belongs to another log, or still grows.
+/// The files that this process has read, and the shipped files among these property files. A file is hashed as it is
+/// now. Files and folders in `others` are excluded: they belong to other logs, or are still being written.
 pub(crate) fn inputs(properties: &[PathBuf], others: &[&Path]) -> Vec<InputFile> {
     let is_other = |file: &Path| others.iter().any(|other| file.starts_with(other));
     let read = diagnostics::files_read().into_iter().filter(|file| !is_other(file));
-    // One that is gone by now has no hash any more.
+    // A file that no longer exists has no hash.
     let on_disk = read.filter_map(|file| InputFile::on_disk(&file).ok());
     let shipped = properties.iter().filter_map(|name| {
         let disk = Disk::default();

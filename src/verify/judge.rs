@@ -1,4 +1,4 @@
-//! Properties checked against recorded events, and the report of the results.
+//! Checks properties against events, and writes the report of the results.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,56 +11,57 @@ use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{
-    Certainty, Doubts, Evidence, Follower, Header, InputFile, Judge, Monitor, Origin, Provenance, Recording, RunView,
+    Certainty, Doubts, Evidence, Follower, Header, InputFile, Judge, Monitor, Origin, Provenance, Recording,
+    ShownVerdict, TrustedView,
 };
 use reports::file_place::FilePlace;
 use reports::{Outputs, Presentation};
-use runs::FITS;
-use trials::replay::sight::Sight;
+use trials::replay::live_pose::LivePose;
 
 use super::announcer::Announcer;
-use super::around::{Around, Looking};
 use super::live_page::LivePage;
+use super::log_context::LogContext;
+use super::scene_sampler::SceneSampler;
 use crate::live::BoardArgs;
 use crate::output::{note, warn};
 
-/// How long a page waits for the map, the robot on it and its laser: what is latched may take as long as the period of
-/// a publisher's heartbeats.
+/// How long a page waits for the map, the pose of the robot and its laser: a latched message may take as long as the
+/// period of the publisher's heartbeats.
 const LONGEST_WAIT: Duration = Duration::from_secs(4);
 
-/// Why a recording's property is not judged again.
+/// Why a property of a recording is not judged again.
 pub(super) const NO_FORMULA: &str = "no formula describes it";
 
-/// A log that was checked.
-pub(crate) struct Verified {
+/// The result of checking a log: the verdicts of properties, and what they rest on.
+pub(crate) struct VerificationResult {
     pub(crate) properties: Vec<Property>,
     pub(crate) end: LogEnd,
-    /// The names of a recording's properties that cannot be judged again: no formula describes them.
+    /// The names of the properties of a recording that cannot be judged again: no formula describes them.
     pub(crate) unjudged: Vec<String>,
-    /// For each property what its verdict rests on.
+    /// The evidence for the verdict of each property.
     pub(crate) evidence: Vec<Evidence>,
-    /// For each property that a recording satisfies although the true level fell below what it requires: that no
-    /// message told so.
-    pub(crate) unheard: Vec<Option<String>>,
-    /// For each property the story of its violation, as its page tells it; empty if nothing tells it.
+    /// For each property that a recording satisfies although the true level fell below the required one: a note that no
+    /// message reported this.
+    pub(crate) unreported_levels: Vec<Option<String>>,
+    /// For each property the story of its violation, as on the page of its report; empty without a story.
     pub(crate) stories: Vec<Vec<String>>,
-    /// What is known of its run: of an event log only the argument of its scenario, and of others not even that.
+    /// The header of the run: for an event log only with the argument of its scenario, for a bag empty.
     pub(crate) header: Header,
-    /// Where the processes of a bag's tree are written, if the command line names it.
+    /// Where the processes of the tree of a bag are written, if the command line names the tree.
     pub(crate) processes: BTreeMap<String, FilePlace>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(crate) start_ns: Option<i64>,
-    /// Whether it is known when the tree was ticked.
+    /// Whether the ticks of the tree are known.
     pub(crate) knows_ticks: bool,
-    /// What is missing from the log or was not judged, in words.
+    /// What is missing in the log or was not judged, in words.
     pub(crate) notes: Vec<String>,
-    /// The files that it was judged by, if results are wanted.
+    /// The files with which it was judged, if results are wanted.
     pub(crate) inputs: Vec<InputFile>,
 }
 
-/// The properties that the run of a recording watched, and the names of those that cannot be judged again, because no
+/// The properties that were monitored in a recorded run, and the names of those that cannot be judged again because no
 /// formula describes them.
-pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), Error> {
+pub(super) fn recorded_properties(header: &Header) -> Result<(Vec<Property>, Vec<String>), Error> {
     let (mut properties, mut others) = (Vec::new(), Vec::new());
     for Monitor { name, property, summary, formula, .. } in header.monitors.iter() {
         let Some(formula) = formula else {
@@ -77,19 +78,19 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
     Ok((properties, others))
 }
 
-impl Verified {
-    /// What was judged until `end`; the notes say what its verdicts leave open.
+impl VerificationResult {
+    /// The result for events until `end`, with `left_open` among its notes.
     pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts, left_open: String) -> Self {
-        let judgment = Judgment::of(end, doubts, &properties);
-        let notes = judgment.notes(&properties).into_iter().chain([left_open]).collect();
-        Self::judged(properties, judgment, notes)
+        let monitoring = MonitoringResult::of(end, doubts, &properties);
+        let notes = monitoring.notes(&properties).into_iter().chain([left_open]).collect();
+        Self::of_monitoring(properties, monitoring, notes)
     }
 
-    /// The same of a log about which nothing else is known.
-    pub(super) fn judged(properties: Vec<Property>, judgment: Judgment, notes: Vec<String>) -> Self {
-        let Judgment { end, evidence, stories, inputs, .. } = judgment;
+    /// The result for a log of which nothing else is known.
+    pub(super) fn of_monitoring(properties: Vec<Property>, monitoring: MonitoringResult, notes: Vec<String>) -> Self {
+        let MonitoringResult { end, evidence, stories, inputs, .. } = monitoring;
         Self {
-            unheard: vec![None; properties.len()],
+            unreported_levels: vec![None; properties.len()],
             properties,
             unjudged: Vec::new(),
             end,
@@ -104,10 +105,11 @@ impl Verified {
         }
     }
 
-    /// What a monitor still waits for, in words.
+    /// The open obligations of a monitor, in words.
     pub(super) fn open(&self, monitor: &ScopeMonitor) -> Vec<String> {
         let open = monitor.open_obligations().into_iter();
-        open.map(|owed| if self.knows_ticks { owed.to_string() } else { format!("{owed:#}") }).collect()
+        open.map(|obligation| if self.knows_ticks { obligation.to_string() } else { format!("{obligation:#}") })
+            .collect()
     }
 
     /// When the log ends.
@@ -115,34 +117,34 @@ impl Verified {
         self.end.time()
     }
 
-    /// The verdict of a property: satisfied, violated, inconclusive, unsure, or none.
-    pub(super) fn verdict(&self, index: usize) -> &'static str {
-        self.evidence[index].verdict(self.outcome(index))
+    /// The verdict of a property.
+    pub(super) fn verdict(&self, index: usize) -> ShownVerdict {
+        self.evidence[index].certainty().verdict(self.outcome(index))
     }
 
-    /// Whether a property has a verdict, so that something can be said about it.
+    /// Whether a property has a verdict.
     pub(super) fn has_verdict(&self, index: usize) -> bool {
         self.evidence[index].has_verdict()
     }
 
-    /// What is assumed of the messages, each once.
+    /// The assumptions about the messages, without duplicates.
     pub(super) fn assumptions(&self) -> BTreeSet<&str> {
         self.evidence.iter().flat_map(Evidence::assumptions).map(String::as_str).collect()
     }
 
-    /// The outcome of a property if nothing is missing.
+    /// The outcome of a property if no message is missing.
     pub(super) fn outcome(&self, index: usize) -> Outcome {
         Outcome::of(self.properties[index].monitor.as_ref())
     }
 
-    /// What the verdicts must not hide: that there was nothing to judge, or nothing to judge it by.
-    pub(super) fn nothing(&self) -> impl Iterator<Item = &'static str> {
+    /// Notes that there were no events or no properties, which the verdicts alone would not show.
+    pub(super) fn empty_inputs(&self) -> impl Iterator<Item = &'static str> {
         let no_events = (self.end.messages + self.end.ticks == 0).then_some("the log contains no events");
         let no_property = self.properties.is_empty().then_some("there is no property to check the log against");
         no_events.into_iter().chain(no_property)
     }
 
-    /// What the verdicts were made from.
+    /// The files and the scenario from which the verdicts follow.
     pub(super) fn provenance(&self) -> Provenance {
         let scenario = self.header.origin.argument.clone();
         Provenance { scenario, ..Provenance::of_files(self.inputs.clone()) }
@@ -159,34 +161,34 @@ impl Verified {
     }
 }
 
-/// For each property that is satisfied although, in this recording of a simulated run, the true level fell below what
-/// it requires: that no message told so. A level in the rest of a truncated recording is unknown, like its messages.
-pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology) -> Vec<Option<String>> {
+/// For each property that is satisfied although the true level in this recording of a simulated run fell below the
+/// required one: a note that no message reported this. Levels in the missing part of a truncated recording are unknown.
+pub(super) fn unreported_levels(path: &Path, properties: &[Property], topology: &Topology) -> Vec<Option<String>> {
     let view = Recording::open(path).and_then(|mut recording| {
         let mut view = recording.begin()?;
         while view.end().is_none() && recording.advance(&mut view).is_ok() {}
         Ok(view)
     });
-    let unheard = |property: &Property| {
+    let unreported = |property: &Property| {
         let outcome = Outcome::of(property.monitor.as_ref());
         reports::unheard_level(&Monitor::of(property, topology), outcome, view.as_ref().ok()?)
     };
-    properties.iter().map(unheard).collect()
+    properties.iter().map(unreported).collect()
 }
 
-/// How far a log goes, and what the verdicts rest on; also which violations after the first, and which numbers and
-/// lengths of violations, are unsure, and why.
-pub(super) struct Judgment {
+/// The result of the monitors at the end of a log: the end, and the evidence for the verdicts. Also why violations
+/// after the first, and the number and the length of violations, are unsure.
+pub(super) struct MonitoringResult {
     pub(super) end: LogEnd,
     pub(super) evidence: Vec<Evidence>,
-    /// The stories of violations, if they are told.
+    /// The stories of violations, if they are wanted.
     pub(super) stories: Vec<Vec<String>>,
     inputs: Vec<InputFile>,
     later: Vec<Option<String>>,
     extents: Vec<Option<String>>,
 }
 
-impl Judgment {
+impl MonitoringResult {
     fn of(end: LogEnd, doubts: &Doubts, properties: &[Property]) -> Self {
         let evidence = properties.iter().enumerate().map(|(index, property)| doubts.evidence(index, property));
         let owned = |why: Option<&str>| why.map(str::to_owned);
@@ -200,7 +202,7 @@ impl Judgment {
         }
     }
 
-    /// What is unsure of violations although the first is sure, in words.
+    /// What is unsure about violations although the first is sure, in words.
     pub(super) fn notes(&self, properties: &[Property]) -> Vec<String> {
         let of = |(Property { name, .. }, (later, extent)): (&Property, (&Option<String>, &Option<String>))| {
             let again = later.as_ref().map(|why| format!("whether {name} was violated again is unsure: {why}"));
@@ -211,7 +213,7 @@ impl Judgment {
     }
 }
 
-/// The requested properties.
+/// The properties in these files.
 pub(crate) fn load(files: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
     if files.is_empty() {
         let help = "name a file with properties: `--property FILE`; only recordings by steward have properties of \
@@ -239,57 +241,58 @@ pub(super) fn name(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// A log that is to be judged.
-pub(super) struct Judged<'l> {
-    /// The command that judges it again.
+/// The check of a log, before its events are read.
+pub(super) struct Verification<'l> {
+    /// The command that repeats the check.
     pub(super) command: String,
     pub(super) name: String,
     /// The folder of its report, if there is one.
     pub(super) folder: Option<&'l Path>,
-    /// Whether the stories of violations are wanted even without one.
+    /// Whether the stories of violations are wanted even without a report.
     pub(super) stories: bool,
-    /// What it is, in words.
+    /// A description of the log, in words.
     pub(super) about: String,
     /// The text of its mapping.
     pub(super) mapping: String,
-    /// The files that it is judged by, if results are wanted.
+    /// The files with which it is judged, if results are wanted.
     pub(super) inputs: Vec<InputFile>,
     pub(super) system: &'l System,
-    pub(super) around: &'l Around,
-    /// Reports verdicts as they are reached, if that is wanted.
+    pub(super) context: &'l LogContext,
+    /// Reports verdicts as they are reached, if this is wanted.
     pub(super) announcer: Option<Announcer>,
-    /// Shows everything on a page meanwhile, if that is wanted.
+    /// Shows the events on a live page, if this is wanted.
     pub(super) board: Option<&'l BoardArgs>,
 }
 
-impl Judged<'_> {
-    /// Makes the monitors judge the events; also writes the report to the folder, if there is one. `doubts` says what
-    /// may be missing.
+impl Verification<'_> {
+    /// Runs the monitors on the events, and writes the report to the folder, if there is one. `doubts` knows which
+    /// messages may be missing.
     pub(super) fn judge(
         mut self,
         events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
-    ) -> Result<Judgment, Error> {
+    ) -> Result<MonitoringResult, Error> {
         let announcer = self.announcer.take();
-        let judgment = match (self.folder, self.board) {
-            (None, None) if !self.stories => judge_in_words(events, properties, doubts, self.around, announcer),
-            _ => self.show(events, properties, doubts, announcer),
+        let result = match (self.folder, self.board) {
+            (None, None) if !self.stories => judge_without_report(events, properties, doubts, self.context, announcer),
+            _ => self.judge_with_report(events, properties, doubts, announcer),
         }?;
-        Ok(Judgment { inputs: self.inputs, ..judgment })
+        Ok(MonitoringResult { inputs: self.inputs, ..result })
     }
 
-    /// The same with all records, for those who look at them.
-    fn show(
+    /// Makes all records, for the report and the live page.
+    fn judge_with_report(
         &self,
         mut events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
         mut announcer: Option<Announcer>,
-    ) -> Result<Judgment, Error> {
-        let Self { around, system, .. } = self;
-        let mut idle = || announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
-        let first = around.sight.iter().flat_map(|sight| await_sight(sight, &mut events, &mut idle));
+    ) -> Result<MonitoringResult, Error> {
+        let Self { context, system, .. } = self;
+        let mut idle = || announcer.iter_mut().for_each(|announcer| announcer.idle(properties, context));
+        let live_pose = context.live_pose.iter();
+        let first = live_pose.flat_map(|live_pose| await_live_pose(live_pose, &mut events, &mut idle));
         let first: Vec<_> = first.collect();
         let events = first.into_iter().chain(events);
         let folder = self.folder.map(Path::to_owned);
@@ -300,10 +303,10 @@ impl Judged<'_> {
         let about = [self.name.clone(), self.about.clone()];
         let (mut judge, mut header, start) =
             Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
-        around.describe(&mut header);
-        let mut looking = Looking::begin(around, &header);
-        let mut places = around.way.iter().flat_map(|way| &way.places).peekable();
-        let mut view = RunView::new(header, start).expect(FITS);
+        context.describe(&mut header);
+        let mut sampler = SceneSampler::begin(context, &header);
+        let mut points = context.trajectory.iter().flat_map(|trajectory| &trajectory.points).peekable();
+        let mut view = TrustedView::new(header, start);
         let mut presentation = Presentation::begin(&view, &outputs)?;
         let mut page = self.board.map(|_| LivePage::begin(&view)).transpose()?;
         if let (Some(board), Some(page)) = (self.board, &page) {
@@ -313,87 +316,89 @@ impl Judged<'_> {
         while let Some(event) = events.next() {
             match event? {
                 Found::Event(event) => {
-                    while let Some(place) = places.next_if(|place| around.time(place) <= event.time) {
-                        let time = around.time(place).max(view.time());
-                        view.apply(judge.place(time, place.pose, None)).expect(FITS);
+                    while let Some(point) = points.next_if(|point| context.time(point) <= event.time) {
+                        let time = context.time(point).max(view.time());
+                        view.apply(judge.place(time, point.pose, None));
                         presentation.follow(&view)?;
                     }
-                    if let Some((pose, scene)) = looking.as_mut().and_then(|looking| looking.look(event.time, around)) {
+                    let sample = sampler.as_mut().and_then(|sampler| sampler.sample(event.time, context));
+                    if let Some((pose, scene)) = sample {
                         let time = event.time.max(view.time());
-                        view.apply(judge.place(time, pose, scene)).expect(FITS);
+                        view.apply(judge.place(time, pose, scene));
                         presentation.follow(&view)?;
                         page.iter_mut().try_for_each(|page| page.follow(&view))?;
                     }
                     let number = event.step;
                     let mut step = judge.step(event, properties);
-                    around.answers.iter().for_each(|answers| answers.add(number, &mut step));
-                    view.apply(step).expect(FITS);
+                    context.tree.iter().for_each(|tree| tree.add(number, &mut step));
+                    view.apply(step);
                     if let Some(page) = &mut page {
                         page.follow(&view)?;
                     }
                 }
                 Found::LeftOut(gap) => judge.miss(&gap, properties),
                 Found::Resumed(channel) => judge.resume(channel, properties),
-                Found::Ended(time) => view.apply(judge.end_at(time)).expect(FITS),
+                Found::Ended(time) => view.apply(judge.end_at(time)),
                 Found::Vouched(channel, ground) => judge.vouch(channel, ground),
                 Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
                 Found::Idle => {
-                    announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
+                    announcer.iter_mut().for_each(|announcer| announcer.idle(properties, context));
                     page.iter_mut().try_for_each(LivePage::show)?;
                     continue;
                 }
             }
             if let Some(announcer) = &mut announcer {
-                announcer.follow(view.time(), properties, judge.doubts(), around)?;
+                announcer.follow(view.time(), properties, judge.doubts(), context)?;
             }
             // The last step is recorded with the end.
             if events.peek().is_none() {
-                view.finish(judge.finish(properties)).expect(FITS);
+                view.finish(judge.finish(properties));
             }
             presentation.follow(&view)?;
         }
         if view.end().is_none() {
-            view.finish(judge.finish(properties)).expect(FITS);
+            view.finish(judge.finish(properties));
         }
-        view.set_began(around.start_ns.get().and_then(bags::date));
+        let mut view = view.into_inner();
+        view.set_began(context.start_ns.get().and_then(bags::date));
         let report = presentation.finish(&view)?;
         if let Some(page) = page {
             page.finish(&view)?;
         }
         let stories = report.monitors.into_iter().map(|monitor| monitor.story).collect();
-        Ok(Judgment { stories, ..Judgment::of(judge.end(), judge.doubts(), properties) })
+        Ok(MonitoringResult { stories, ..MonitoringResult::of(judge.end(), judge.doubts(), properties) })
     }
 }
 
-/// Waits until a robot can be shown, but not for long. Returns what has been found meanwhile.
-#[expect(clippy::disallowed_methods, reason = "a robot is waited for in real time")]
-fn await_sight(
-    sight: &RefCell<Sight>,
+/// Waits a limited time until the robot can be shown. Returns the events that are found in the meantime.
+#[expect(clippy::disallowed_methods, reason = "a robot is awaited in real time")]
+fn await_live_pose(
+    live_pose: &RefCell<LivePose>,
     events: &mut impl Iterator<Item = Result<Found, Error>>,
     idle: &mut impl FnMut(),
 ) -> Vec<Result<Found, Error>> {
-    let (mut found, asked) = (Vec::new(), Instant::now());
-    while sight.borrow_mut().missing().is_some() && asked.elapsed() < LONGEST_WAIT {
+    let (mut found, start) = (Vec::new(), Instant::now());
+    while live_pose.borrow_mut().missing().is_some() && start.elapsed() < LONGEST_WAIT {
         match events.next() {
             Some(Ok(Found::Idle)) => idle(),
             Some(next) => found.push(next),
             None => break,
         }
     }
-    let mut sight = sight.borrow_mut();
-    sight.unread().for_each(note);
-    sight.missing().into_iter().for_each(note);
+    let mut live_pose = live_pose.borrow_mut();
+    live_pose.unread().for_each(note);
+    live_pose.missing().into_iter().for_each(note);
     found
 }
 
-/// The same without a report, which is faster.
-pub(super) fn judge_in_words(
+/// Runs the monitors on the events without making records, which is faster.
+pub(super) fn judge_without_report(
     events: impl Iterator<Item = Result<Found, Error>>,
     properties: &mut [Property],
     mut doubts: Doubts,
-    around: &Around,
+    context: &LogContext,
     mut announcer: Option<Announcer>,
-) -> Result<Judgment, Error> {
+) -> Result<MonitoringResult, Error> {
     let mut end = LogEnd::default();
     for found in events {
         match found? {
@@ -408,13 +413,13 @@ pub(super) fn judge_in_words(
             Found::Vouched(channel, ground) => doubts.vouch(channel, ground),
             Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
             Found::Idle => {
-                announcer.iter_mut().for_each(|announcer| announcer.idle(properties, around));
+                announcer.iter_mut().for_each(|announcer| announcer.idle(properties, context));
                 continue;
             }
         }
         if let Some(announcer) = &mut announcer {
-            announcer.follow(end.time(), properties, &doubts, around)?;
+            announcer.follow(end.time(), properties, &doubts, context)?;
         }
     }
-    Ok(Judgment::of(end, &doubts, properties))
+    Ok(MonitoringResult::of(end, &doubts, properties))
 }

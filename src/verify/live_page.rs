@@ -1,4 +1,4 @@
-//! The live page of what is being judged: it follows a recording that is written for it.
+//! The live page of a check, which follows a temporary recording.
 
 use std::fs::File;
 use std::io;
@@ -10,14 +10,14 @@ use recording::{Follower as _, RunView, Writer};
 use tempfile::TempDir;
 
 const NAME: &str = "watched";
-/// How long the page may be behind.
+/// The maximum delay of the page.
 const BEHIND: Duration = Duration::from_millis(100);
 
-/// The recording that a page follows.
+/// The recording that the page follows.
 pub(crate) struct LivePage {
     writer: Writer<File>,
     flushed: Instant,
-    /// Where the recording is, until the page has opened it.
+    /// The folder of the recording, until the page has opened it.
     folder: TempDir,
 }
 
@@ -31,18 +31,18 @@ impl LivePage {
         Ok(page)
     }
 
-    /// The recording, for as long as this lives.
+    /// The path of the recording, which exists as long as this value.
     pub(crate) fn recording(&self) -> PathBuf {
         self.folder.path().join(NAME)
     }
 
-    /// Adds what is new.
+    /// Adds the current step to the recording.
     pub(crate) fn follow(&mut self, view: &RunView) -> Result<(), Error> {
         self.writer.follow(view).map_err(unwritten)?;
         self.show()
     }
 
-    /// Shows what has been added, if that is due.
+    /// Makes the added steps visible, if this is due.
     pub(crate) fn show(&mut self) -> Result<(), Error> {
         if self.flushed.elapsed() < BEHIND {
             return Ok(());
@@ -51,7 +51,7 @@ impl LivePage {
         self.writer.flush().map_err(unwritten)
     }
 
-    /// Shows the end, for as long as the program goes on.
+    /// Makes the end visible. The page shows it until the program ends.
     pub(crate) fn finish(mut self, view: &RunView) -> Result<(), Error> {
         view.end().map_or(Ok(()), |end| self.writer.end(end)).map_err(unwritten)?;
         self.writer.flush().map_err(unwritten)
@@ -62,7 +62,7 @@ fn unwritten(source: io::Error) -> Error {
     diagnostics::Error::Write { path: std::env::temp_dir(), source }.into()
 }
 
-#[expect(clippy::disallowed_methods, reason = "what is shown to a person keeps pace with the clock")]
+#[expect(clippy::disallowed_methods, reason = "a live page follows real time")]
 fn now() -> Instant {
     Instant::now()
 }

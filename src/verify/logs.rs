@@ -1,14 +1,13 @@
-//! What logs say together: a line for each, a page that leads to their reports, and test cases.
+//! The summary of several logs: a line for each, an index page with links to their reports, and test cases.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use campaigns::Error;
-use editor::counted;
-use monitors::Property;
-use recording::{Certainty, Evidence, Provenance};
+use diagnostics::counted;
+use monitors::{Outcome, Property};
+use recording::{Certainty, Evidence, Provenance, ShownVerdict};
 use reports::REPORT;
 use reports::file_place::FilePlace;
 use reports::html::{self, Day, LogRow};
@@ -16,34 +15,34 @@ use reports::results::{Case, CaseResult, Suite, TrailStep, WrittenPlaces, trail}
 use serde_json::{Value, json};
 
 use super::args::VerifyArgs;
-use super::judge::{NO_FORMULA, Verified};
+use super::judge::{NO_FORMULA, VerificationResult};
 use super::mapped::{check_no_bag, check_violations};
 use crate::results::{places_now, refused};
 
-/// The name of the page that leads to the reports.
+/// The name of the index page.
 const INDEX: &str = "index.html";
 
-/// A log that was checked, or could not be.
+/// The result for a log, as a line of the summary.
 pub(super) struct Line {
     log: PathBuf,
-    /// The folder of its report.
+    /// The folder of its report, if there is one.
     folder: Option<PathBuf>,
-    result: Result<Checked, Refusal>,
+    result: Result<LogSummary, Refusal>,
 }
 
 /// Why a log could not be checked.
 struct Refusal {
     reason: String,
-    /// The same with its places, as a test case.
+    /// The reason with its places, as a test case.
     suite: Suite,
 }
 
-/// What remains of a log: little, since there may be many.
-struct Checked {
+/// The part of a result that is kept. It is small, since there may be many logs.
+struct LogSummary {
     start_ns: Option<i64>,
     end: Duration,
     messages: u64,
-    verdicts: Vec<Judgment>,
+    verdicts: Vec<PropertyVerdict>,
     /// The properties that could not be judged.
     unjudged: Vec<Case>,
     notes: Vec<String>,
@@ -51,16 +50,17 @@ struct Checked {
 }
 
 /// The verdict of a property.
-struct Judgment {
+struct PropertyVerdict {
     property: String,
-    verdict: &'static str,
-    /// How often it was violated, if its monitor goes on.
+    verdict: ShownVerdict,
+    /// How often the property was violated, if its monitor continues after a violation.
     times: Option<u64>,
-    /// Why, for readers of a build log.
+    /// The reason, for readers of a build log.
     why: String,
-    /// Why it says little that it is satisfied, if that is so.
-    says_little: Option<String>,
-    /// What it leaves open: what it still waits for, which condition never occurred, and what no message told.
+    /// Why the property is satisfied only weakly, if this is so.
+    weakness: Option<String>,
+    /// What the verdict leaves open: open obligations, conditions that never occurred, and levels that no message
+    /// reported.
     open: Vec<String>,
     /// Where the property is written.
     place: Option<FilePlace>,
@@ -75,29 +75,29 @@ impl Line {
         args: &VerifyArgs,
         log: &Path,
         folder: Option<PathBuf>,
-        verified: Result<&Verified, &Error>,
+        result: Result<&VerificationResult, &Error>,
     ) -> Self {
         let refusal = |error: &Error| {
             let suite = refused(&log.display().to_string(), error, args.on_disk());
             Refusal { reason: error.reasons(), suite }
         };
-        let result = verified.map(|verified| Checked::of(verified, written(args, verified))).map_err(refusal);
+        let result = result.map(|result| LogSummary::of(result, written(args, result))).map_err(refusal);
         Self { log: log.to_owned(), folder, result }
     }
 
-    /// The day on which it begins, or which its name has: `2026-03-01`. The latter is what rosbag2 writes,
+    /// The day on which the log begins, or else the day in its name: `2026-03-01`. rosbag2 writes names such as
     /// `rosbag2_2026_03_01-10_20_00`.
     fn day(&self) -> Option<String> {
-        let begun = self.result.as_ref().ok().and_then(|checked| bags::date(checked.start_ns?));
+        let begun = self.result.as_ref().ok().and_then(|summary| bags::date(summary.start_ns?));
         begun.map(|date| date.format("%Y-%m-%d").to_string()).or_else(|| day_in(&self.log.to_string_lossy()))
     }
 
     fn is_bad(&self) -> bool {
-        self.result.as_ref().is_ok_and(|checked| checked.verdicts.iter().any(Judgment::is_bad))
+        self.result.as_ref().is_ok_and(|summary| summary.verdicts.iter().any(PropertyVerdict::is_bad))
     }
 
     fn is_undecided(&self) -> bool {
-        self.result.as_ref().is_ok_and(|checked| checked.verdicts.iter().any(|it| it.verdict == "inconclusive"))
+        self.result.as_ref().is_ok_and(|summary| summary.verdicts.iter().any(PropertyVerdict::is_undecided))
     }
 
     /// A log that was refused, as JSON.
@@ -111,24 +111,24 @@ impl Line {
         // Standard input is no file.
         let file = self.log.exists().then(|| FilePlace::whole(&name));
         match &self.result {
-            Ok(checked) => {
-                let provenance = Some(checked.provenance.clone());
-                let facts = vec![("messages", checked.messages.to_string()), ("seconds", seconds(checked.end))];
+            Ok(summary) => {
+                let provenance = Some(summary.provenance.clone());
+                let facts = vec![("messages", summary.messages.to_string()), ("seconds", seconds(summary.end))];
                 Suite {
                     name,
                     provenance,
                     facts,
-                    notes: checked
+                    notes: summary
                         .notes
                         .iter()
                         .cloned()
-                        .chain(checked.verdicts.iter().flat_map(Judgment::notes))
+                        .chain(summary.verdicts.iter().flat_map(PropertyVerdict::notes))
                         .collect(),
-                    cases: checked
+                    cases: summary
                         .verdicts
                         .iter()
-                        .map(Judgment::case)
-                        .chain(checked.unjudged.iter().cloned())
+                        .map(PropertyVerdict::case)
+                        .chain(summary.unjudged.iter().cloned())
                         .collect(),
                     file,
                     page: self.folder.as_ref().map(|folder| folder.join(html::FILE)),
@@ -140,73 +140,90 @@ impl Line {
     }
 }
 
-impl Checked {
-    fn of(verified: &Verified, (places, changed): (WrittenPlaces, Vec<String>)) -> Self {
-        let verdicts = verified.properties.iter().enumerate().map(|(index, property)| {
+impl LogSummary {
+    fn of(result: &VerificationResult, (places, changed): (WrittenPlaces, Vec<String>)) -> Self {
+        let verdicts = result.properties.iter().enumerate().map(|(index, property)| {
             let monitor = property.scope_monitor();
             let violations = monitor.and_then(|monitor| monitor.violations());
             let witness = monitor.and_then(|monitor| monitor.witness());
-            let witness = witness.filter(|_| verified.has_verdict(index));
-            let trail = witness.map(|witness| trail(&property.name, witness, verified.knows_ticks, &places));
+            let witness = witness.filter(|_| result.has_verdict(index));
+            let trail = witness.map(|witness| trail(&property.name, witness, result.knows_ticks, &places));
             let trail = trail.unwrap_or_default();
             let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
             let vacuous = vacuous.into_iter().map(|vacuity| vacuity.to_string());
-            let hollow: Vec<String> = vacuous.chain(verified.unheard[index].clone()).collect();
-            let pending = monitor.map(|monitor| verified.open(monitor)).unwrap_or_default();
-            let words = witness.map(|witness| reports::witness_in_words(witness, verified.knows_ticks));
-            Judgment {
+            let weaknesses: Vec<String> = vacuous.chain(result.unreported_levels[index].clone()).collect();
+            let pending = monitor.map(|monitor| result.open(monitor)).unwrap_or_default();
+            let words = witness.map(|witness| reports::witness_in_words(witness, result.knows_ticks));
+            PropertyVerdict {
                 property: property.name.clone(),
-                verdict: verified.verdict(index),
+                verdict: result.verdict(index),
                 times: violations.filter(|all| all.goes_on).map(|all| all.count),
-                why: verified.evidence[index].certainty().why().map(str::to_owned).or(words).unwrap_or_default(),
-                says_little: unless(&verified.evidence[index]).or(hollow.first().cloned()),
-                open: pending.into_iter().chain(hollow).chain(open_questions(&verified.evidence[index])).collect(),
+                why: result.evidence[index].certainty().why().map(str::to_owned).or(words).unwrap_or_default(),
+                weakness: unless(&result.evidence[index]).or(weaknesses.first().cloned()),
+                open: pending.into_iter().chain(weaknesses).chain(open_questions(&result.evidence[index])).collect(),
                 place: places.properties.get(&property.name).cloned(),
                 trail,
-                story: verified.stories[index].clone(),
+                story: result.stories[index].clone(),
             }
         });
         Self {
-            start_ns: verified.start_ns,
-            end: verified.end_time(),
-            messages: verified.end.messages,
+            start_ns: result.start_ns,
+            end: result.end_time(),
+            messages: result.end.messages,
             verdicts: verdicts.collect(),
-            unjudged: verified.unjudged.iter().map(|name| Case::not_judged(name, NO_FORMULA, &places)).collect(),
-            notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).chain(changed).collect(),
-            provenance: verified.provenance(),
+            unjudged: result.unjudged.iter().map(|name| Case::not_judged(name, NO_FORMULA, &places)).collect(),
+            notes: result
+                .empty_inputs()
+                .map(str::to_owned)
+                .chain(result.notes.iter().cloned())
+                .chain(changed)
+                .collect(),
+            provenance: result.provenance(),
         }
     }
 
-    /// When it begins; empty if its clock does not say.
+    /// When the log begins; empty if its clock does not count from 1970.
     fn begins(&self) -> String {
         self.start_ns.filter(|&ns| bags::date(ns).is_some()).map_or_else(String::new, bags::moment)
     }
 }
 
-impl Judgment {
+impl PropertyVerdict {
     fn is_bad(&self) -> bool {
-        matches!(self.verdict, "violated" | "unsure" | "no verdict")
+        !self.is_satisfied() && !self.is_undecided()
     }
 
-    /// The verdict, and how often it was violated if more than once.
+    fn is_satisfied(&self) -> bool {
+        self.verdict == ShownVerdict::Of(Outcome::Satisfied)
+    }
+
+    fn is_undecided(&self) -> bool {
+        self.verdict == ShownVerdict::Of(Outcome::Inconclusive)
+    }
+
+    /// The verdict, and the number of violations if there are several.
     fn words(&self) -> String {
         match self.times {
             Some(times @ 2..) => format!("{} {times} times", self.verdict),
-            _ => self.verdict.to_owned(),
+            _ => self.verdict.to_string(),
         }
     }
 
-    /// What it leaves open.
+    /// What the verdict leaves open.
     fn notes(&self) -> impl Iterator<Item = String> {
         self.open.iter().map(|words| format!("{}: {words}", self.property))
     }
 
     fn case(&self) -> Case {
         let result = match self.verdict {
-            "satisfied" => self.says_little.clone().map_or(CaseResult::Passed, CaseResult::Skipped),
-            "inconclusive" => CaseResult::Skipped("something was still pending when the log ended".to_owned()),
-            "no verdict" => CaseResult::Error(format!("{} has no verdict: {}", self.property, self.why)),
-            _ => CaseResult::Failed {
+            ShownVerdict::Of(Outcome::Satisfied) => {
+                self.weakness.clone().map_or(CaseResult::Passed, CaseResult::Skipped)
+            }
+            ShownVerdict::Of(Outcome::Inconclusive) => {
+                CaseResult::Skipped("something was still pending when the log ended".to_owned())
+            }
+            ShownVerdict::Groundless => CaseResult::Error(format!("{} has no verdict: {}", self.property, self.why)),
+            ShownVerdict::Of(Outcome::Violated) | ShownVerdict::Unsure => CaseResult::Failed {
                 message: format!("{} is {}", self.property, self.words()),
                 details: self.why.trim_end().to_owned(),
             },
@@ -224,39 +241,39 @@ impl Judgment {
     }
 }
 
-/// What would change a verdict that is otherwise sure.
+/// What would change a verdict that is otherwise sure, in words.
 fn unless(evidence: &Evidence) -> Option<String> {
     let Certainty::Unless(why) = evidence.certainty() else { return None };
     Some(format!("unless {why}"))
 }
 
-/// What a verdict leaves open for want of evidence.
+/// What a verdict leaves open because evidence is missing.
 fn open_questions(evidence: &Evidence) -> Vec<String> {
     let silent = evidence.silent().iter().map(|channel| format!("no message {channel} in the whole run"));
     let assumed = evidence.assumptions().iter().map(|what| format!("it is assumed that {what}"));
     unless(evidence).into_iter().chain(silent).chain(assumed).collect()
 }
 
-/// Where properties and processes of a log are written, if results are wanted: properties without a file are those of
-/// its scenario, and so are the processes unless the command line names the tree. Also what has changed since, in
+/// Where the properties and the processes of a log are written, if results are wanted. Properties without a file belong
+/// to its scenario, and so do the processes unless the command line names the tree. Also the changes since then, in
 /// words.
-fn written(args: &VerifyArgs, verified: &Verified) -> (WrittenPlaces, Vec<String>) {
+fn written(args: &VerifyArgs, result: &VerificationResult) -> (WrittenPlaces, Vec<String>) {
     if !args.results.are_wanted() {
         return Default::default();
     }
     let named = |property: &Property| Some((property.name.clone(), FilePlace::of(property.place.as_ref()?)?));
-    let properties = verified.properties.iter().filter_map(named).collect();
-    let given = WrittenPlaces { file: None, properties, processes: verified.processes.clone() };
+    let properties = result.properties.iter().filter_map(named).collect();
+    let given = WrittenPlaces { file: None, properties, processes: result.processes.clone() };
     let given = given.with_paths(args.on_disk());
-    let (mut places, changed) = places_now(&verified.header, &verified.properties);
+    let (mut places, changed) = places_now(&result.header, &result.properties);
     places.properties.extend(given.properties);
     places.processes.extend(given.processes);
     (places, changed)
 }
 
-/// In the order of their beginnings, if all are known, or else of the days in their names.
+/// Sorts logs by their beginnings if all are known, or else by the days in their names.
 pub(super) fn sort(lines: &mut [Line]) {
-    let start = |line: &Line| line.result.as_ref().ok().and_then(|checked| checked.start_ns);
+    let start = |line: &Line| line.result.as_ref().ok().and_then(|summary| summary.start_ns);
     if lines.iter().all(|line| line.result.is_err() || start(line).is_some()) {
         lines.sort_by_key(|line| (start(line).is_none(), start(line)));
     } else if lines.iter().all(|line| line.day().is_some()) {
@@ -264,7 +281,7 @@ pub(super) fn sort(lines: &mut [Line]) {
     }
 }
 
-/// The first date in a name: four digits, two and two, with or without `-` or `_` between them.
+/// The first date in a name: four digits, two and two, which may be separated by `-` or `_`.
 fn day_in(name: &str) -> Option<String> {
     let letters: Vec<char> = name.chars().collect();
     let number = |from: usize, length: usize| {
@@ -281,23 +298,23 @@ fn day_in(name: &str) -> Option<String> {
     })
 }
 
-/// What the logs of each day say together, if they are of several days; logs without a day are left out.
+/// The verdicts of each day, if there are several days. Logs without a day are left out.
 fn days(lines: &[Line]) -> Vec<Day> {
     let mut days: BTreeMap<String, Day> = BTreeMap::new();
     for line in lines {
-        let (Some(date), Ok(checked)) = (line.day(), &line.result) else { continue };
+        let (Some(date), Ok(summary)) = (line.day(), &line.result) else { continue };
         let day = days.entry(date.clone()).or_insert_with(|| Day { date, ..Day::default() });
         day.logs += 1;
-        for judgment in &checked.verdicts {
-            let [bad, of] = day.bad.entry(judgment.property.clone()).or_default();
-            *bad += usize::from(judgment.is_bad());
+        for verdict in &summary.verdicts {
+            let [bad, of] = day.bad.entry(verdict.property.clone()).or_default();
+            *bad += usize::from(verdict.is_bad());
             *of += 1;
         }
     }
     if days.len() < 2 { Vec::new() } else { days.into_values().collect() }
 }
 
-/// A line for each log.
+/// The summary, with a line for each log.
 pub(super) fn in_words(lines: &[Line]) -> String {
     let refused = lines.iter().filter(|line| line.result.is_err()).count();
     let bad = lines.iter().filter(|line| line.is_bad()).count();
@@ -311,43 +328,43 @@ pub(super) fn in_words(lines: &[Line]) -> String {
     ];
     for (count, what) in others {
         if count > 0 {
-            let _ = write!(text, ", {count} {what}");
+            text += &format!(", {count} {what}");
         }
     }
     text.push('\n');
     for Line { log, result, .. } in lines {
         let words = match result {
-            Ok(checked) => {
-                let bad: Vec<String> = checked
+            Ok(summary) => {
+                let bad: Vec<String> = summary
                     .verdicts
                     .iter()
-                    .filter(|judgment| judgment.verdict != "satisfied")
-                    .map(|judgment| format!("{} {}", judgment.property, judgment.words()))
+                    .filter(|verdict| !verdict.is_satisfied())
+                    .map(|verdict| format!("{} {}", verdict.property, verdict.words()))
                     .collect();
-                let satisfied = checked.verdicts.len() - bad.len();
+                let satisfied = summary.verdicts.len() - bad.len();
                 let rest = (satisfied > 0).then(|| format!("{satisfied} satisfied"));
                 let words: Vec<String> = bad.into_iter().chain(rest).collect();
-                let begins = checked.begins();
+                let begins = summary.begins();
                 let begins = if begins.is_empty() { begins } else { begins + ", " };
-                format!("{begins}{} s: {}", seconds(checked.end), words.join(", "))
+                format!("{begins}{} s: {}", seconds(summary.end), words.join(", "))
             }
             Err(refusal) => format!("not checked: {}", refusal.reason),
         };
-        let _ = writeln!(text, "  {}  {words}", log.display());
+        text += &format!("  {}  {words}\n", log.display());
     }
     for Day { date, logs, bad } in days(lines) {
         let bad = bad.iter().filter(|(_, [bad, _])| *bad > 0);
         let bad: Vec<String> = bad.map(|(name, [bad, of])| format!("{name} in {bad} of {of}")).collect();
         let words = if bad.is_empty() { "nothing".to_owned() } else { bad.join(", ") };
-        let _ = writeln!(text, "  {date}: {}, violated or unsure: {words}", counted(logs, "log"));
+        text += &format!("  {date}: {}, violated or unsure: {words}\n", counted(logs, "log"));
     }
     text
 }
 
-/// Checks before any log is judged that none of them is overwritten, and that no bag gets a file that is not its own.
+/// Checks, before any log is judged, that none of them is overwritten, and that no report is written into a bag.
 pub(super) fn check_outputs(args: &VerifyArgs, folders: &[Option<PathBuf>]) -> Result<(), Error> {
     let Some(out) = &args.out else { return Ok(()) };
-    // A log that cannot be read is refused when it is its turn.
+    // A log that cannot be read is refused later, when it is read.
     args.logs.iter().try_for_each(|log| match diagnostics::reading(log) {
         Err(error) if diagnostics::would_be_overwritten(&error) => {
             Err(Error::refused(format!("{}: {error}", log.display()), "name another file to be written"))
@@ -369,12 +386,12 @@ pub(super) fn check_outputs(args: &VerifyArgs, folders: &[Option<PathBuf>]) -> R
     Ok(())
 }
 
-/// Refuses a folder for the violations of a bag, a file in the same format, which later readers take for a part of
-/// this bag: those of its own folder are one recording.
+/// Refuses a folder of a bag for the report. The file with the violations has the same format as the bag, so later
+/// readers would read it as a part of the bag: all files in the folder of a bag are one recording.
 fn check_apart(folder: &Path, bag: &Path) -> Result<(), Error> {
     let real = |path: &Path| {
         let path = diagnostics::normal(path);
-        // It may not exist yet.
+        // The folder may not exist yet.
         let there = path.ancestors().find_map(|there| Some((there, there.canonicalize().ok()?)));
         there.map_or_else(|| path.clone(), |(there, real)| real.join(path.strip_prefix(there).unwrap_or(&path)))
     };
@@ -388,7 +405,7 @@ fn check_apart(folder: &Path, bag: &Path) -> Result<(), Error> {
     Err(Error::refused(message, "name another folder with `--out`"))
 }
 
-/// Writes the page that leads to the reports.
+/// Writes the index page.
 pub(super) fn write_index(lines: &[Line], folder: &Path) -> Result<(), Error> {
     let rows: Vec<LogRow> = lines.iter().map(|line| row(line, folder)).collect();
     Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows, &days(lines)))?)
@@ -398,23 +415,23 @@ fn row(Line { log, folder: page, result, .. }: &Line, folder: &Path) -> LogRow {
     let page = page.as_ref().and_then(|page| page.strip_prefix(folder).ok());
     let row = LogRow { log: log.display().to_string(), ..LogRow::default() };
     match result {
-        Ok(checked) => LogRow {
+        Ok(summary) => LogRow {
             page: page.map(|page| page.join(html::FILE).display().to_string()),
-            begins: checked.begins(),
-            lasts: format!("{} s", seconds(checked.end)),
-            verdicts: checked
+            begins: summary.begins(),
+            lasts: format!("{} s", seconds(summary.end)),
+            verdicts: summary
                 .verdicts
                 .iter()
-                .map(|judgment| (judgment.property.clone(), judgment.verdict, judgment.words()))
+                .map(|verdict| (verdict.property.clone(), verdict.verdict, verdict.words()))
                 .collect(),
-            notes: checked.notes.clone(),
+            notes: summary.notes.clone(),
             ..row
         },
         Err(refusal) => LogRow { refused: Some(refusal.reason.clone()), ..row },
     }
 }
 
-/// The folders of the reports of several logs: each has the name of its log, and a number if an earlier one has it.
+/// The folders of the reports of several logs. Each has the name of its log, with a number if the name is taken.
 pub(super) fn folders(logs: &[PathBuf], out: &Path) -> Vec<PathBuf> {
     let mut taken = BTreeSet::new();
     let folder = |log: &PathBuf| {

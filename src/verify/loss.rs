@@ -11,8 +11,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Certainty, Doubts, Evidence};
 
-use super::around::Around;
-use super::judge::judge_in_words;
+use super::judge::judge_without_report;
+use super::log_context::LogContext;
 
 const TOPICS: [&str; 3] = ["/battery", "/request", "/reply"];
 
@@ -167,13 +167,13 @@ impl Source for Robot {
             let Some(sent) = self.next.take().or_else(|| self.sent.next()) else {
                 // The end is at the same time, whether or not the last message arrived.
                 let is_over = std::mem::replace(&mut self.is_over, true);
-                return if is_over { Received::Over } else { Received::Quiet(self.end_ns) };
+                return if is_over { Received::Over } else { Received::ClockAdvanced(self.end_ns) };
             };
             // At the same times, whatever is lost.
             let at_ns = sent.arrives_ns();
             if std::mem::take(&mut self.is_silent) && sent.ns % 3 == 0 {
                 self.next = Some(sent);
-                return Received::Quiet(at_ns);
+                return Received::ClockAdvanced(at_ns);
             }
             self.is_silent = true;
             let (count, since_ns) = &mut self.missing[sent.topic];
@@ -237,7 +237,7 @@ fn outcomes(robot: Robot, mapping: &Mapping) -> Vec<LossVerdict> {
     let mut properties = monitors::load("p.scope", PROPERTIES, &topology, mapping.tick).expect("correct").properties;
     let doubts = Doubts::about_losses(&properties, &topology);
     let found = Events::new(Box::new(robot), mapping, compiled, read).map(Ok);
-    let Ok(judgment) = judge_in_words(found, &mut properties, doubts, &Around::default(), None) else {
+    let Ok(monitoring) = judge_without_report(found, &mut properties, doubts, &LogContext::default(), None) else {
         panic!("no event is an error")
     };
     let found = |(property, evidence): (&Property, &Evidence)| LossVerdict {
@@ -246,7 +246,7 @@ fn outcomes(robot: Robot, mapping: &Mapping) -> Vec<LossVerdict> {
         certainty: evidence.certainty().clone(),
         violated: property.scope_monitor().and_then(|monitor| monitor.witness()).map(|witness| witness.settled.time),
     };
-    properties.iter().zip(&judgment.evidence).map(found).collect()
+    properties.iter().zip(&monitoring.evidence).map(found).collect()
 }
 
 /// What was found in many runs: how many messages; of the verdicts on runs with losses that no lost message changes,

@@ -1,4 +1,4 @@
-//! Properties judged on messages of ROS 2, wherever they come from: a bag, one that is being written, or a robot.
+//! Properties judged on messages of ROS 2 from any source: a bag, a bag that is being written, or a robot.
 
 use std::cell::RefCell;
 use std::io::ErrorKind;
@@ -13,58 +13,59 @@ use diagnostics::from_disk;
 use editor::System;
 use monitors::{Property, Violation};
 use recording::{Doubts, Header, InputFile, Origin};
-use trials::replay::sight::Sight;
-use trials::replay::way::Way;
+use trials::replay::live_pose::LivePose;
+use trials::replay::trajectory::Trajectory;
 
 use super::announcer::Announcer;
 use super::args::RobotsArgs;
-use super::around::Around;
-use super::judge::{Judged, Verified, load};
+use super::judge::{Verification, VerificationResult, load};
+use super::log_context::LogContext;
 use crate::live::BoardArgs;
 use crate::output::note;
 
-/// The file with the violations, beside the report.
+/// The name of the file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";
 /// What describes a bag in its folder.
 const METADATA: &str = "metadata.yaml";
 
-/// Messages with their mapping, and what is asked about them.
+/// Messages with their mapping, and the properties to check.
 pub(crate) struct Mapped<'m> {
     /// The name of the source, for the report.
     pub(crate) name: String,
-    /// What the source is, for the report.
+    /// A description of the source, for the report.
     pub(crate) about: String,
     pub(crate) mapping: &'m Mapping,
-    /// The mapping as it is written.
+    /// The text of the mapping.
     pub(crate) text: String,
     pub(crate) properties: &'m [PathBuf],
-    /// The robots that the mapping is for, if it is for several.
+    /// The namespaces of the robots, if the mapping is for several.
     pub(crate) robots: &'m [String],
     pub(crate) scenario: Option<&'m str>,
     /// The folder of the report, if there is one.
     pub(crate) folder: Option<&'m Path>,
-    /// Whether the stories of violations are wanted even without one.
+    /// Whether the stories of violations are wanted even without a report.
     pub(crate) stories: bool,
-    /// The command that judges them again.
+    /// The command that repeats the check.
     pub(crate) command: String,
-    /// Where the robot was, if there is a map.
-    pub(crate) way: Option<Way>,
+    /// The trajectory of the robot, if there is a map.
+    pub(crate) trajectory: Option<Trajectory>,
     pub(crate) announcer: Option<Announcer>,
-    /// The page that shows everything meanwhile, if there is one.
+    /// The live page that shows the messages, if there is one.
     pub(crate) board: Option<&'m BoardArgs>,
-    /// The files that they are judged by, once they have been read, if results are wanted.
+    /// Returns the files with which they are judged, if results are wanted. It is called after the files have been
+    /// read.
     pub(crate) inputs: &'m dyn Fn() -> Vec<InputFile>,
 }
 
 impl Mapped<'_> {
-    /// Judges the messages of a source until it is over, or until they are to end. `survey` is what was known of the
-    /// source before the first of them.
+    /// Judges the messages of a source until its end, or until `is_to_end`. `survey` is what was known of the source
+    /// before the first message.
     pub(crate) fn judge(
         self,
         survey: &Survey,
         source: Box<dyn Source>,
         is_to_end: &dyn Fn() -> bool,
-    ) -> Result<Verified, Error> {
+    ) -> Result<VerificationResult, Error> {
         let source = Through::new(source, |source: &mut Box<dyn Source>, body: &mut Vec<u8>| match is_to_end() {
             true => {
                 source.end();
@@ -81,29 +82,34 @@ impl Mapped<'_> {
             [] => load(self.properties, &system)?,
             robots => load_for_each(robots, self.properties, &system)?,
         };
-        // What the mapping leaves out is often what its channels cannot carry.
+        // Messages are often left out because their channels cannot carry them.
         let doubts = match source.counts_losses() {
             true => Doubts::about_losses(&properties, &system.topology),
             false => Doubts::about_any_messages(&properties, &system.topology),
         };
-        let sight = self.board.and(mapping.robot()).map(|topics| Rc::new(RefCell::new(Sight::new(topics.clone()))));
+        let live_pose = self.board.and(mapping.robot()).map(|topics| LivePose::new(topics.clone()));
+        let live_pose = live_pose.map(|live_pose| Rc::new(RefCell::new(live_pose)));
         let source = Through::new(source, |source: &mut _, body: &mut Vec<u8>| {
             let received = Source::receive(source, body);
-            if let (Some(sight), Received::Message(head)) = (&sight, received) {
-                sight.borrow_mut().take(head, body, source.survey());
+            if let (Some(live_pose), Received::Message(head)) = (&live_pose, received) {
+                live_pose.borrow_mut().take(head, body, source.survey());
             }
             received
         });
         let mut events = Events::new(Box::new(source), mapping, compiled, &from_disk);
-        let around =
-            Around { way: self.way, sight: sight.clone(), is_by_log: mapping.is_by_log(), ..Around::default() };
+        let context = LogContext {
+            trajectory: self.trajectory,
+            live_pose: live_pose.clone(),
+            is_by_log: mapping.is_by_log(),
+            ..LogContext::default()
+        };
         let found = std::iter::from_fn(|| {
             let found = events.next();
-            around.start_ns.set(events.start_ns());
-            around.newest_log_ns.set(events.newest_log_ns());
+            context.start_ns.set(events.start_ns());
+            context.newest_log_ns.set(events.newest_log_ns());
             found.map(Ok)
         });
-        let judged = Judged {
+        let verification = Verification {
             command: self.command,
             name: self.name,
             folder,
@@ -112,21 +118,21 @@ impl Mapped<'_> {
             mapping: self.text,
             inputs: (self.inputs)(),
             system: &system,
-            around: &around,
+            context: &context,
             announcer: self.announcer,
             board: self.board,
         };
-        let judgment = judged.judge(found, &mut properties, doubts)?;
+        let monitoring = verification.judge(found, &mut properties, doubts)?;
         if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
             write_violations(&properties, start_ns, folder)?;
         }
-        let notes = survey.lost.iter().cloned().chain(events.notes()).chain(judgment.notes(&properties)).collect();
+        let notes = survey.lost.iter().cloned().chain(events.notes()).chain(monitoring.notes(&properties)).collect();
         let origin = Origin { argument: self.scenario.unwrap_or_default().to_owned(), ..Origin::default() };
-        Ok(Verified {
+        Ok(VerificationResult {
             header: Header { origin, ..Header::default() },
             start_ns: events.start_ns(),
             knows_ticks: true,
-            ..Verified::judged(properties, judgment, notes)
+            ..VerificationResult::of_monitoring(properties, monitoring, notes)
         })
     }
 }
@@ -142,9 +148,9 @@ pub(crate) fn load_mapping(path: &Path, robots: &RobotsArgs) -> Result<(Mapping,
     Ok((mapping, text))
 }
 
-/// Reads, and discards, messages until every mapped topic without a `type` exists, or until it is to end.
+/// Reads and discards messages until every mapped topic without a `type` exists, or until `is_to_end`.
 pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mapping, is_to_end: &dyn Fn() -> bool) {
-    let (mut body, mut said, mut lost) = (Vec::new(), None, 0);
+    let (mut body, mut noted, mut lost) = (Vec::new(), None, 0);
     while let Some(topic) = mapping.awaited(source.survey()) {
         source.lost().iter().skip(lost).for_each(|what| note(what));
         lost = source.lost().len();
@@ -152,16 +158,16 @@ pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mappin
             Received::Over => break,
             _ if is_to_end() => break,
             Received::Message(_) | Received::Lost { .. } | Received::Late { .. } | Received::Resumed { .. } => {}
-            Received::Idle | Received::Quiet(_) if said.as_deref() != Some(topic) => {
+            Received::Idle | Received::ClockAdvanced(_) if noted.as_deref() != Some(topic) => {
                 note(&format!("waiting for the topic {topic}; with its `type` in the mapping, it need not exist yet"));
-                said = Some(topic.to_owned());
+                noted = Some(topic.to_owned());
             }
-            Received::Idle | Received::Quiet(_) => {}
+            Received::Idle | Received::ClockAdvanced(_) => {}
         }
     }
 }
 
-/// The properties of each robot, about its own processes and with names that say whose they are.
+/// The properties of each robot, about its own processes. The namespace of the robot is the prefix of their names.
 fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
     let mut all = Vec::new();
     for space in robots {
@@ -174,8 +180,8 @@ fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Resul
     Ok(all)
 }
 
-/// Checks before the work begins that the file with the violations is to be replaced, if there is one: it is by this
-/// program, and the command does not need it.
+/// Checks, before the messages are read, that an existing file with violations may be replaced: this program has
+/// written it, and the command does not read it.
 pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
     let path = folder.join(VIOLATIONS);
     if path.exists() && !recording::are_violations(&path) {
@@ -185,10 +191,11 @@ pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
     Ok(diagnostics::check_unread(&path)?)
 }
 
-/// Refuses the folder of a bag that is not judged: the next reader of this bag would take the file with the violations
-/// for a part of it.
+/// Refuses the folder of a bag that is not judged: the next reader of that bag would read the file with the violations
+/// as a part of it.
 ///
-/// Files are recognized by their names: what this command reads, such as an earlier report, it could not replace.
+/// Files are recognized by their names: a file that this command has opened, such as an earlier report, could not be
+/// replaced.
 pub(super) fn check_no_bag(folder: &Path) -> Result<(), Error> {
     let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     paths.filter(|path| is_part_of_a_bag(path)).min().map_or(Ok(()), |part| Err(in_bag(&part)))
@@ -205,17 +212,17 @@ fn in_bag(part: &Path) -> Error {
     Error::refused(message, "name another folder with `--out`")
 }
 
-/// Whether a file is a part of a bag or describes one, as far as its name tells. Violations by steward are none.
+/// Whether a file is, by its name, a part of a bag or its metadata. Files with violations by steward are not.
 fn is_part_of_a_bag(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let plain = name.strip_suffix(".zstd").unwrap_or(&name);
     let is_named = name == METADATA || plain.ends_with(".mcap") || plain.ends_with(".db3");
-    // A pipe is not opened.
+    // A named pipe must not be opened.
     let is_own = || name == VIOLATIONS || path.is_file() && recording::are_violations(path);
     is_named && !path.is_dir() && !is_own()
 }
 
-/// Writes the violations, at their times in the bag, for tools that show the bag.
+/// Writes the violations at their times in the bag, for tools that show the bag.
 fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
     let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
     let monitors = properties.iter().filter_map(|property| Some((&*property.name, property.scope_monitor()?)));
@@ -228,7 +235,7 @@ fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Re
     let unwritten = |source| Error::from(diagnostics::Error::Write { path: path.clone(), source });
     check_violations(folder)?;
     if violations.is_empty() {
-        // One of an earlier call would speak of other verdicts.
+        // A file of an earlier check would contain other verdicts.
         return match std::fs::remove_file(&path) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(unwritten(error)),
             _ => Ok(()),

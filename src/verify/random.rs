@@ -16,8 +16,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Archive, Doubts, Evidence, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
 
-use super::around::Around;
-use super::judge::{Judgment, judge_in_words};
+use super::judge::{MonitoringResult, judge_without_report};
+use super::log_context::LogContext;
 
 const MAPPING: &str = "[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nwhole = \"whole\"\n\
                        natural = \"natural\"\nlevel = \"level\"\ncode = { path = \"codes[0]\", symbols = { 7 = \"seven\", 8 = \"eight\" } }\n";
@@ -283,7 +283,8 @@ fn verdicts(
     topology: &Arc<Topology>,
 ) -> Vec<(Outcome, Verdict, bool)> {
     let doubts = Doubts::about_any_messages(properties, topology).on(&Ground::Complete);
-    let Ok(Judgment { evidence, .. }) = judge_in_words(found.map(Ok), properties, doubts, &Around::default(), None)
+    let Ok(MonitoringResult { evidence, .. }) =
+        judge_without_report(found.map(Ok), properties, doubts, &LogContext::default(), None)
     else {
         panic!("no event is an error")
     };

@@ -1,19 +1,19 @@
-//! What the log of a tree that BehaviorTree.CPP has run cannot tell, and which properties ask for it.
+//! The limits of logs by BehaviorTree.CPP, and the properties that need more information.
 
 use campaigns::Error;
 use channels::Ground;
 use monitors::{Bound, Formula, Property, ScopeMonitor};
 
-/// What verdicts on such a log leave open.
+/// The note about the limits of verdicts on such a log.
 pub(super) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
                                     what `time_until` waits for is a change; nor does it say whether it is whole";
 
-/// What vouches for the messages in such a log.
+/// The ground for the messages in such a log.
 pub(super) fn ground() -> Ground {
     Ground::Assumed("the program logged every change of status".to_owned())
 }
 
-/// Refuses the properties for which the log does not know enough.
+/// Refuses properties that need information which such a log does not contain.
 pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
     for property in properties {
         let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(|formula| unknown(formula, false));
@@ -24,7 +24,7 @@ pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why a log does not know enough for a formula, and what would help.
+/// The information that a formula needs and the log does not contain, and how to avoid this; none if there is none.
 fn unknown(formula: &Formula, is_timed: bool) -> Option<(&'static str, &'static str)> {
     const TICKS: (&str, &str) = (
         "counts ticks, and a log of BehaviorTree.CPP does not know when the tree was ticked",

@@ -12,17 +12,17 @@ use bags::{BagWriter, Head, Received, Recorder, Source, Survey};
 /// The most bytes of messages that are kept.
 const MOST: usize = 1 << 28;
 
-/// What a source has told, with the bytes of a message.
+/// What was received from a source, with the bytes of a message.
 type ReceivedBytes = (Received, Vec<u8>);
 
-/// What a source has told within a while.
+/// The records of a source within a span of time.
 #[derive(Default)]
-pub(super) struct Kept {
+pub(super) struct BlackBox {
     span_ns: i64,
-    /// Whether the source tells which messages are missing.
+    /// Whether the source reports which messages are missing.
     counts_losses: bool,
-    told: VecDeque<ReceivedBytes>,
-    /// What is missing on topics since before all that is kept: how many messages, and after which time.
+    records: VecDeque<ReceivedBytes>,
+    /// The losses from before the first record that have not ended, by topic: how many messages, and after which time.
     open: BTreeMap<usize, (Option<u64>, i64)>,
     bytes: usize,
     /// Whether older messages had no room.
@@ -34,12 +34,12 @@ pub(super) struct Kept {
     written: BTreeMap<String, i64>,
 }
 
-impl Kept {
+impl BlackBox {
     pub(super) fn new(span_ns: i64, counts_losses: bool) -> Self {
         Self { span_ns, counts_losses, ..Self::default() }
     }
 
-    /// Keeps what has been told, and forgets what is too old.
+    /// Keeps a record, and forgets those that are too old.
     pub(super) fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
         if lost.len() > self.lost.len() {
             self.lost = lost.to_vec();
@@ -50,7 +50,7 @@ impl Kept {
         }
         let (ns, body) = match received {
             Received::Message(head) => (head.log_ns, body.to_vec()),
-            Received::Quiet(ns) => (ns, Vec::new()),
+            Received::ClockAdvanced(ns) => (ns, Vec::new()),
             Received::Lost { .. } | Received::Late { .. } | Received::Resumed { .. } => (self.newest_ns, Vec::new()),
             Received::Idle | Received::Over => return,
         };
@@ -60,16 +60,17 @@ impl Kept {
             self.survey.counts = vec![0; survey.topics.len()];
         }
         self.bytes += size(&body);
-        // Only the end of a silence matters.
-        if let (Received::Quiet(_), Some((Received::Quiet(_), last))) = (received, self.told.back()) {
+        // Of consecutive records of passed time, only the last matters.
+        if let (Received::ClockAdvanced(_), Some((Received::ClockAdvanced(_), last))) = (received, self.records.back())
+        {
             self.bytes -= size(last);
-            self.told.pop_back();
+            self.records.pop_back();
         }
-        self.told.push_back((received, body));
+        self.records.push_back((received, body));
         let since_ns = self.newest_ns.saturating_sub(self.span_ns);
-        while let Some((first, body)) = self.told.front() {
+        while let Some((first, body)) = self.records.front() {
             let is_old = match first {
-                Received::Message(Head { log_ns: ns, .. }) | Received::Quiet(ns) => *ns < since_ns,
+                Received::Message(Head { log_ns: ns, .. }) | Received::ClockAdvanced(ns) => *ns < since_ns,
                 _ => true,
             };
             self.is_cut |= !is_old && self.bytes > MOST;
@@ -78,23 +79,25 @@ impl Kept {
             }
             self.bytes -= size(body);
             let first = *first;
-            self.told.pop_front();
+            self.records.pop_front();
             self.forget(first);
         }
     }
 
-    /// What is missing on a topic stays so until its next message, or until it is over.
-    fn forget(&mut self, told: Received) {
-        match told {
+    /// Updates the open losses with a record that is forgotten. A loss ends with the next message on its topic, or when
+    /// the topic is resumed.
+    fn forget(&mut self, record: Received) {
+        match record {
             Received::Message(Head { topic, .. }) | Received::Resumed { topic, .. } => _ = self.open.remove(&topic),
             Received::Lost { topic, count, since_ns } => {
                 self.open.entry(topic).and_modify(|(count, _)| *count = None).or_insert((count, since_ns));
             }
-            Received::Late { .. } | Received::Quiet(_) | Received::Idle | Received::Over => {}
+            Received::Late { .. } | Received::ClockAdvanced(_) | Received::Idle | Received::Over => {}
         }
     }
 
-    /// Writes what is kept, unless the last violation of the property is part of it. Returns the path of the file.
+    /// Writes the records to a file, unless they contain the property's last violation, which has a file. Returns the
+    /// path of the file.
     pub(super) fn write(&mut self, folder: &Path, property: &str, verdict: &str) -> io::Result<Option<PathBuf>> {
         let last = self.written.get(property).copied();
         if last.is_some_and(|last| last > self.newest_ns.saturating_sub(self.span_ns)) {
@@ -113,9 +116,9 @@ impl Kept {
                 (Received::Lost { topic: *topic, count: *count, since_ns: *since_ns }, Vec::new())
             })
             .collect();
-        let told = open.iter().chain(&self.told);
-        let told = Again { told, survey, lost, notes: notes.into_iter().collect(), counts_losses };
-        let mut recorder = Recorder::new(told, Rc::clone(&writer));
+        let records = open.iter().chain(&self.records);
+        let source = KeptSource { records, survey, lost, notes: notes.into_iter().collect(), counts_losses };
+        let mut recorder = Recorder::new(source, Rc::clone(&writer));
         let mut body = Vec::new();
         while recorder.receive(&mut body) != Received::Over {}
         recorder.end();
@@ -126,7 +129,7 @@ impl Kept {
     }
 }
 
-/// The bytes that an entry takes.
+/// The bytes that a record takes in memory.
 fn size(body: &[u8]) -> usize {
     size_of::<ReceivedBytes>() + body.len()
 }
@@ -135,18 +138,18 @@ fn name(property: &str, number: u64) -> String {
     format!("black-box-{}-{number}.mcap", property.replace('/', "-"))
 }
 
-/// What has been told, once more.
-struct Again<'k, T> {
-    told: T,
+/// A source of the records that were kept.
+struct KeptSource<'k, T> {
+    records: T,
     survey: &'k Survey,
     lost: &'k [String],
     notes: Vec<String>,
     counts_losses: bool,
 }
 
-impl<'k, T: Iterator<Item = &'k ReceivedBytes>> Source for Again<'k, T> {
+impl<'k, T: Iterator<Item = &'k ReceivedBytes>> Source for KeptSource<'k, T> {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        let Some((received, kept)) = self.told.next() else { return Received::Over };
+        let Some((received, kept)) = self.records.next() else { return Received::Over };
         body.clone_from(kept);
         *received
     }
@@ -186,17 +189,18 @@ mod tests {
 
     const SECOND_NS: i64 = 1_000_000_000;
 
-    fn kept(messages: i64) -> Kept {
+    /// A black box of ten seconds with this many messages, one per second.
+    fn kept(messages: i64) -> BlackBox {
         let mut survey = Survey::default();
         let definition = Definition { language: "ros2msg".to_owned(), text: "int64 x\n".to_owned() };
         let [name, kind, encoding] = ["/a", "p/msg/P", "cdr"].map(str::to_owned);
         let topic = survey.add(Topic { name, kind, encoding, definition: Some(definition), hash: None });
         survey.vouch(topic, Ground::Numbered);
-        let mut kept = Kept::new(10 * SECOND_NS, true);
+        let mut kept = BlackBox::new(10 * SECOND_NS, true);
         for index in 0..messages {
             let ns = (1_700_000_000 + index) * SECOND_NS;
             kept.keep(Received::Message(Head { topic: 0, log_ns: ns, publish_ns: ns }), &[0, 1, 0, 0, 7], &survey, &[]);
-            kept.keep(Received::Quiet(ns + 1), &[], &survey, &[]);
+            kept.keep(Received::ClockAdvanced(ns + 1), &[], &survey, &[]);
         }
         kept
     }
@@ -208,10 +212,10 @@ mod tests {
         let path = kept.write(folder.path(), "low", "{}").expect("room for a file").expect("a file");
         let bag = Bag::open(&path).expect("a bag");
         let topic = bag.survey().topics.iter().position(|topic| topic.name == "/a").expect("the topic");
-        // Those at the ends of ten seconds, both.
+        // The messages of the last ten seconds.
         assert_eq!(bag.survey().counts[topic], 10);
         assert!(bag.survey().topics.iter().any(|topic| topic.name == "/steward/violation"));
-        // What vouched for them does so in the file.
+        // The file has the same ground for them.
         let mut messages = bag.messages_on(["/a"]);
         assert!(messages.counts_losses());
         while messages.receive(&mut Vec::new()) != Received::Over {}
@@ -222,15 +226,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_since_before_the_last_moments_is_missing_in_them() {
+    fn a_loss_that_began_before_the_last_moments_is_part_of_them() {
         let folder = tempfile::tempdir().expect("a folder");
         let survey = kept(1).survey;
         let at = |seconds: i64| (1_700_000_000 + seconds) * SECOND_NS;
         let lost = Received::Lost { topic: 0, count: Some(2), since_ns: at(0) };
         let found = |later: Received| {
             let mut kept = kept(1);
-            for told in [lost, later, Received::Quiet(at(50))] {
-                kept.keep(told, &[0, 1, 0, 0, 7], &survey, &[]);
+            for record in [lost, later, Received::ClockAdvanced(at(50))] {
+                kept.keep(record, &[0, 1, 0, 0, 7], &survey, &[]);
             }
             let path = kept.write(folder.path(), "low", "{}").expect("room for a file").expect("a file");
             let mut messages = Bag::open(&path).expect("a bag").messages_on(["/a"]);
@@ -238,7 +242,7 @@ mod tests {
             all.take_while(|received| *received != Received::Over).collect::<Vec<_>>()
         };
         let lacks = |received: &Received| matches!(received, Received::Lost { count: Some(2), .. });
-        assert!(found(Received::Quiet(at(1))).iter().any(lacks));
+        assert!(found(Received::ClockAdvanced(at(1))).iter().any(lacks));
         for end in [
             Received::Resumed { topic: 0, at_ns: at(2) },
             Received::Message(Head { topic: 0, log_ns: at(2), publish_ns: at(2) }),

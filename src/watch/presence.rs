@@ -1,4 +1,4 @@
-//! Whether anything is known of a robot at all: a domain or a bridge in which there is nothing satisfies nothing.
+//! Whether anything is known of a robot at all: an empty domain or bridge satisfies no property.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -11,39 +11,40 @@ use network::{Error, Live, Publish, Robot};
 use crate::moment::moment;
 use crate::output::note;
 
-/// How long there may be nothing before that is mentioned.
+/// How long there may be nothing before a note.
 const LATE: Duration = Duration::from_secs(6);
 
-/// Whether a robot has told anything of itself: a topic, a node, a service.
+/// Whether anything is known of a robot: a topic, a node or a service.
 pub(super) fn is_there(live: &(impl Live + ?Sized)) -> bool {
     !live.survey().topics.is_empty() || *live.robot() != Robot::default()
 }
 
-/// A robot of which something is to be known; without that, everything is lost at the end.
+/// A robot of which something must be known. Otherwise, all its messages count as lost at the end.
 pub(super) struct Presence {
     live: Box<dyn Live>,
     is_there: Rc<Cell<bool>>,
-    /// What is wrong if nothing is there, and what to do.
+    /// The problem if nothing is known, and its likely reasons.
     absence: [String; 2],
     since: Instant,
-    is_told: bool,
-    /// That of the robot, and what is added to it.
+    is_noted: bool,
+    /// The losses of the robot, and its absence.
     lost: Vec<String>,
+    /// How many of the robot's losses are among them.
     known: usize,
 }
 
 impl Presence {
     pub(super) fn new(live: Box<dyn Live>, absence: [String; 2]) -> Self {
         let is_there = Rc::new(Cell::new(is_there(live.as_ref())));
-        Self { live, is_there, absence, since: moment(), is_told: false, lost: Vec::new(), known: 0 }
+        Self { live, is_there, absence, since: moment(), is_noted: false, lost: Vec::new(), known: 0 }
     }
 
-    /// Whether anything was there by now, also when this is gone.
+    /// Whether anything has been known by now. The cell outlives this source.
     pub(super) fn is_there(&self) -> Rc<Cell<bool>> {
         Rc::clone(&self.is_there)
     }
 
-    fn look(&mut self) {
+    fn update(&mut self) {
         if !self.is_there.get() {
             self.is_there.set(is_there(self.live.as_ref()));
         }
@@ -56,9 +57,9 @@ impl Presence {
 impl Source for Presence {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
         let received = self.live.receive(body);
-        self.look();
-        if !self.is_there.get() && !self.is_told && self.since.elapsed() >= LATE {
-            self.is_told = true;
+        self.update();
+        if !self.is_there.get() && !self.is_noted && self.since.elapsed() >= LATE {
+            self.is_noted = true;
             let [what, why] = &self.absence;
             note(&format!("{what}. {why}"));
         }
@@ -67,7 +68,7 @@ impl Source for Presence {
 
     fn end(&mut self) {
         self.live.end();
-        self.look();
+        self.update();
         if !self.is_there.get() {
             self.lost.push(self.absence[0].clone());
         }
@@ -106,11 +107,11 @@ impl Live for Presence {
     fn begin(&mut self) -> Result<(), Error> {
         let begun = self.live.begin();
         (self.lost, self.known) = (Vec::new(), 0);
-        self.look();
+        self.update();
         begun
     }
 
-    fn publisher(&self) -> Option<Publish> {
-        self.live.publisher()
+    fn status_publisher(&self) -> Option<Publish> {
+        self.live.status_publisher()
     }
 }

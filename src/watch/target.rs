@@ -22,7 +22,7 @@ pub(super) struct TargetArgs {
 }
 
 impl TargetArgs {
-    /// Connects, for topics with these names, or for all.
+    /// Connects to the robot, for topics with these names, or for all.
     pub(super) fn connect(&self, topics: Option<BTreeSet<String>>) -> Result<Box<dyn Live>, Error> {
         match &self.foxglove {
             Some(address) => Ok(Box::new(Bridge::connect(address, topics).map_err(refused)?)),
@@ -53,7 +53,7 @@ impl TargetArgs {
         }
     }
 
-    /// What is wrong if there is nothing of it, and the likely reasons.
+    /// The problem if nothing is known of the robot, and the likely reasons.
     pub(super) fn absence(&self) -> [String; 2] {
         if let Some(address) = &self.foxglove {
             let why = format!(
@@ -72,7 +72,7 @@ impl TargetArgs {
         [what, why.to_owned()]
     }
 
-    /// The command that watches it.
+    /// The command that watches the robot.
     pub(super) fn command(&self) -> String {
         match &self.foxglove {
             Some(address) => format!("steward watch --foxglove {}", quoted(address)),

@@ -146,11 +146,11 @@ fn same_as_on_disk(root: &Path, found: &editor::findings::Findings, documents: &
     let checked = editor::check::examine(&Disk::default(), root.to_str().unwrap(), None);
     let mut messages: Vec<String> = match &checked {
         Ok(checked) => {
-            let parts = checked.concerns.iter().flat_map(|concern| editor::parts(concern.as_ref()));
+            let parts = checked.concerns.iter().flat_map(|concern| diagnostics::parts(concern.as_ref()));
             parts.map(|(part, _)| part.to_string()).collect()
         }
         Err(error) => {
-            let parts = error.diagnostics().into_iter().flat_map(editor::parts);
+            let parts = error.diagnostics().into_iter().flat_map(diagnostics::parts);
             parts.map(|(part, _)| part.to_string()).collect()
         }
     };

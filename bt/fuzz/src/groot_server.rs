@@ -41,7 +41,7 @@ fn server() -> &'static Server {
         server.show(XML, 2, ["Main".to_owned()]);
         server.write("Main", "level", Some(Value::from(42)));
         let transition = |uid, status| LoggedTransition { at_us: 20_000, uid, status };
-        server.tell(20_000, [transition(1, 1), transition(2, 2), transition(2, 0)]);
+        server.advance(20_000, [transition(1, 1), transition(2, 2), transition(2, 0)]);
         server
     })
 }

@@ -1,21 +1,21 @@
-//! The entries of blackboards in a reply, as far as they are kept: a program may have maps, images and paths there.
+//! The entries of blackboards in a reply. Not all are kept, since blackboards may contain maps, images and paths.
 
 use rmpv::Value;
 
-/// The most bytes of a value that are kept; of a longer one, only its length is.
+/// The maximum length of a value that is kept, in bytes. Of a longer value, only the length is kept.
 const MOST_OF_VALUE: usize = 4 << 10;
-/// The most bytes of all entries of a reply that are kept, each with what it takes besides.
+/// The maximum size of all entries of a reply that are kept, in bytes, and the overhead of each entry.
 const MOST_KEPT: usize = 1 << 20;
 const PER_ENTRY: usize = 64;
-/// How deep values may go.
+/// The maximum nesting depth of values.
 const MOST_DEPTH: usize = 64;
 
 /// The entries of blackboards.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blackboards {
-    /// By the name of the blackboard.
+    /// The entries, by the names of the blackboards.
     pub boards: Vec<(String, Vec<(String, BoardValue)>)>,
-    /// How many entries are left out, because there are too many.
+    /// The number of entries that are left out because there are too many.
     pub left_out: u64,
 }
 
@@ -24,15 +24,15 @@ pub struct Blackboards {
 pub enum BoardValue {
     /// The value.
     Whole(Value),
-    /// Its length in bytes: it is too long to be kept.
+    /// The length of a value that is too long to be kept, in bytes.
     Long(usize),
 }
 
 impl Blackboards {
-    /// Those in a reply: a map of maps, or nil. None if it is no MessagePack, or its values are too deep.
+    /// Reads a reply: a map of maps, or nil. None if it is not MessagePack, or is nested too deep.
     pub(crate) fn read(reply: &[u8]) -> Option<Self> {
         let (mut rest, mut kept, mut all) = (reply, 0, Self::default());
-        // Without a map, none of the blackboards is known.
+        // If the reply is not a map, the program has none of the requested blackboards.
         let Some(count) = map(&mut rest) else { return extent(reply).map(|_| all) };
         for _ in 0..count {
             let name = name(take(&mut rest)?)?;
@@ -66,13 +66,13 @@ fn decoded(mut bytes: &[u8]) -> Option<Value> {
     rmpv::decode::read_value_with_max_depth(&mut bytes, MOST_DEPTH).ok()
 }
 
-/// A name, which is a text; what else it is, is written as one.
+/// A name. A value that is not text is formatted as text.
 fn name(bytes: &[u8]) -> Option<String> {
     let value = decoded(bytes.get(..bytes.len().min(MOST_KEPT))?)?;
     Some(value.as_str().map_or_else(|| value.to_string(), str::to_owned))
 }
 
-/// The number of entries of the map that begins here, if one does.
+/// The number of entries of the map at the beginning of the bytes, if there is one.
 fn map(rest: &mut &[u8]) -> Option<u64> {
     let (&marker, after) = rest.split_first()?;
     let (count, after) = match marker {
@@ -85,15 +85,15 @@ fn map(rest: &mut &[u8]) -> Option<u64> {
     Some(count)
 }
 
-/// The bytes of the value that begins here.
+/// The bytes of the value at the beginning, which are removed from `rest`.
 fn take<'b>(rest: &mut &'b [u8]) -> Option<&'b [u8]> {
     let (value, after) = rest.split_at_checked(extent(rest)?)?;
     *rest = after;
     Some(value)
 }
 
-/// How many bytes the value that begins here has, with all that is in it. It is not read: a list of a million numbers
-/// would take thirty times as much memory.
+/// The number of bytes of the value at the beginning, including nested values. The value is not decoded: a list of a
+/// million numbers would take thirty times as much memory.
 fn extent(bytes: &[u8]) -> Option<usize> {
     let (mut rest, mut values) = (bytes, 1_u64);
     while values > 0 {
@@ -110,7 +110,7 @@ fn extent(bytes: &[u8]) -> Option<usize> {
             0xc4 | 0xd9 => bytes(number::<1>(after)?),
             0xc5 | 0xda => bytes(number::<2>(after)?),
             0xc6 | 0xdb => bytes(number::<4>(after)?),
-            // Their types come before their bytes.
+            // A type precedes the bytes of an extension.
             0xc7 => number::<1>(after).map(|(length, after)| (length + 1, 0, after))?,
             0xc8 => number::<2>(after).map(|(length, after)| (length + 1, 0, after))?,
             0xc9 => number::<4>(after).map(|(length, after)| (length + 1, 0, after))?,
@@ -129,7 +129,7 @@ fn extent(bytes: &[u8]) -> Option<usize> {
             0xc1 => return None,
         };
         rest = after.get(usize::try_from(length).ok()?..)?;
-        // Each takes at least a byte.
+        // Each value takes at least one byte.
         values = values.saturating_add(more);
         if values > rest.len() as u64 {
             return None;
@@ -138,7 +138,7 @@ fn extent(bytes: &[u8]) -> Option<usize> {
     Some(bytes.len() - rest.len())
 }
 
-/// A number of so many bytes, the most significant first, and what follows.
+/// A big-endian number of `BYTES` bytes, and the bytes after it.
 fn number<const BYTES: usize>(bytes: &[u8]) -> Option<(u64, &[u8])> {
     let (number, rest) = bytes.split_first_chunk::<BYTES>()?;
     Some((number.iter().fold(0, |number, byte| number << 8 | u64::from(*byte)), rest))

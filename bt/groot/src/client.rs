@@ -1,4 +1,4 @@
-//! Asks a program about the tree that it runs.
+//! A client that requests data about the tree of a program.
 
 use std::time::Duration;
 
@@ -9,14 +9,14 @@ use crate::error::GrootError;
 use crate::protocol::{RequestHeader, RequestKind, TreeId, tree_of_reply};
 use crate::zmtp::{Connection, SocketType, ZmtpError};
 
-/// A program remembers no more transitions than these: as many in a reply may be the last of more.
+/// The most transitions that a program stores. If a reply contains as many, earlier ones may be missing.
 pub const MOST_TRANSITIONS: usize = 1000;
 
-/// The most bytes of a reply. The largest is a tree; a node takes some two hundred.
+/// The most bytes of a reply. The largest reply is a tree; a node takes about 200 bytes.
 const MOST_BYTES: usize = 64 << 20;
 
-/// The numbers of nodes, and of the status that each has: 0 idle, 1 running, 2 success, 3 failure, 4 skipped; 10 more
-/// if it is idle, and had that status before.
+/// The numbers of nodes, each with the number of its status: 0 idle, 1 running, 2 success, 3 failure, 4 skipped; 10
+/// more if the node is idle now and had that status before.
 pub type Statuses = Vec<(u16, u8)>;
 
 /// A connection to a program.
@@ -24,21 +24,22 @@ pub type Statuses = Vec<(u16, u8)>;
 pub struct Client {
     address: String,
     connection: Connection,
-    asked: u32,
-    /// Which tree the program shows; none before its first reply.
+    /// The number of requests so far.
+    requests: u32,
+    /// The tree that the program shows; none before its first reply.
     tree: Option<TreeId>,
 }
 
 impl Client {
-    /// Connects to a program; `address` is a host and a port.
+    /// Connects to a program. `address` is a host and a port; `timeout` limits the connection and each reply.
     ///
     /// # Errors
     /// [`GrootError`].
-    pub fn connect(address: &str, patience: Duration) -> Result<Self, GrootError> {
-        let connection = Connection::connect(address, SocketType::Req, patience, MOST_BYTES);
+    pub fn connect(address: &str, timeout: Duration) -> Result<Self, GrootError> {
+        let connection = Connection::connect(address, SocketType::Req, timeout, MOST_BYTES);
         let address = address.to_owned();
         match connection {
-            Ok(connection) => Ok(Self { address, connection, asked: 0, tree: None }),
+            Ok(connection) => Ok(Self { address, connection, requests: 0, tree: None }),
             Err(source) => Err(GrootError::Connection { address, source }),
         }
     }
@@ -48,7 +49,7 @@ impl Client {
     /// # Errors
     /// [`GrootError`].
     pub fn tree(&mut self) -> Result<LoggedTree, GrootError> {
-        let xml = self.ask(RequestKind::FullTree, None)?;
+        let xml = self.request(RequestKind::FullTree, None)?;
         let xml = String::from_utf8(xml).map_err(|_| self.foreign("its tree is not UTF-8 text"))?;
         LoggedTree::read(&xml).map_err(|problem| self.foreign(problem))
     }
@@ -58,18 +59,18 @@ impl Client {
     /// # Errors
     /// [`GrootError`].
     pub fn statuses(&mut self) -> Result<Statuses, GrootError> {
-        let bytes = self.ask(RequestKind::Status, None)?;
+        let bytes = self.request(RequestKind::Status, None)?;
         let (nodes, []) = bytes.as_chunks::<3>() else { return Err(self.foreign("a status has not three bytes")) };
         Ok(nodes.iter().map(|[low, high, status]| (u16::from_le_bytes([*low, *high]), *status)).collect())
     }
 
-    /// The entries of these blackboards. One that the program does not have is left out.
+    /// The entries of these blackboards. A blackboard that the program does not have is left out.
     ///
     /// # Errors
     /// [`GrootError`].
     pub fn blackboards(&mut self, names: &[String]) -> Result<Blackboards, GrootError> {
         let bytes =
-            self.ask(RequestKind::Blackboard, Some(names.join(";").as_bytes())).map_err(|error| match error {
+            self.request(RequestKind::Blackboard, Some(names.join(";").as_bytes())).map_err(|error| match error {
                 GrootError::Connection { address, source: ZmtpError::TooLarge(bytes) } => {
                     GrootError::LargeBlackboards { address, bytes }
                 }
@@ -79,42 +80,42 @@ impl Client {
             .ok_or_else(|| self.foreign("its blackboards are not MessagePack, or are nested too deep"))
     }
 
-    /// Makes the program remember transitions from now on. Returns when that is by its clock, in microseconds since
-    /// 1970. What it has remembered for anybody else is lost.
+    /// Makes the program store transitions from now on. Returns the current time of its clock, in microseconds since
+    /// 1970. Transitions that it has stored for other clients are lost.
     ///
     /// # Errors
     /// [`GrootError`].
     pub fn start_recording(&mut self) -> Result<i64, GrootError> {
-        let bytes = self.ask(RequestKind::Recording, Some(b"start"))?;
+        let bytes = self.request(RequestKind::Recording, Some(b"start"))?;
         let text = String::from_utf8_lossy(&bytes);
         text.parse().map_err(|_| self.foreign(format!("the recording began at `{}`", text.escape_debug())))
     }
 
-    /// Makes the program remember transitions no longer.
+    /// Makes the program stop storing transitions.
     ///
     /// # Errors
     /// [`GrootError`].
     pub fn stop_recording(&mut self) -> Result<(), GrootError> {
-        self.ask(RequestKind::Recording, Some(b"stop")).map(drop)
+        self.request(RequestKind::Recording, Some(b"stop")).map(drop)
     }
 
-    /// The transitions since they were asked for the last time, by anybody, of a recording that began at `began_us`:
-    /// the last [`MOST_TRANSITIONS`].
+    /// The transitions since the last such request of any client, at most the last [`MOST_TRANSITIONS`]. The recording
+    /// began at `began_us`.
     ///
     /// # Errors
     /// [`GrootError`].
     pub fn transitions(&mut self, began_us: i64) -> Result<Vec<LoggedTransition>, GrootError> {
-        let bytes = self.ask(RequestKind::Transitions, None)?;
+        let bytes = self.request(RequestKind::Transitions, None)?;
         let (all, []) = bytes.as_chunks::<{ LoggedTransition::BYTES }>() else {
             return Err(self.foreign("a transition has not nine bytes"));
         };
         Ok(all.iter().map(|bytes| LoggedTransition::from_bytes(*bytes, began_us)).collect())
     }
 
-    /// Asks, and returns what the reply says after its header.
-    fn ask(&mut self, kind: RequestKind, about: Option<&[u8]>) -> Result<Vec<u8>, GrootError> {
-        self.asked = self.asked.wrapping_add(1);
-        let request = RequestHeader::new(kind, self.asked);
+    /// Sends a request. Returns the body of the reply.
+    fn request(&mut self, kind: RequestKind, about: Option<&[u8]>) -> Result<Vec<u8>, GrootError> {
+        self.requests = self.requests.wrapping_add(1);
+        let request = RequestHeader::new(kind, self.requests);
         let header = request.bytes();
         let parts: Vec<&[u8]> = [&b""[..], &header].into_iter().chain(about).collect();
         let replied = self.connection.send(&parts).and_then(|()| self.connection.receive());

@@ -1,12 +1,12 @@
-//! Why a program cannot be asked about its tree.
+//! Why a request to a program fails.
 
 use crate::zmtp::ZmtpError;
 
-/// Why a question has no answer.
+/// Why a request has no valid reply.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GrootError {
-    /// The connection cannot be made, or is over.
+    /// The connection cannot be established, or has ended.
     #[error("{address}: {source}")]
     Connection {
         /// The address of the program.
@@ -14,15 +14,15 @@ pub enum GrootError {
         /// What went wrong.
         source: ZmtpError,
     },
-    /// The answer cannot be understood.
+    /// The reply violates the protocol.
     #[error("{address} does not speak Groot2's protocol: {problem}")]
     Foreign {
         /// The address of the program.
         address: String,
-        /// What in the answer cannot be so.
+        /// The violation, in words.
         problem: String,
     },
-    /// The program refuses to answer.
+    /// The program has refused the request.
     #[error("{address} refuses: {reason}")]
     Refused {
         /// The address of the program.
@@ -30,15 +30,15 @@ pub enum GrootError {
         /// Its reason.
         reason: String,
     },
-    /// The blackboards of the program are too large for a reply. The connection is over.
+    /// The blackboards of the program are too large for a reply. The connection has ended.
     #[error("{address} has blackboards of more than {bytes} bytes")]
     LargeBlackboards {
         /// The address of the program.
         address: String,
-        /// The most bytes of a reply.
+        /// The maximum size of a reply, in bytes.
         bytes: usize,
     },
-    /// The program shows another tree than before.
+    /// The program shows a different tree than before.
     #[error("{address} shows another tree than before")]
     OtherTree {
         /// The address of the program.

@@ -1,15 +1,15 @@
-//! Speaks Groot2's protocol, over which a program with BehaviorTree.CPP (4.6.2 and later) shows a tree that it runs.
+//! Groot2's protocol, over which a program with BehaviorTree.CPP (4.6.2 and later) shows a tree that it runs.
 //!
-//! A [`Client`] asks such a program for its tree, the status of all nodes, the transitions since it asked the last
-//! time, and its blackboards. It never asks for a hook, which could stop the tree or replace its answers. A
-//! [`TreeWatch`] asks again and again, and knows what is missing.
+//! A [`Client`] requests the tree of such a program, the status of all nodes, the transitions since its last request,
+//! and the blackboards. It never requests a hook, which could stop the tree or replace its answers. A [`TreeWatch`]
+//! polls a program, and detects missing transitions.
 //!
-//! A [`Server`] answers such clients about a tree that is run here.
+//! A [`Server`] answers such clients about a tree that runs in this process.
 //!
 //! # Inside
-//! `protocol` has the requests and replies, and `zmtp` what carries them: the part of ZeroMQ's protocol that is needed
-//! for that. A library for the latter reserves as much memory as a stranger says that a frame has; here, all that a
-//! peer can do is bounded in size and time.
+//! `protocol` contains the requests and replies, and `zmtp` the part of ZeroMQ's protocol that carries them. A library
+//! for the latter reserves as much memory as the header of a frame announces; here, the size and the duration of
+//! everything that a peer sends are bounded.
 
 mod boards;
 mod client;
@@ -26,5 +26,5 @@ pub use protocol::{PORT, RequestHeader, RequestKind, TreeId, reply_header};
 /// The value of an entry of a blackboard.
 pub use rmpv::Value;
 pub use server::Server;
-pub use watch::{FoundStatuses, Standing, TreeNews, TreeWatch};
+pub use watch::{NodeSnapshot, TreeSnapshot, TreeUpdate, TreeWatch};
 pub use zmtp::{Connection, SocketType, ZmtpError};

@@ -1,26 +1,29 @@
 //! Requests and replies: the first part of each has a fixed size, and integers are little-endian.
 
-/// The port on which programs answer, unless they are told otherwise.
+/// The default port of programs.
 pub const PORT: u16 = 1667;
 
 /// The version of the protocol: the same since BehaviorTree.CPP 4.4.
 const VERSION: u8 = 2;
 
-/// What tells one tree from another: a program makes it at random when it begins to show a tree.
+/// The identifier of a tree, which a program draws at random when it begins to show a tree.
 pub type TreeId = [u8; 16];
 
-/// What is asked for.
+/// In the number of a status: the node is idle, and the rest is the number of its status before.
+pub(crate) const IDLE_AFTER: u8 = 10;
+
+/// The kind of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RequestKind {
     /// The tree, as XML.
     FullTree,
     /// The status of all nodes.
     Status,
-    /// The entries of the blackboards that the second part names.
+    /// The entries of the blackboards that are named in the second part.
     Blackboard,
-    /// To begin or end to remember transitions, as the second part says.
+    /// Starts or stops the recording of transitions, according to the second part.
     Recording,
-    /// The transitions since they were asked for the last time.
+    /// The transitions since the last request of this kind.
     Transitions,
 }
 
@@ -46,26 +49,26 @@ pub struct RequestHeader {
 }
 
 impl RequestHeader {
-    /// Asks for something; the reply has the same `id`.
+    /// The header of a request of this kind. The reply has the same `id`.
     #[must_use]
     pub fn new(kind: RequestKind, id: u32) -> Self {
         Self { code: kind.code(), id }
     }
 
-    /// Reads one; none if these are not the bytes of one.
+    /// Reads a header; none if the bytes are not a header of this version.
     #[must_use]
     pub fn read(bytes: &[u8]) -> Option<Self> {
         let [VERSION, code, id @ ..] = bytes else { return None };
         Some(Self { code: *code, id: u32::from_le_bytes(id.try_into().ok()?) })
     }
 
-    /// What is asked for; none if it is anything else than to look at the tree.
+    /// The kind of the request; none if the request does more than read the tree.
     #[must_use]
     pub fn kind(&self) -> Option<RequestKind> {
         RequestKind::ALL.into_iter().find(|kind| kind.code() == self.code)
     }
 
-    /// The bytes of it.
+    /// Its bytes.
     #[must_use]
     pub fn bytes(&self) -> [u8; 6] {
         let [a, b, c, d] = self.id.to_le_bytes();
@@ -79,7 +82,7 @@ pub fn reply_header(request: RequestHeader, tree: TreeId) -> Vec<u8> {
     [&request.bytes()[..], &tree].concat()
 }
 
-/// The tree that the reply to a request is about; none if it is no reply to it.
+/// The tree of the reply to a request; none if the header does not belong to such a reply.
 pub(crate) fn tree_of_reply(request: RequestHeader, header: &[u8]) -> Option<TreeId> {
     header.strip_prefix(&request.bytes())?.try_into().ok()
 }

@@ -1,4 +1,4 @@
-//! Answers clients about a tree that is run here.
+//! A server that answers clients about a tree that runs in this process.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher as _, RandomState};
@@ -12,25 +12,26 @@ use rmpv::Value;
 use tree_logs::LoggedTransition;
 
 use crate::client::MOST_TRANSITIONS;
-use crate::protocol::{RequestHeader, RequestKind, TreeId, reply_header};
+use crate::protocol::{IDLE_AFTER, RequestHeader, RequestKind, TreeId, reply_header};
 use crate::zmtp::{Connection, SocketType, ZmtpError};
 
-/// The most clients at once; others are turned away.
+/// The maximum number of clients at the same time. The connections of others are closed.
 const MOST_CLIENTS: usize = 32;
-/// The most bytes of a request: names of blackboards, at the longest.
+/// The maximum size of a request, in bytes. The longest requests contain names of blackboards.
 const MOST_BYTES: usize = 1 << 16;
-/// How long a client may take for a greeting, a request, or to take a reply.
-const PATIENCE: Duration = Duration::from_secs(2);
-/// How often to look whether the server is to end.
-const LOOK: Duration = Duration::from_millis(50);
-/// A client that asks nothing for so many looks is turned away: libraries of ZeroMQ connect again when they ask.
-const MOST_IDLE_LOOKS: u32 = 1200;
+/// How long the greeting, a request or the transmission of a reply may take.
+const TIMEOUT: Duration = Duration::from_secs(2);
+/// The interval at which threads check whether the server has been dropped.
+const CHECK_PERIOD: Duration = Duration::from_millis(50);
+/// After this many checks without a request, the connection of a client is closed. Libraries of ZeroMQ connect again
+/// for the next request.
+const MOST_IDLE_CHECKS: u32 = 1200;
 
-/// Answers Groot2, and others who speak its protocol, about a tree that is run here. Hooks, which would change what the
-/// tree does, are refused.
+/// Answers Groot2, and other clients with its protocol, about a tree that runs in this process. Hooks, which would
+/// change the behavior of the tree, are refused.
 ///
-/// Each client has its own thread: whoever runs the tree never waits for one. As in a program with BehaviorTree.CPP,
-/// all clients share one record of transitions, and there is no authentication. The server ends when it is dropped.
+/// Each client has its own thread, so the tree never waits for a client. As in a program with BehaviorTree.CPP, all
+/// clients share one record of transitions, and there is no authentication. The server ends when it is dropped.
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
@@ -44,28 +45,25 @@ struct ServerState {
     is_over: AtomicBool,
 }
 
-/// What clients are told.
+/// The data that clients can request.
 #[derive(Debug, Default)]
 struct Shown {
     tree: TreeId,
     xml: Arc<str>,
-    /// By the nodes' numbers, which begin with 1.
+    /// By the numbers of the nodes, which begin with 1.
     statuses: Vec<u8>,
-    /// By their names.
+    /// The entries of blackboards, by the names of the blackboards.
     boards: BTreeMap<String, Arc<BTreeMap<String, Value>>>,
-    /// The time by the clock of the transitions, in microseconds.
+    /// The current time on the clock of the transitions, in microseconds.
     now_us: i64,
-    /// Since when transitions are remembered.
+    /// The time since which transitions are stored; none if they are not stored.
     recorded_from_us: Option<i64>,
     transitions: VecDeque<LoggedTransition>,
 }
 
-/// To be added to the status before, for a node that is idle now.
-const IDLE_AFTER: u8 = 10;
-
 impl Server {
-    /// Listens at this address for requests, and at the next port for those who subscribe: nothing is ever published
-    /// there, since only hooks would be. Clients wait until a tree is [shown](Self::show).
+    /// Listens for requests at this address, and for subscribers at the next port. Only hooks would be published there,
+    /// so subscribers receive nothing. Clients wait until a tree is [shown](Self::show).
     ///
     /// # Errors
     /// If one of the ports is not available.
@@ -84,28 +82,29 @@ impl Server {
         Ok(Self { address, shared })
     }
 
-    /// Where it answers requests.
+    /// The address at which requests are answered.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Shows another tree, or the same from its start: the text that [`LoggedTree`](tree_logs::LoggedTree) reads, and
-    /// the number of its nodes, whose numbers begin with 1. All are idle; blackboards are empty; nobody records.
+    /// Shows another tree, or the same tree from its start: the text that [`LoggedTree`](tree_logs::LoggedTree) reads,
+    /// and the number of its nodes, which are numbered from 1. All nodes are idle, all blackboards are empty, and
+    /// transitions are not stored.
     pub fn show(&self, xml: &str, nodes: u16, boards: impl IntoIterator<Item = String>) {
         let boards = boards.into_iter().map(|name| (name, Arc::default())).collect();
         let statuses = vec![0; usize::from(nodes)];
         *self.shared.shown() = Shown { tree: new_tree_id(), xml: Arc::from(xml), statuses, boards, ..Shown::default() };
     }
 
-    /// Goes on to this time, in microseconds by the clock of the transitions, with what has happened until then.
-    pub fn tell(&self, now_us: i64, transitions: impl IntoIterator<Item = LoggedTransition>) {
+    /// Advances the clock of the transitions to this time, in microseconds, and adds the transitions until then.
+    pub fn advance(&self, now_us: i64, transitions: impl IntoIterator<Item = LoggedTransition>) {
         let mut shown = self.shared.shown();
         shown.now_us = now_us;
         transitions.into_iter().for_each(|transition| shown.take(transition));
     }
 
-    /// An entry of a blackboard got this value; none if it is gone.
+    /// Sets an entry of a blackboard, or removes it if there is no value.
     pub fn write(&self, board: &str, key: &str, value: Option<Value>) {
         let mut shown = self.shared.shown();
         let Some(entries) = shown.boards.get_mut(board).map(Arc::make_mut) else { return };
@@ -123,7 +122,7 @@ impl Drop for Server {
 }
 
 impl ServerState {
-    /// Nothing that is done with it can leave it half changed.
+    /// A poisoned mutex is accepted: no operation leaves the data partly changed.
     fn shown(&self) -> MutexGuard<'_, Shown> {
         self.shown.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -142,7 +141,7 @@ impl ServerState {
                 Ok((stream, _)) if self.clients.fetch_add(1, Ordering::Relaxed) < MOST_CLIENTS => {
                     let shared = Arc::clone(self);
                     let serve = move || {
-                        // What is wrong with a client ends its connection, and nothing else.
+                        // An error ends only the connection of this client.
                         let _ = shared.serve(stream, socket);
                         shared.clients.fetch_sub(1, Ordering::Relaxed);
                     };
@@ -158,15 +157,15 @@ impl ServerState {
 
     fn serve(&self, stream: TcpStream, socket: SocketType) -> Result<(), ZmtpError> {
         stream.set_nonblocking(false)?;
-        let mut connection = Connection::begin(stream, socket, PATIENCE, MOST_BYTES)?;
-        let mut idle_looks = 0;
-        while !self.is_over() && idle_looks < MOST_IDLE_LOOKS {
-            if !connection.is_readable_within(LOOK)? {
-                // Whoever subscribes waits for ever.
-                idle_looks += u32::from(socket == SocketType::Rep);
+        let mut connection = Connection::begin(stream, socket, TIMEOUT, MOST_BYTES)?;
+        let mut idle_checks = 0;
+        while !self.is_over() && idle_checks < MOST_IDLE_CHECKS {
+            if !connection.is_readable_within(CHECK_PERIOD)? {
+                // The connections of subscribers have no time limit.
+                idle_checks += u32::from(socket == SocketType::Rep);
                 continue;
             }
-            idle_looks = 0;
+            idle_checks = 0;
             let request = connection.receive()?;
             if socket == SocketType::Rep {
                 let [empty, request @ ..] = request.as_slice() else { return Ok(()) };
@@ -181,7 +180,7 @@ impl ServerState {
         Ok(())
     }
 
-    /// The parts of the reply to a request, or why it is refused.
+    /// The parts of the reply to a request, or the reason why it is refused.
     fn answer(&self, request: &[Vec<u8>]) -> Result<Vec<Vec<u8>>, &'static str> {
         let header = request.first().and_then(|header| RequestHeader::read(header));
         let header = header.ok_or("the request does not begin with a header of version 2 of the protocol")?;
@@ -233,13 +232,13 @@ impl Shown {
         }
     }
 
-    /// Three bytes for each node: its number, and its status.
+    /// Three bytes for each node: its number and its status.
     fn statuses(&self) -> Vec<u8> {
         let uids = (1_u16..).map(u16::to_le_bytes);
         uids.zip(&self.statuses).flat_map(|([low, high], status)| [low, high, *status]).collect()
     }
 
-    /// Returns when the record begins.
+    /// Returns the time at which the record begins.
     fn begin_recording(&mut self) -> i64 {
         self.transitions.clear();
         *self.recorded_from_us.insert(self.now_us)
@@ -251,7 +250,7 @@ impl Shown {
     }
 }
 
-/// The entries of blackboards as MessagePack: nil if there is none.
+/// The entries of blackboards as MessagePack; nil if there are no blackboards.
 fn packed(boards: &[(&str, Arc<BTreeMap<String, Value>>)]) -> Vec<u8> {
     let entries = |entries: &BTreeMap<String, Value>| {
         Value::Map(entries.iter().map(|(key, value)| (key.as_str().into(), value.clone())).collect())
@@ -263,10 +262,10 @@ fn packed(boards: &[(&str, Arc<BTreeMap<String, Value>>)]) -> Vec<u8> {
     bytes
 }
 
-/// A random one, as BehaviorTree.CPP makes it: a UUID of version 4.
+/// A random identifier as in BehaviorTree.CPP: a UUID of version 4.
 fn new_tree_id() -> TreeId {
     let mut id = [0; 16];
-    // The keys of each of these are different, and begin with the operating system's random numbers.
+    // Each `RandomState` has different keys, which derive from random numbers of the operating system.
     for half in id.chunks_exact_mut(8) {
         half.copy_from_slice(&RandomState::new().hash_one(half.len()).to_le_bytes());
     }
@@ -274,8 +273,8 @@ fn new_tree_id() -> TreeId {
     id
 }
 
-/// Waits until the next look.
-#[expect(clippy::disallowed_methods, reason = "clients elsewhere are waited for in real time")]
+/// Waits until the next check.
+#[expect(clippy::disallowed_methods, reason = "clients are awaited in real time")]
 fn pause() {
-    std::thread::sleep(LOOK);
+    std::thread::sleep(CHECK_PERIOD);
 }

@@ -1,4 +1,4 @@
-//! All that a program tells about the tree that it runs, in order.
+//! Polls a program for the changes of its tree, in order.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -8,60 +8,59 @@ use tree_logs::{LoggedTransition, LoggedTree, NodeStatus, StatusChange};
 use crate::boards::Blackboards;
 use crate::client::{Client, MOST_TRANSITIONS, Statuses};
 use crate::error::GrootError;
+use crate::protocol::IDLE_AFTER;
 use crate::zmtp::now;
 
-/// How often it is checked that all transitions have been told.
+/// The interval between checks that no transitions are missing.
 const CHECK: Duration = Duration::from_secs(1);
-/// How often blackboards are read, unless it is said otherwise.
+/// The default interval at which blackboards are read.
 const READ: Duration = Duration::from_millis(200);
-/// In the number of a status: the node is idle, and the rest is the status that it had before.
-const WAS: u8 = 10;
 
-/// What is new.
+/// A change of the tree or its blackboards.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum TreeNews {
-    /// A node got another status.
+pub enum TreeUpdate {
+    /// A node has changed its status.
     Change(StatusChange),
-    /// Changes since the last one are missing.
+    /// Changes since the last update are missing.
     Missing {
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
-        /// What is found after them.
-        found: FoundStatuses,
+        /// The statuses after the missing changes.
+        snapshot: TreeSnapshot,
     },
-    /// The entries of all blackboards, which have changed; none if they are not read any more.
+    /// The entries of all blackboards, some of which have changed; empty if blackboards are no longer read.
     Blackboards(Blackboards),
 }
 
-/// The status of all nodes at a time.
+/// The statuses of all nodes at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FoundStatuses {
+pub struct TreeSnapshot {
     /// By the clock of the program, in microseconds since 1970.
     pub at_us: i64,
-    /// For each node, in the order of the tree.
-    pub nodes: Vec<Standing>,
+    /// The status of each node, in the order of the tree.
+    pub nodes: Vec<NodeSnapshot>,
 }
 
-/// Where a node is.
+/// The status of a node, now and before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct NodeSnapshot {
     /// Its status.
     pub status: NodeStatus,
-    /// Its last status that was not idle, if it has had any.
+    /// Its last status that was not idle; idle if there was none.
     pub last: NodeStatus,
 }
 
-impl Standing {
+impl NodeSnapshot {
     const NEW: Self = Self { status: NodeStatus::Idle, last: NodeStatus::Idle };
 
-    /// That with this number.
+    /// The statuses that a number encodes.
     fn of(code: u8) -> Option<Self> {
-        let last = NodeStatus::of((code % WAS).into())?;
+        let last = NodeStatus::of((code % IDLE_AFTER).into())?;
         match code {
-            WAS => None,
-            0..WAS => Some(Self { status: last, last }),
-            _ => (code < 2 * WAS).then_some(Self { status: NodeStatus::Idle, last }),
+            IDLE_AFTER => None,
+            0..IDLE_AFTER => Some(Self { status: last, last }),
+            _ => (code < 2 * IDLE_AFTER).then_some(Self { status: NodeStatus::Idle, last }),
         }
     }
 
@@ -73,38 +72,38 @@ impl Standing {
     }
 }
 
-/// A program that is asked again and again.
+/// Polls a program.
 ///
-/// The program remembers transitions, and forgets those that it has told; so each is told to one client only. If others
-/// ask, too, what they were told is missing here. That is noticed if a node then has a status that it cannot have: at
-/// its next transition, or when all statuses are compared, once a second.
+/// The program stores transitions until they are requested, so each transition reaches only one client. Transitions
+/// that another client has received are missing here. This is detected if a node then has a status that does not follow
+/// from the transitions received: at its next transition, or when all statuses are compared, once per second.
 #[derive(Debug)]
 pub struct TreeWatch {
     client: Client,
     tree: LoggedTree,
-    /// Whether nothing but statuses and blackboards is asked for.
+    /// Whether only statuses and blackboards are requested.
     is_passive: bool,
-    /// When the recording of transitions began, by the clock of the program.
+    /// When the recording of transitions began, on the clock of the program.
     began_us: i64,
     last_us: i64,
-    nodes: Vec<Standing>,
+    nodes: Vec<NodeSnapshot>,
     boards: Blackboards,
-    news: VecDeque<TreeNews>,
+    updates: VecDeque<TreeUpdate>,
     checked: Instant,
     read: Option<Instant>,
-    /// How often blackboards are read; none if they are not.
+    /// The interval at which blackboards are read; none if they are not read.
     period: Option<Duration>,
 }
 
 impl TreeWatch {
-    /// Asks a program for its tree and its statuses, and makes it remember transitions from then on, unless this is
-    /// `passive`: then changes are found by comparing statuses, and have the times at which they were found.
+    /// Requests the tree and the statuses of a program, and makes it store transitions from then on. If this watch is
+    /// passive, changes are instead found by comparing statuses, and have the times at which they were found.
     ///
     /// # Errors
     /// [`GrootError`].
-    pub fn begin(mut client: Client, is_passive: bool) -> Result<(Self, FoundStatuses), GrootError> {
+    pub fn begin(mut client: Client, is_passive: bool) -> Result<(Self, TreeSnapshot), GrootError> {
         let tree = client.tree()?;
-        let nodes = vec![Standing::NEW; tree.nodes().len()];
+        let nodes = vec![NodeSnapshot::NEW; tree.nodes().len()];
         let mut watch = Self {
             client,
             tree,
@@ -113,14 +112,14 @@ impl TreeWatch {
             last_us: 0,
             nodes,
             boards: Blackboards::default(),
-            news: VecDeque::new(),
+            updates: VecDeque::new(),
             checked: now(),
             read: None,
             period: Some(READ),
         };
         watch.record()?;
-        let found = watch.find()?;
-        Ok((watch, found))
+        let snapshot = watch.take_snapshot()?;
+        Ok((watch, snapshot))
     }
 
     /// The tree.
@@ -129,46 +128,45 @@ impl TreeWatch {
         &self.tree
     }
 
-    /// Reads blackboards so often from now on, or not at all.
+    /// Sets the interval at which blackboards are read. Without one, they are no longer read.
     pub fn read_every(&mut self, period: Option<Duration>) {
         self.period = period;
         if period.is_none() && self.boards != Blackboards::default() {
             self.boards = Blackboards::default();
-            self.news.push_back(TreeNews::Blackboards(Blackboards::default()));
+            self.updates.push_back(TreeUpdate::Blackboards(Blackboards::default()));
         }
     }
 
-    /// What is new since the last time; none if nothing is.
+    /// The next update; none if there is none yet.
     ///
     /// # Errors
-    /// [`GrootError`]. After any, there is no more news.
-    pub fn news(&mut self) -> Result<Option<TreeNews>, GrootError> {
-        if self.news.is_empty() {
-            self.ask()?;
+    /// [`GrootError`]. After an error, there are no more updates.
+    pub fn next_update(&mut self) -> Result<Option<TreeUpdate>, GrootError> {
+        if self.updates.is_empty() {
+            self.poll()?;
         }
-        Ok(self.news.pop_front())
+        Ok(self.updates.pop_front())
     }
 
-    /// Takes what is still to be told, and lets the program forget transitions again. Nothing is told later that is
-    /// missing: it is checked a last time.
+    /// The remaining updates. Makes the program stop storing transitions, after a last check that none are missing.
     ///
     /// # Errors
     /// [`GrootError`].
-    pub fn end(&mut self) -> Result<Vec<TreeNews>, GrootError> {
-        self.ask()?;
+    pub fn end(&mut self) -> Result<Vec<TreeUpdate>, GrootError> {
+        self.poll()?;
         if !self.is_passive {
             self.check()?;
             self.client.stop_recording()?;
         }
-        Ok(self.news.drain(..).collect())
+        Ok(self.updates.drain(..).collect())
     }
 
-    fn ask(&mut self) -> Result<(), GrootError> {
+    fn poll(&mut self) -> Result<(), GrootError> {
         if self.is_passive {
             self.compare()?;
         } else {
-            let told = self.client.transitions(self.began_us)?;
-            self.take(told)?;
+            let transitions = self.client.transitions(self.began_us)?;
+            self.take(transitions)?;
             if self.checked.elapsed() >= CHECK {
                 self.checked = now();
                 self.check()?;
@@ -178,95 +176,98 @@ impl TreeWatch {
             self.read = Some(now());
             let boards = self.client.blackboards(self.tree.blackboards())?;
             if boards != self.boards {
-                self.news.push_back(TreeNews::Blackboards(boards.clone()));
+                self.updates.push_back(TreeUpdate::Blackboards(boards.clone()));
                 self.boards = boards;
             }
         }
         Ok(())
     }
 
-    /// Makes the program remember transitions from now on.
+    /// Makes the program store transitions from now on.
     fn record(&mut self) -> Result<(), GrootError> {
         self.began_us = if self.is_passive { system_us() } else { self.client.start_recording()? };
         self.last_us = self.began_us;
         Ok(())
     }
 
-    /// Finds out the statuses of all nodes, whatever has been told: those at any time, and what has changed since.
-    fn find(&mut self) -> Result<FoundStatuses, GrootError> {
-        let asked = self.client.statuses()?;
-        self.nodes = self.by_node(&asked)?;
+    /// Requests the statuses of all nodes, regardless of the transitions so far, and then applies the transitions that
+    /// the program has stored, some of which may be later.
+    fn take_snapshot(&mut self) -> Result<TreeSnapshot, GrootError> {
+        let statuses = self.client.statuses()?;
+        self.nodes = self.by_node(&statuses)?;
         if !self.is_passive {
-            let told = self.client.transitions(self.began_us)?;
-            if told.len() >= MOST_TRANSITIONS {
+            let transitions = self.client.transitions(self.began_us)?;
+            if transitions.len() >= MOST_TRANSITIONS {
                 return Err(self.client.foreign("its nodes change faster than it can be asked about them"));
             }
-            for transition in told {
+            for transition in transitions {
                 let change = self.change(transition)?;
                 self.last_us = self.last_us.max(change.at_us);
                 self.nodes[change.node].take(change.status);
             }
         }
-        Ok(FoundStatuses { at_us: self.last_us, nodes: self.nodes.clone() })
+        Ok(TreeSnapshot { at_us: self.last_us, nodes: self.nodes.clone() })
     }
 
-    /// Finds out where the nodes are after changes have been missed.
-    fn miss(&mut self, why: impl Into<String>) -> Result<(), GrootError> {
-        let found = self.find()?;
-        self.news.push_back(TreeNews::Missing { why: why.into(), found });
+    /// Reports that changes are missing, with the statuses after them.
+    fn report_missing(&mut self, why: impl Into<String>) -> Result<(), GrootError> {
+        let snapshot = self.take_snapshot()?;
+        self.updates.push_back(TreeUpdate::Missing { why: why.into(), snapshot });
         Ok(())
     }
 
-    /// Takes what was told, up to where something is missing.
-    fn take(&mut self, told: Vec<LoggedTransition>) -> Result<(), GrootError> {
-        if told.len() >= MOST_TRANSITIONS {
-            return self.miss(format!("more changed at once than the program remembers, {MOST_TRANSITIONS} changes"));
+    /// Takes transitions, up to a place where some are missing.
+    fn take(&mut self, transitions: Vec<LoggedTransition>) -> Result<(), GrootError> {
+        if transitions.len() >= MOST_TRANSITIONS {
+            return self.report_missing(format!(
+                "more changed at once than the program remembers, {MOST_TRANSITIONS} changes"
+            ));
         }
-        for transition in told {
+        for transition in transitions {
             let change = self.change(transition)?;
             if change.at_us < self.last_us {
                 self.record()?;
-                return self.miss("somebody else made the recording begin anew, or the clock was set back");
+                return self.report_missing("somebody else made the recording begin anew, or the clock was set back");
             }
             if change.status == self.nodes[change.node].status {
-                return self.miss("changes were told to somebody else, who asks for them, too");
+                return self.report_missing("changes were told to somebody else, who asks for them, too");
             }
             self.last_us = change.at_us;
             self.nodes[change.node].take(change.status);
-            self.news.push_back(TreeNews::Change(change));
+            self.updates.push_back(TreeUpdate::Change(change));
         }
         Ok(())
     }
 
-    /// Checks that the nodes have the statuses that follow from what was told.
+    /// Checks that the statuses of the nodes follow from the transitions.
     fn check(&mut self) -> Result<(), GrootError> {
-        let asked = self.client.statuses()?;
-        let asked = self.by_node(&asked)?;
+        let statuses = self.client.statuses()?;
+        let statuses = self.by_node(&statuses)?;
         let before = self.nodes.clone();
-        let told = self.client.transitions(self.began_us)?;
-        let changed: Vec<i64> = told.iter().map(|transition| transition.uid).collect();
-        let rests = |node: &usize| !changed.contains(&self.tree.nodes()[*node].uid.into());
-        if (0..before.len()).filter(rests).any(|node| before[node] != asked[node]) {
-            return self.miss("changes were told to somebody else, who asks for them, too");
+        let transitions = self.client.transitions(self.began_us)?;
+        let changed: Vec<i64> = transitions.iter().map(|transition| transition.uid).collect();
+        let is_unchanged = |node: &usize| !changed.contains(&self.tree.nodes()[*node].uid.into());
+        if (0..before.len()).filter(is_unchanged).any(|node| before[node] != statuses[node]) {
+            return self.report_missing("changes were told to somebody else, who asks for them, too");
         }
-        self.take(told)
+        self.take(transitions)
     }
 
-    /// Takes what has changed since the statuses were compared.
+    /// Takes the changes since the last comparison of statuses.
     fn compare(&mut self) -> Result<(), GrootError> {
-        let asked = self.client.statuses()?;
-        let asked = self.by_node(&asked)?;
+        let statuses = self.client.statuses()?;
+        let statuses = self.by_node(&statuses)?;
         let at_us = system_us().max(self.last_us);
         self.last_us = at_us;
-        for (node, found) in asked.into_iter().enumerate() {
+        for (node, found) in statuses.into_iter().enumerate() {
             if self.nodes[node] == found {
                 continue;
             }
-            // What it answered before it became idle may not have been seen.
+            // The status that it had before it became idle may be new as well.
             for status in [found.last, found.status] {
                 if status != self.nodes[node].status {
                     self.nodes[node].take(status);
-                    self.news.push_back(TreeNews::Change(StatusChange { at_us, node, before: None, status }));
+                    self.updates.push_back(TreeUpdate::Change(StatusChange { at_us, node, before: None, status }));
                 }
             }
         }
@@ -277,16 +278,16 @@ impl TreeWatch {
         self.tree.change(transition).map_err(|problem| self.client.foreign(problem))
     }
 
-    /// What was told, in the order of the nodes.
-    fn by_node(&self, told: &Statuses) -> Result<Vec<Standing>, GrootError> {
+    /// Statuses in the order of the nodes.
+    fn by_node(&self, statuses: &Statuses) -> Result<Vec<NodeSnapshot>, GrootError> {
         let mut nodes = vec![None; self.nodes.len()];
-        for (uid, code) in told {
-            let standing = Standing::of(*code);
+        for (uid, code) in statuses {
+            let node = NodeSnapshot::of(*code);
             let unknown = || self.client.foreign(format!("there is no status with the number {code}"));
             let of = LoggedTransition { at_us: 0, uid: (*uid).into(), status: 0 };
-            nodes[self.change(of)?.node] = Some(standing.ok_or_else(unknown)?);
+            nodes[self.change(of)?.node] = Some(node.ok_or_else(unknown)?);
         }
-        let all: Option<Vec<Standing>> = nodes.into_iter().collect();
+        let all: Option<Vec<NodeSnapshot>> = nodes.into_iter().collect();
         all.ok_or_else(|| self.client.foreign("it does not tell the statuses of all nodes"))
     }
 }

@@ -1,22 +1,22 @@
 //! The part of ZeroMQ's protocol (ZMTP 3.0) that requests and replies need: no encryption, no authentication.
 //!
-//! A connection begins with a greeting of 64 bytes and a command `READY` from each side. Then come messages of one or
-//! more frames, the first of which is empty between those who ask and those who answer.
+//! A connection begins with a greeting of 64 bytes and a command `READY` from each side. Messages of one or more frames
+//! follow. The first frame of a request or a reply is empty.
 //!
-//! Everything is bounded, whatever the other side sends: how long a message may take, and how large it may be.
+//! Whatever the other side sends, the duration and the size of a message are bounded.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
-/// What a socket is for.
+/// The type of a socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SocketType {
-    /// Asks.
+    /// Sends requests.
     Req,
-    /// Answers.
+    /// Sends replies.
     Rep,
-    /// Tells those who have subscribed.
+    /// Publishes to subscribers.
     Pub,
 }
 
@@ -29,7 +29,7 @@ impl SocketType {
         }
     }
 
-    /// Which sockets may be on the other side.
+    /// The types of sockets that may be on the other side.
     fn peers(self) -> &'static [&'static [u8]] {
         match self {
             Self::Req => &[b"REP", b"ROUTER"],
@@ -43,27 +43,27 @@ impl SocketType {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ZmtpError {
-    /// The operating system could not do it.
+    /// An error of the operating system.
     #[error("{0}")]
     Io(#[from] io::Error),
     /// The other side has closed the connection.
     #[error("the connection was closed")]
     Closed,
-    /// The other side has not sent a whole message in time.
+    /// The other side has not sent a complete message in time.
     #[error("there is no answer within {:.1} s", .0.as_secs_f64())]
-    Silent(Duration),
-    /// The other side speaks another protocol.
+    Timeout(Duration),
+    /// The other side uses a different protocol.
     #[error("it does not speak ZeroMQ's protocol: {0}")]
     Foreign(String),
-    /// The message is larger than what was agreed to.
+    /// The message is larger than the limit of the connection.
     #[error("it sends more than {0} bytes at once")]
     TooLarge(usize),
 }
 
 const GREETING: usize = 64;
-/// The most frames that a message may have.
+/// The maximum number of frames of a message.
 const MOST_FRAMES: usize = 8;
-/// The most bytes that a command may have.
+/// The maximum size of a command, in bytes.
 const MOST_IN_COMMAND: usize = 1 << 10;
 const MORE: u8 = 1;
 const LONG: u8 = 2;
@@ -73,36 +73,36 @@ const COMMAND: u8 = 4;
 #[derive(Debug)]
 pub struct Connection {
     stream: TcpStream,
-    patience: Duration,
-    /// The most bytes of a message.
+    timeout: Duration,
+    /// The maximum size of a message, in bytes.
     most: usize,
 }
 
 impl Connection {
-    /// Connects to a socket that listens. A message may take as long as `patience`, and have `most` bytes.
+    /// Connects to a listening socket. A message may take as long as `timeout`, and have `most` bytes.
     ///
     /// # Errors
-    /// [`ZmtpError`], after at most `patience` for each address that the name has.
-    pub fn connect(address: &str, socket: SocketType, patience: Duration, most: usize) -> Result<Self, ZmtpError> {
+    /// [`ZmtpError`], after at most `timeout` for each address of the name.
+    pub fn connect(address: &str, socket: SocketType, timeout: Duration, most: usize) -> Result<Self, ZmtpError> {
         let mut last = io::Error::new(ErrorKind::NotFound, "the name has no address");
         for address in address.to_socket_addrs()? {
-            match TcpStream::connect_timeout(&address, patience) {
-                Ok(stream) => return Self::begin(stream, socket, patience, most),
+            match TcpStream::connect_timeout(&address, timeout) {
+                Ok(stream) => return Self::begin(stream, socket, timeout, most),
                 Err(error) => last = error,
             }
         }
         Err(last.into())
     }
 
-    /// Begins on a stream that somebody else has opened, or accepted.
+    /// Begins a connection on an open stream.
     ///
     /// # Errors
     /// [`ZmtpError`].
-    pub fn begin(stream: TcpStream, socket: SocketType, patience: Duration, most: usize) -> Result<Self, ZmtpError> {
+    pub fn begin(stream: TcpStream, socket: SocketType, timeout: Duration, most: usize) -> Result<Self, ZmtpError> {
         stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(patience))?;
-        let mut connection = Self { stream, patience, most };
-        let deadline = now() + patience;
+        stream.set_write_timeout(Some(timeout))?;
+        let mut connection = Self { stream, timeout, most };
+        let deadline = now() + timeout;
         let mut greeting = [0; GREETING];
         (greeting[0], greeting[9], greeting[10]) = (0xff, 0x7f, 3);
         greeting[12..16].copy_from_slice(b"NULL");
@@ -135,7 +135,7 @@ impl Connection {
         }
     }
 
-    /// Sends a message. Those who ask and those who answer begin it with an empty frame.
+    /// Sends a message. The first frame of a request or a reply must be empty.
     ///
     /// # Errors
     /// [`ZmtpError`].
@@ -150,14 +150,14 @@ impl Connection {
     /// The frames of the next message.
     ///
     /// # Errors
-    /// [`ZmtpError`]. After any, the connection is of no use.
+    /// [`ZmtpError`]. After an error, the connection must not be used again.
     pub fn receive(&mut self) -> Result<Vec<Vec<u8>>, ZmtpError> {
-        let deadline = now() + self.patience;
+        let deadline = now() + self.timeout;
         let (mut parts, mut rest) = (Vec::new(), self.most);
         loop {
             let (flags, body) = self.frame(rest, deadline)?;
             if flags & COMMAND != 0 {
-                // A sign of life is asked for, with a time and what to repeat.
+                // A heartbeat: its time to live and a context, which the reply repeats.
                 if let Some([_, _, context @ ..]) = body.strip_prefix(b"\x04PING") {
                     let pong = [b"\x04PONG", context].concat();
                     self.write(&frame(COMMAND, &pong))?;
@@ -175,7 +175,7 @@ impl Connection {
         }
     }
 
-    /// Whether something comes, or the other side has closed the connection, within this time.
+    /// Whether data arrives, or the other side closes the connection, within this time.
     ///
     /// # Errors
     /// [`ZmtpError`].
@@ -204,13 +204,13 @@ impl Connection {
         Ok((flags, self.read(length, deadline)?))
     }
 
-    /// The next bytes. Memory is taken as they come, not as they are announced.
+    /// The next bytes. Memory is allocated as they arrive, not as they are announced.
     fn read(&mut self, length: usize, deadline: Instant) -> Result<Vec<u8>, ZmtpError> {
         let (mut bytes, mut block) = (Vec::new(), [0; 1 << 14]);
         while bytes.len() < length {
             let left = deadline.saturating_duration_since(now());
             if left.is_zero() {
-                return Err(ZmtpError::Silent(self.patience));
+                return Err(ZmtpError::Timeout(self.timeout));
             }
             self.stream.set_read_timeout(Some(left))?;
             let most = block.len().min(length - bytes.len());
@@ -228,7 +228,7 @@ impl Connection {
     fn write(&mut self, bytes: &[u8]) -> Result<(), ZmtpError> {
         self.stream.write_all(bytes).map_err(|error| match error.kind() {
             ErrorKind::BrokenPipe | ErrorKind::ConnectionReset => ZmtpError::Closed,
-            _ if is_timeout(&error) => ZmtpError::Silent(self.patience),
+            _ if is_timeout(&error) => ZmtpError::Timeout(self.timeout),
             _ => error.into(),
         })
     }
@@ -244,7 +244,7 @@ fn frame(flags: u8, body: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A property of a command `READY`. Its name is compared without regard to case, as the protocol says.
+/// A property of a command `READY`. As the protocol requires, the case of its name is ignored.
 fn property<'p>(mut properties: &'p [u8], name: &[u8]) -> Option<&'p [u8]> {
     loop {
         let (length, rest) = properties.split_first()?;
@@ -262,7 +262,7 @@ fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }
 
-#[expect(clippy::disallowed_methods, reason = "a program elsewhere is waited for in real time")]
+#[expect(clippy::disallowed_methods, reason = "the replies of other programs are awaited in real time")]
 pub(crate) fn now() -> Instant {
     Instant::now()
 }

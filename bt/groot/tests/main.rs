@@ -1,4 +1,5 @@
-//! A client and what programs answer: one with BehaviorTree.CPP 4.10, whose every byte was captured, and hostile ones.
+//! A client and the replies of programs: a program with BehaviorTree.CPP 4.10, whose bytes were captured, and faulty
+//! ones.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -11,15 +12,15 @@ use std::time::Duration;
 
 use bt::Status;
 use groot::{
-    Blackboards, BoardValue, Client, FoundStatuses, GrootError, Standing, TreeNews, TreeWatch, Value, ZmtpError,
+    Blackboards, BoardValue, Client, GrootError, NodeSnapshot, TreeSnapshot, TreeUpdate, TreeWatch, Value, ZmtpError,
 };
 use program::{captured, program};
 use proptest::prelude::*;
 use tree_logs::{LoggedTransition, NodeStatus, StatusChange};
 
-const PATIENCE: Duration = Duration::from_millis(500);
+const TIMEOUT: Duration = Duration::from_millis(500);
 
-/// The next reply that was captured to a request, with the request's own number.
+/// The next captured reply to a request, with the number of the request.
 fn reply(replies: &mut VecDeque<(String, Vec<u8>)>, parts: &[Vec<u8>]) -> Vec<u8> {
     assert!(parts[0].is_empty());
     let header = &parts[1];
@@ -34,7 +35,7 @@ fn reply(replies: &mut VecDeque<(String, Vec<u8>)>, parts: &[Vec<u8>]) -> Vec<u8
     reply
 }
 
-/// The program whose answers were captured.
+/// A program with the captured replies.
 fn replayed() -> String {
     let (greeting, mut replies) = captured();
     program(greeting, move |stream, parts| stream.write_all(&reply(&mut replies, &parts)).unwrap()).0
@@ -45,8 +46,8 @@ fn names(names: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn all_that_a_program_with_behaviortree_cpp_told_is_read() {
-    let mut client = Client::connect(&replayed(), PATIENCE).unwrap();
+fn all_replies_of_a_program_with_behaviortree_cpp_are_read() {
+    let mut client = Client::connect(&replayed(), TIMEOUT).unwrap();
     let tree = client.tree().unwrap();
     let of: Vec<String> = tree.nodes().iter().map(|node| format!("{} {}", node.uid, node.path)).collect();
     assert_eq!(
@@ -74,41 +75,41 @@ fn all_that_a_program_with_behaviortree_cpp_told_is_read() {
 
     let (_, replies) = captured();
     let asked = replies.iter().filter(|(request, _)| request == "t").count();
-    let told: Vec<LoggedTransition> = (0..asked).flat_map(|_| client.transitions(began_us).unwrap()).collect();
-    // A logger inside the program heard the same, with times that differ by that at which the recording began.
-    let heard = include_str!("captured/board.txt").lines().skip(1).map(|line| {
+    let received: Vec<LoggedTransition> = (0..asked).flat_map(|_| client.transitions(began_us).unwrap()).collect();
+    // A logger in the program wrote the same transitions. Its times differ by the time at which the recording began.
+    let logged = include_str!("captured/board.txt").lines().skip(1).map(|line| {
         let numbers: Vec<i64> = line.split(' ').map(|number| number.parse().unwrap()).collect();
         LoggedTransition { at_us: numbers[0], uid: numbers[1], status: numbers[2] }
     });
-    let heard: Vec<LoggedTransition> = heard.collect();
-    assert_eq!(told.len(), heard.len());
-    let apart_us = told[0].at_us - heard[0].at_us;
+    let logged: Vec<LoggedTransition> = logged.collect();
+    assert_eq!(received.len(), logged.len());
+    let apart_us = received[0].at_us - logged[0].at_us;
     assert!(apart_us.abs() < 1000, "{apart_us}");
-    for (told, heard) in told.iter().zip(&heard) {
-        assert_eq!((told.uid, told.status), (heard.uid, heard.status));
-        assert!((told.at_us - heard.at_us - apart_us).abs() <= 1, "{told:?}, {heard:?}");
-        tree.change(*told).unwrap();
+    for (received, logged) in received.iter().zip(&logged) {
+        assert_eq!((received.uid, received.status), (logged.uid, logged.status));
+        assert!((received.at_us - logged.at_us - apart_us).abs() <= 1, "{received:?}, {logged:?}");
+        tree.change(*received).unwrap();
     }
 }
 
-/// Why the first question to a program that says these bytes first, and then these to every request, has no answer.
-fn refusal(greeting: &[u8], said: &[u8]) -> GrootError {
-    let said = said.to_owned();
-    let (address, _) = program(greeting.to_owned(), move |stream, _| _ = stream.write_all(&said));
-    let asked = Client::connect(&address, PATIENCE).and_then(|mut client| client.tree());
-    asked.expect_err("this is no answer")
+/// The error of the first request to a program that sends this greeting, and then these bytes for every request.
+fn refusal(greeting: &[u8], reply: &[u8]) -> GrootError {
+    let reply = reply.to_owned();
+    let (address, _) = program(greeting.to_owned(), move |stream, _| _ = stream.write_all(&reply));
+    let asked = Client::connect(&address, TIMEOUT).and_then(|mut client| client.tree());
+    asked.expect_err("the reply is invalid")
 }
 
 #[test]
-fn whatever_a_stranger_says_there_is_one_message() {
+fn every_invalid_reply_has_one_error_message() {
     let (greeting, mut replies) = captured();
     let (_, tree) = replies.pop_front().unwrap();
-    let silent = |error: GrootError| matches!(error, GrootError::Connection { source: ZmtpError::Silent(_), .. });
-    assert!(silent(refusal(b"", b"")));
-    assert!(silent(refusal(&greeting[..70], b"")));
-    assert!(silent(refusal(&greeting, b"")));
-    assert!(silent(refusal(&greeting, &tree[..1000])));
-    for (greeting, said, why) in [
+    let is_timeout = |error: GrootError| matches!(error, GrootError::Connection { source: ZmtpError::Timeout(_), .. });
+    assert!(is_timeout(refusal(b"", b"")));
+    assert!(is_timeout(refusal(&greeting[..70], b"")));
+    assert!(is_timeout(refusal(&greeting, b"")));
+    assert!(is_timeout(refusal(&greeting, &tree[..1000])));
+    for (greeting, reply, why) in [
         (
             &b"HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: 0\r\n\r\n"[..],
             &b""[..],
@@ -127,16 +128,16 @@ fn whatever_a_stranger_says_there_is_one_message() {
         (&greeting, b"\x01\x00\x01\x05error\x00\x02no", "refuses: no"),
         (&greeting, b"\x01\x00\x01\x05error\x00\x02\xff\n", "refuses: \u{fffd}\\n"),
     ] {
-        let error = refusal(greeting, said).to_string();
+        let error = refusal(greeting, reply).to_string();
         assert!(error.contains(why), "{why}: {error}");
     }
 }
 
 #[test]
-fn a_connection_that_ends_says_so() {
+fn the_end_of_a_connection_is_an_error() {
     let (greeting, _) = captured();
     let (address, _) = program(greeting, |stream, _| stream.shutdown(std::net::Shutdown::Both).unwrap());
-    let error = Client::connect(&address, PATIENCE).unwrap().tree().unwrap_err();
+    let error = Client::connect(&address, TIMEOUT).unwrap().tree().unwrap_err();
     assert_eq!(error.to_string(), format!("{address}: the connection was closed"));
 }
 
@@ -150,7 +151,7 @@ fn another_tree_is_noticed() {
         reply[10] ^= u8::from(asked > 1);
         stream.write_all(&reply).unwrap();
     });
-    let mut client = Client::connect(&address, PATIENCE).unwrap();
+    let mut client = Client::connect(&address, TIMEOUT).unwrap();
     client.tree().unwrap();
     assert!(matches!(client.statuses(), Err(GrootError::OtherTree { .. })));
 }
@@ -165,7 +166,7 @@ fn to(request: &[u8], body: &[u8]) -> Vec<u8> {
     [b"\x01\x00\x01\x16", request, b"0123456789abcdef\x02", &long, body].concat()
 }
 
-/// A program with the tree that answers the requests of each kind in turn, and goes on with the last answer.
+/// A program with the tree that sends the replies of each kind in turn, and repeats the last one.
 fn scripted(answers: &[(u8, &[&[u8]])]) -> String {
     let mut answers: Vec<(u8, VecDeque<Vec<u8>>)> =
         answers.iter().map(|(kind, of)| (*kind, of.iter().map(|body| body.to_vec()).collect())).collect();
@@ -178,7 +179,7 @@ fn scripted(answers: &[(u8, &[&[u8]])]) -> String {
     .0
 }
 
-/// Transitions of nodes to statuses, at so many microseconds.
+/// Transitions of nodes: time in microseconds, node, status.
 fn transitions(all: &[(u8, u8, u8)]) -> Vec<u8> {
     all.iter().flat_map(|(at_us, uid, status)| [*at_us, 0, 0, 0, 0, 0, *uid, 0, *status]).collect()
 }
@@ -186,31 +187,35 @@ fn transitions(all: &[(u8, u8, u8)]) -> Vec<u8> {
 const RUNNING: NodeStatus = NodeStatus::Answered(Status::Running);
 const SUCCESS: NodeStatus = NodeStatus::Answered(Status::Success);
 
-fn begin(address: &str, is_passive: bool) -> Result<(TreeWatch, FoundStatuses), GrootError> {
-    TreeWatch::begin(Client::connect(address, PATIENCE)?, is_passive)
+fn begin(address: &str, is_passive: bool) -> Result<(TreeWatch, TreeSnapshot), GrootError> {
+    TreeWatch::begin(Client::connect(address, TIMEOUT)?, is_passive)
 }
 
-/// The next news.
-fn next(watch: &mut TreeWatch) -> TreeNews {
+/// The next update.
+fn next(watch: &mut TreeWatch) -> TreeUpdate {
     loop {
-        if let Some(news) = watch.news().unwrap() {
-            return news;
+        if let Some(update) = watch.next_update().unwrap() {
+            return update;
         }
     }
 }
 
 #[test]
-fn a_watch_begins_with_all_that_had_changed_before() {
-    // The second node succeeds after the statuses were told, and is reset.
-    let told = transitions(&[(5, 2, 1), (6, 2, 2), (7, 2, 0)]);
-    let address =
-        scripted(&[(b'r', &[b"1000"]), (b'S', &[&[1, 0, 1, 2, 0, 1]]), (b't', &[&told, &transitions(&[(8, 1, 2)])])]);
+fn a_watch_begins_with_all_earlier_changes() {
+    // The second node succeeds after the statuses were sent, and is reset.
+    let earlier = transitions(&[(5, 2, 1), (6, 2, 2), (7, 2, 0)]);
+    let address = scripted(&[
+        (b'r', &[b"1000"]),
+        (b'S', &[&[1, 0, 1, 2, 0, 1]]),
+        (b't', &[&earlier, &transitions(&[(8, 1, 2)])]),
+    ]);
     let (mut watch, found) = begin(&address, false).unwrap();
-    let nodes = vec![Standing { status: RUNNING, last: RUNNING }, Standing { status: NodeStatus::Idle, last: SUCCESS }];
+    let nodes =
+        vec![NodeSnapshot { status: RUNNING, last: RUNNING }, NodeSnapshot { status: NodeStatus::Idle, last: SUCCESS }];
     assert_eq!((found.at_us, found.nodes), (1007, nodes));
     assert_eq!(
         next(&mut watch),
-        TreeNews::Change(StatusChange { at_us: 1008, node: 0, before: None, status: SUCCESS })
+        TreeUpdate::Change(StatusChange { at_us: 1008, node: 0, before: None, status: SUCCESS })
     );
 }
 
@@ -220,37 +225,37 @@ fn what_is_missing_is_noticed() {
     let many = transitions(&[(1, 1, 1), (2, 1, 0)]).repeat(500);
     let twice = transitions(&[(1, 1, 1), (2, 1, 1)]);
     let back = transitions(&[(9, 1, 1), (1, 1, 0)]);
-    for (told, why) in [(many, "more changed at once"), (twice, "somebody else, who asks"), (back, "begin anew")] {
+    for (received, why) in [(many, "more changed at once"), (twice, "somebody else, who asks"), (back, "begin anew")] {
         let address =
-            scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 12, 2, 0, 1]]), (b't', &[b"", &told, b""])]);
+            scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 12, 2, 0, 1]]), (b't', &[b"", &received, b""])]);
         let (mut watch, _) = begin(&address, false).unwrap();
         loop {
             match next(&mut watch) {
-                TreeNews::Missing { why: said, found } => {
-                    assert!(said.contains(why), "{said}");
+                TreeUpdate::Missing { why: reason, snapshot } => {
+                    assert!(reason.contains(why), "{reason}");
                     let nodes = [(NodeStatus::Idle, SUCCESS), (RUNNING, RUNNING)];
-                    assert_eq!(found.nodes, nodes.map(|(status, last)| Standing { status, last }));
+                    assert_eq!(snapshot.nodes, nodes.map(|(status, last)| NodeSnapshot { status, last }));
                     break;
                 }
-                TreeNews::Change(change) => assert_eq!(change.node, 0),
+                TreeUpdate::Change(change) => assert_eq!(change.node, 0),
                 other => panic!("{other:?}"),
             }
         }
     }
-    // Nothing is told, but a node has another status: somebody else was told why.
+    // No transition is sent, but a node has another status: another client has received the transition.
     let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 2, 2, 0, 0]]), (b't', &[b""])]);
     let (mut watch, _) = begin(&address, false).unwrap();
-    assert!(matches!(next(&mut watch), TreeNews::Missing { why, .. } if why.contains("somebody else")));
+    assert!(matches!(next(&mut watch), TreeUpdate::Missing { why, .. } if why.contains("somebody else")));
 }
 
-/// Another client takes what violates something, and then the watch ends.
+/// Another client receives the transitions, and then the watch ends.
 #[test]
 fn what_is_missing_at_the_end_is_noticed_too() {
     let idle: &[u8] = &[1, 0, 0, 2, 0, 0];
     let address = scripted(&[(b'r', &[b"1000", b""]), (b'S', &[idle, &[1, 0, 13, 2, 0, 0]]), (b't', &[b""])]);
     let (mut watch, _) = begin(&address, false).unwrap();
     let last = watch.end().unwrap();
-    assert!(matches!(&last[..], [TreeNews::Missing { why, .. }] if why.contains("somebody else")), "{last:?}");
+    assert!(matches!(&last[..], [TreeUpdate::Missing { why, .. }] if why.contains("somebody else")), "{last:?}");
 }
 
 /// MessagePack of {"Main": {key: value, …}}.
@@ -262,11 +267,11 @@ fn board(entries: &[(&str, Value)]) -> Vec<u8> {
 }
 
 #[test]
-fn of_long_values_and_of_many_only_so_much_is_kept() {
+fn long_values_and_many_values_are_kept_only_in_part() {
     let read = |entries: &[(&str, Value)]| {
         let bytes = board(entries);
         let address = scripted(&[(b'B', &[&bytes])]);
-        let mut client = Client::connect(&address, PATIENCE).unwrap();
+        let mut client = Client::connect(&address, TIMEOUT).unwrap();
         client.blackboards(&names(&["Main"])).unwrap()
     };
     let map = Value::Array(vec![0.into(); 3_000_000]);
@@ -287,14 +292,14 @@ fn of_long_values_and_of_many_only_so_much_is_kept() {
 }
 
 #[test]
-fn blackboards_that_are_not_read_any_more_are_gone() {
+fn blackboards_that_are_no_longer_read_are_removed() {
     let full = board(&[("goal", "dock".into())]);
     let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[&[1, 0, 0, 2, 0, 0]]), (b't', &[b""]), (b'B', &[&full])]);
     let (mut watch, _) = begin(&address, false).unwrap();
-    assert!(matches!(next(&mut watch), TreeNews::Blackboards(of) if of.boards.len() == 1));
+    assert!(matches!(next(&mut watch), TreeUpdate::Blackboards(of) if of.boards.len() == 1));
     watch.read_every(None);
-    assert_eq!(watch.news().unwrap(), Some(TreeNews::Blackboards(Blackboards::default())));
-    assert_eq!(watch.news().unwrap(), None);
+    assert_eq!(watch.next_update().unwrap(), Some(TreeUpdate::Blackboards(Blackboards::default())));
+    assert_eq!(watch.next_update().unwrap(), None);
 }
 
 /// Any value of MessagePack, in any of its forms.
@@ -333,7 +338,7 @@ proptest! {
         let keys = ["a", "b", "c", "d", "e"];
         let bytes = board(&keys.into_iter().zip(values.clone()).collect::<Vec<_>>());
         let address = scripted(&[(b'B', &[&bytes])]);
-        let mut client = Client::connect(&address, PATIENCE).unwrap();
+        let mut client = Client::connect(&address, TIMEOUT).unwrap();
         let read = client.blackboards(&names(&["Main"])).unwrap();
         for (value, (_, read)) in values.iter().zip(&read.boards[0].1) {
             let mut bytes = Vec::new();
@@ -353,7 +358,7 @@ fn a_passive_watch_finds_changes_between_statuses() {
     assert!(found.nodes.iter().all(|node| node.status == NodeStatus::Idle));
     let seen: Vec<(usize, NodeStatus)> = (0..4)
         .map(|_| match next(&mut watch) {
-            TreeNews::Change(change) => (change.node, change.status),
+            TreeUpdate::Change(change) => (change.node, change.status),
             other => panic!("{other:?}"),
         })
         .collect();
@@ -361,7 +366,7 @@ fn a_passive_watch_finds_changes_between_statuses() {
 }
 
 #[test]
-fn statuses_that_cannot_be_are_refused() {
+fn invalid_statuses_are_refused() {
     for (statuses, why) in [
         (&[1, 0, 0][..], "not tell the statuses of all nodes"),
         (&[1, 0, 0, 2, 0, 5], "no status with the number 5"),
@@ -393,7 +398,7 @@ proptest! {
             let _ = stream.write_all(&reply);
             let _ = stream.shutdown(std::net::Shutdown::Write);
         });
-        let mut client = Client::connect(&address, PATIENCE).unwrap();
+        let mut client = Client::connect(&address, TIMEOUT).unwrap();
         match request.as_bytes()[0] {
             b'S' => drop(client.statuses()),
             b'B' => drop(client.blackboards(&names(&["Main"]))),

@@ -1,11 +1,12 @@
-//! A program that shows a tree, for tests: what one with BehaviorTree.CPP 4.10 said, and one that says anything.
+//! Programs that show a tree, for tests: one with the captured replies of BehaviorTree.CPP 4.10, and one with any
+//! replies.
 
 use std::collections::VecDeque;
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
 use std::thread::JoinHandle;
 
-/// What the program said first, and then what it was asked and replied.
+/// The first bytes of the program, and then the requests with their replies.
 pub(crate) fn captured() -> (Vec<u8>, VecDeque<(String, Vec<u8>)>) {
     let mut lines = include_str!("captured/board.wire").lines();
     let replies = |line: &str| {
@@ -20,7 +21,7 @@ fn bytes(hexadecimal: &str) -> Vec<u8> {
     digits.map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap()).collect()
 }
 
-/// A program that answers one client with `answer`, to which it passes each request.
+/// A program for one client. `answer` is called with each request.
 pub(crate) fn program(
     greeting: Vec<u8>,
     mut answer: impl FnMut(&mut TcpStream, Vec<Vec<u8>>) + Send + 'static,
@@ -30,7 +31,7 @@ pub(crate) fn program(
     let serving = std::thread::spawn(move || {
         let (mut stream, _) = listener.accept().unwrap();
         let _ = stream.write_all(&greeting);
-        // A greeting, and a command that says that it is ready.
+        // A greeting, and the command `READY`.
         if stream.read_exact(&mut [0; 64]).is_err() || frame(&mut stream).is_none() {
             return;
         }
@@ -45,7 +46,7 @@ pub(crate) fn program(
     (address, serving)
 }
 
-/// A short frame: its flags, and what it has.
+/// A short frame: its flags and its contents.
 fn frame(stream: &mut TcpStream) -> Option<(u8, Vec<u8>)> {
     let mut head = [0; 2];
     stream.read_exact(&mut head).ok()?;

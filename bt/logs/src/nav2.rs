@@ -298,7 +298,7 @@ impl Nav2Log {
                     let count = count.map_or("messages".to_owned(), |count| format!("{count} messages"));
                     self.miss(format!("{count} on {} were lost when they were recorded", self.topic.name));
                 }
-                Received::Late { .. } | Received::Resumed { .. } | Received::Idle | Received::Quiet(_) => {}
+                Received::Late { .. } | Received::Resumed { .. } | Received::Idle | Received::ClockAdvanced(_) => {}
                 Received::Over => {
                     return match lost {
                         Some(what) => Err(LogError::CutOff { path: self.path.clone(), what }),

@@ -10,7 +10,7 @@ use miette::SourceSpan;
 use super::compile::{Compiler, Surroundings};
 use super::loader::Loader;
 use super::ports::is_port_name;
-use super::problems::{hint, too_deep, too_large, too_many};
+use super::problems::{known_names, suggestion, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
 use super::warnings::Assembled;
 use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, braced_key, pointed_key};
@@ -51,11 +51,10 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
                 None => {
                     let problems = &mut files[definition.file].problems;
                     let include = "a tree of another file needs <include path=\"FILE.xml\"/> above the trees";
-                    let help = match hint(id, index.ids(), problems.len()) {
-                        Some(help) if help.starts_with("known") => format!("{help}; {include}"),
-                        Some(help) => help,
-                        None => include.to_owned(),
-                    };
+                    let help = suggestion(id, index.ids(), problems.len()).unwrap_or_else(|| {
+                        let known = known_names(index.ids(), problems.len());
+                        known.into_iter().chain([include.to_owned()]).collect::<Vec<_>>().join("; ")
+                    });
                     let problem = Problem::new(format!("unknown tree `{id}`")).at(node.span, "no such tree");
                     problems.push(problem.with_help(help));
                 }

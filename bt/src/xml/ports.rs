@@ -27,12 +27,27 @@ impl Port {
 pub struct BuiltinPort {
     /// Its name.
     pub name: &'static str,
-    /// What it takes.
+    /// What it takes, in words.
     pub takes: &'static str,
+    /// How its value is read.
+    pub form: PortForm,
     /// Its value if the file does not set it.
     pub default: Option<&'static str>,
     /// Whether the node is refused without it.
     pub required: bool,
+}
+
+/// How the value of a port is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortForm {
+    /// As a script.
+    Script,
+    /// As the name of an entry, with or without braces.
+    Entry,
+    /// As true or false.
+    Truth,
+    /// As any other value.
+    Value,
 }
 
 /// The ports of a kind of nodes. Leaves outside the tree have those that their model declares.
@@ -40,6 +55,7 @@ pub fn builtin_ports(kind: Kind) -> impl Iterator<Item = BuiltinPort> {
     ports(kind).iter().map(|port| BuiltinPort {
         name: port.name,
         takes: port.of.words(),
+        form: port.of.form(),
         default: port.default,
         required: port.is_required(),
     })
@@ -77,6 +93,15 @@ impl Of {
             Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
             Self::Code => "a script",
             Self::Key => "the name of an entry",
+        }
+    }
+
+    fn form(self) -> PortForm {
+        match self {
+            Self::Code => PortForm::Script,
+            Self::Key => PortForm::Entry,
+            Self::Bool | Self::Item(Item::Bool) => PortForm::Truth,
+            _ => PortForm::Value,
         }
     }
 

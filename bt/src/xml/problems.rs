@@ -214,9 +214,16 @@ pub(super) fn unbraced_output(port: &str, value: &str, span: SourceSpan) -> Prob
 /// The name that was probably meant, or else all known names, as help. `None` after very many problems, so that a
 /// malicious file does not cause endless searching.
 pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str> + Clone, problems: usize) -> Option<String> {
-    if let Some(near) = near(unknown, known.clone(), problems) {
-        return Some(format!("did you mean `{near}`?"));
-    }
+    suggestion(unknown, known.clone(), problems).or_else(|| known_names(known, problems))
+}
+
+/// The name that was probably meant, as help.
+pub(super) fn suggestion<'a>(unknown: &str, known: impl Iterator<Item = &'a str>, problems: usize) -> Option<String> {
+    near(unknown, known, problems).map(|near| format!("did you mean `{near}`?"))
+}
+
+/// All known names, as help.
+pub(super) fn known_names<'a>(known: impl Iterator<Item = &'a str> + Clone, problems: usize) -> Option<String> {
     (problems < MAX_HINTS && known.clone().next().is_some()).then(|| format!("known names are {}", listed(known)))
 }
 

@@ -1,7 +1,6 @@
 //! Writing trees as format 4.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 
 use diagnostics::markup::{attribute, text};
 
@@ -102,7 +101,7 @@ impl Xml {
     }
 
     fn put(&mut self, what: std::fmt::Arguments<'_>) {
-        self.text.write_fmt(what).expect("writing to a string succeeds");
+        self.text += &what.to_string();
     }
 
     fn tree(&mut self, id: &str, definition: &Definition) {

@@ -23,20 +23,20 @@ const KEPT_OF_STDERR: usize = 4 << 10;
 const SHOWN_LINES: usize = 3;
 const SHOWN_CHARACTERS: usize = 200;
 
-/// What a program that prints something else has to know.
+/// The hint for a program that prints anything else.
 pub(crate) const ONLY_ANSWERS: &str = "standard output is only for answers, so print anything else to standard error";
 
-/// How long a program whose input has ended has time to write what nobody asked for, before it is killed. One that ends
-/// with its input takes some 20 ms. Chosen, not measured.
-const FAREWELL: Duration = Duration::from_secs(1);
+/// How long a program may continue after its input has been closed, before it is killed. Whatever it writes in that
+/// time is unsolicited. A program that ends with its input takes about 20 ms. Chosen, not measured.
+const GRACE: Duration = Duration::from_secs(1);
 
-/// How long to wait for the end of a program after everything of it has been killed.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// How long to wait for the end of a program after all its processes have been killed.
+const END_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// A running program. When the value is dropped, nothing of the program is left running.
+/// A running program. When this value is dropped, all processes of the program are ended.
 #[derive(Debug)]
 pub(crate) struct Child {
-    /// The program's keeper or, on systems without keepers, the program itself.
+    /// The outer keeper of the program or, on systems without keepers, the program itself.
     process: process::Child,
     requests: Sender<String>,
     answers: Receiver<Vec<u8>>,
@@ -51,9 +51,9 @@ pub(crate) struct Child {
     _folder: Option<TempDir>,
 }
 
-/// Why a program did not answer, as a phrase that follows its name.
+/// Why a program gave no valid answer, as a phrase that follows its name.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum Silence {
+pub(crate) enum AnswerError {
     #[error("cannot be started: {0}")]
     Unstartable(#[from] io::Error),
     #[error("{} before it answered", ending(.0))]
@@ -63,20 +63,20 @@ pub(crate) enum Silence {
     #[error("did not answer within {} s", .0.as_secs_f64())]
     Timeout(Duration),
     #[error("did not end its line within {} s: {:?}", .0.as_secs_f64(), .1)]
-    HalfALine(Duration, String),
+    IncompleteLine(Duration, String),
     #[error("wrote a line that is longer than {} bytes", LONGEST)]
     TooLong,
     #[error("wrote without being asked: {0:?}; {ONLY_ANSWERS}")]
-    Unasked(String),
+    Unsolicited(String),
     #[error("{} when the run ended", ending(.0))]
-    Gone(process::ExitStatus),
+    FailedAtEnd(process::ExitStatus),
     #[error("wrote a line that is not UTF-8")]
     NotText,
 }
 
 impl Child {
     /// Starts a program.
-    pub(crate) fn start(program: &Program) -> Result<Self, Silence> {
+    pub(crate) fn start(program: &Program) -> Result<Self, AnswerError> {
         let temporary = program.needs_folder().then(TempDir::new).transpose()?;
         let path = temporary.as_ref().map_or(Path::new(""), TempDir::path);
         let command = program.command(path)?;
@@ -92,7 +92,7 @@ impl Child {
         Self::spawn(command.current_dir(program.folder().unwrap_or(path)), limits, temporary)
     }
 
-    fn spawn(command: &mut Command, limits: Limits, folder: Option<TempDir>) -> Result<Self, Silence> {
+    fn spawn(command: &mut Command, limits: Limits, folder: Option<TempDir>) -> Result<Self, AnswerError> {
         let command = command.env_clear().envs(Program::environment());
         let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         #[cfg(unix)]
@@ -115,21 +115,21 @@ impl Child {
             _folder: folder,
         };
         let thread = || Builder::new().name("program".to_owned());
-        // A program that does not read makes its writer wait until both are ended.
+        // If a program does not read its input, this thread blocks until the program is ended.
         thread().spawn(move || lines.into_iter().try_for_each(|line| stdin.write_all(line.as_bytes())))?;
         thread().spawn(move || pump(stdout, &chunks))?;
         thread().spawn(move || keep_end(stderr, &end, running))?;
         Ok(child)
     }
 
-    /// Sends the program a line and waits for its answer. After an error it must not be asked again.
+    /// Sends the program a line and waits for its answer. After an error, no more lines may be sent.
     ///
     /// It waits in real time, so only a program that answers in time makes a run reproducible. The first line is the
-    /// answer, no matter what follows it and when: that is found before the next question or at the end.
-    pub(crate) fn ask(&mut self, mut line: String) -> Result<String, Silence> {
-        self.unasked(Duration::ZERO)?;
+    /// answer, no matter what follows it and when: anything more is found before the next request or at the end.
+    pub(crate) fn request(&mut self, mut line: String) -> Result<String, AnswerError> {
+        self.check_unsolicited(Duration::ZERO)?;
         line.push('\n');
-        // The program may have closed its input and still answer.
+        // The program may answer even after it has closed its input.
         let _ = self.requests.send(line);
         let deadline = now() + self.limits.answer_within;
         let mut searched = 0;
@@ -139,15 +139,15 @@ impl Child {
             }
             searched = self.rest.len();
             if searched > LONGEST {
-                return Err(Silence::TooLong);
+                return Err(AnswerError::TooLong);
             }
             match self.answers.recv_timeout(deadline.saturating_duration_since(now())) {
                 Ok(chunk) => self.rest.extend(chunk),
                 Err(RecvTimeoutError::Timeout) if self.rest.is_empty() => {
-                    return Err(Silence::Timeout(self.limits.answer_within));
+                    return Err(AnswerError::Timeout(self.limits.answer_within));
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    return Err(Silence::HalfALine(self.limits.answer_within, beginning(&self.rest)));
+                    return Err(AnswerError::IncompleteLine(self.limits.answer_within, beginning(&self.rest)));
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended(deadline)),
             }
@@ -155,26 +155,28 @@ impl Child {
     }
 
     /// The line up to this newline.
-    fn answer(&mut self, newline: usize) -> Result<String, Silence> {
+    fn answer(&mut self, newline: usize) -> Result<String, AnswerError> {
         let more = self.rest.split_off(newline + 1);
         let mut line = std::mem::replace(&mut self.rest, more);
         line.pop();
-        String::from_utf8(line).map_err(|_| Silence::NotText)
+        String::from_utf8(line).map_err(|_| AnswerError::NotText)
     }
 
     /// An error if the program has written more than its answers, or does so within this time.
-    fn unasked(&mut self, within: Duration) -> Result<(), Silence> {
+    fn check_unsolicited(&mut self, within: Duration) -> Result<(), AnswerError> {
         if self.rest.is_empty() {
             self.rest.extend(self.answers.recv_timeout(within).unwrap_or_default());
         }
-        if self.rest.is_empty() { Ok(()) } else { Err(Silence::Unasked(beginning(&self.rest))) }
+        if self.rest.is_empty() { Ok(()) } else { Err(AnswerError::Unsolicited(beginning(&self.rest))) }
     }
 
     /// The reason why there is no more output.
-    fn ended(&mut self, deadline: Instant) -> Silence {
+    fn ended(&mut self, deadline: Instant) -> AnswerError {
         match self.gone.recv_timeout(deadline.saturating_duration_since(now())) {
-            Err(RecvTimeoutError::Disconnected) => self.process.wait().map_or_else(Silence::from, Silence::Ended),
-            _ => Silence::Closed,
+            Err(RecvTimeoutError::Disconnected) => {
+                self.process.wait().map_or_else(AnswerError::from, AnswerError::Ended)
+            }
+            _ => AnswerError::Closed,
         }
     }
 
@@ -189,35 +191,35 @@ impl Child {
         (!shown.is_empty()).then(|| shown.join(" / "))
     }
 
-    /// Ends the program. An error if it, or a process that watches it, had ended before, if it ends with a failure, or
-    /// if it has written without being asked. To find that out, its input is closed: a program that ends with its input
-    /// has then written all. Whether a failure comes before or after that depends on real time, so both count.
-    pub(crate) fn conclude(&mut self) -> Result<(), Silence> {
-        self.unasked(Duration::ZERO)?;
+    /// Ends the program. An error if it, or one of its keepers, had ended before, if it ends with a failure, or if it
+    /// has written unsolicited output. To find this out, its input is closed: a program that ends with its input has
+    /// then written all its output. Whether a failure comes before or after that depends on real time, so both count.
+    pub(crate) fn conclude(&mut self) -> Result<(), AnswerError> {
+        self.check_unsolicited(Duration::ZERO)?;
         if let Some(status) = self.process.try_wait()? {
-            return Err(Silence::Gone(status));
+            return Err(AnswerError::FailedAtEnd(status));
         }
         self.requests = channel().0;
-        let deadline = now() + FAREWELL;
-        self.unasked(FAREWELL)?;
+        let deadline = now() + GRACE;
+        self.check_unsolicited(GRACE)?;
         let left = deadline.saturating_duration_since(now());
         let has_ended = self.gone.recv_timeout(left) == Err(RecvTimeoutError::Disconnected);
         self.stop();
         match self.process.try_wait()? {
-            Some(status) if has_ended && !status.success() => Err(Silence::Gone(status)),
-            // The outer keeper may not yet have noticed it.
+            Some(status) if has_ended && !status.success() => Err(AnswerError::FailedAtEnd(status)),
+            // The outer keeper may not have noticed this yet.
             #[cfg(unix)]
-            Some(status) if was_unkept(&status) => Err(Silence::Gone(status)),
+            Some(status) if keeper_was_killed(&status) => Err(AnswerError::FailedAtEnd(status)),
             _ => Ok(()),
         }
     }
 
-    /// Kills all its processes and waits until they are gone.
+    /// Kills all its processes and waits until they have ended.
     fn stop(&mut self) {
         if std::mem::replace(&mut self.is_stopped, true) {
             return;
         }
-        // Once a process has been waited for, its number may belong to another one.
+        // The number of a process that has been waited for may already belong to another process.
         if matches!(self.process.try_wait(), Ok(None)) {
             #[cfg(unix)]
             let _ = rustix::process::kill_process(
@@ -226,18 +228,18 @@ impl Child {
             );
             #[cfg(not(unix))]
             let _ = self.process.kill();
-            if self.gone.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                // A program has stopped its keeper, or something escaped from it.
+            if self.gone.recv_timeout(END_TIMEOUT) == Err(RecvTimeoutError::Timeout) {
+                // The program has stopped its keeper, or one of its processes has escaped.
                 let _ = self.process.kill();
             }
         }
         let ended = self.process.wait();
         #[cfg(unix)]
-        crate::keeper::buried(self.process.id(), ended.is_ok_and(|status| status.code().is_none()));
+        crate::keeper::reaped(self.process.id(), ended.is_ok_and(|status| status.code().is_none()));
         #[cfg(not(unix))]
         drop(ended);
-        // It is closed when everything that could write to it is gone.
-        let _ = self.gone.recv_timeout(PATIENCE);
+        // This channel is closed when every process that could write to stderr has ended.
+        let _ = self.gone.recv_timeout(END_TIMEOUT);
     }
 }
 
@@ -247,7 +249,7 @@ impl Drop for Child {
     }
 }
 
-/// Passes on what a program writes, never more than a little ahead of the reader.
+/// Forwards a program's output in chunks, at most two of them ahead of the reader.
 fn pump(mut stdout: impl Read, chunks: &SyncSender<Vec<u8>>) {
     let mut chunk = vec![0; 1 << 16];
     while let Ok(length @ 1..) = stdout.read(&mut chunk) {
@@ -257,7 +259,7 @@ fn pump(mut stdout: impl Read, chunks: &SyncSender<Vec<u8>>) {
     }
 }
 
-/// Keeps the end of what a program writes to stderr. `_running` is closed when the output ends.
+/// Keeps the end of a program's stderr. `_running` is closed when the output ends.
 fn keep_end(mut stderr: impl Read, end: &Mutex<Vec<u8>>, _running: Sender<Infallible>) {
     let mut chunk = [0; KEPT_OF_STDERR];
     while let Ok(length @ 1..) = stderr.read(&mut chunk) {
@@ -281,7 +283,7 @@ fn beginning(bytes: &[u8]) -> String {
 /// How a program ended, as a phrase that follows its name. Like a shell, a keeper reports signals as exit statuses.
 fn ending(status: &process::ExitStatus) -> String {
     #[cfg(unix)]
-    if was_unkept(status) {
+    if keeper_was_killed(status) {
         return "lost a process that watches it, which was killed, and was ended".to_owned();
     }
     #[cfg(unix)]
@@ -295,6 +297,6 @@ fn ending(status: &process::ExitStatus) -> String {
 
 /// Whether one of a program's keepers was killed. A program's own exit status may be the same.
 #[cfg(unix)]
-fn was_unkept(status: &process::ExitStatus) -> bool {
-    status.code().is_none_or(|code| code == i32::from(crate::keeper::UNKEPT))
+fn keeper_was_killed(status: &process::ExitStatus) -> bool {
+    status.code().is_none_or(|code| code == i32::from(crate::keeper::INNER_KILLED))
 }

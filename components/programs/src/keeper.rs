@@ -1,21 +1,23 @@
-//! The process between this one and a program, which ensures that nothing of the program is left running.
+//! The keeper: a process between this one and a program, which ensures that no process of the program is left running.
 //!
-//! A program may start others in different process groups and sessions, and end before them. On Linux, all of them stay
-//! descendants of the keeper ([a "subreaper"][1]), and of no other program's keeper. When the program has ended, or is
-//! told to end (SIGTERM), or the process that started it is gone, the keeper kills all that are still running and waits
-//! until they are gone. On other Unix systems, it kills the program's process group.
+//! A program may start other processes in different process groups and sessions, and end before them. On Linux, all of
+//! them stay descendants of the keeper ([a "subreaper"][1]), and of no other program's keeper. The keeper kills all
+//! that are still running, and waits until they have ended, when the program has ended, when the keeper receives
+//! SIGTERM, or when the process that started the keeper has ended. On other Unix systems, it kills the program's
+//! process group.
 //!
 //! The program uses the keeper's standard streams. The keeper itself holds only stderr, whose other end closes when the
-//! process that started it is gone, whatever the cause.
+//! process that started the keeper ends, whatever the cause.
 //!
-//! A program can kill its keeper: both belong to the same user. So there are two, one inside the other, and the program
-//! of the outer keeper is the inner one. If the inner one is killed, the outer one inherits what is left, and kills it.
-//! If the outer one is killed, the inner one gets SIGTERM ([the "parent-death signal"][2]). What is left when both have
-//! been killed is inherited by the process that started them, which kills it when it ends the program, and an outer
-//! keeper that does not end the program in time is killed. So on Linux, a program escapes only if it kills all three.
+//! A program can kill its keeper, since both belong to the same user. So there are two, and the program of the outer
+//! keeper is the inner keeper. If the inner one is killed, the outer one inherits the remaining processes and kills
+//! them. If the outer one is killed, the inner one receives SIGTERM ([the "parent-death signal"][2]). If both are
+//! killed, the process that started them inherits the remaining processes, and kills them when it ends the program. It
+//! also kills an outer keeper that does not end the program in time. So on Linux, a program escapes only if it kills
+//! all three.
 //!
-//! The outer keeper never kills the inner one, but tells it to end. So an inner keeper that ended with a signal was
-//! killed by somebody else, even if the outer one was told to end before it noticed.
+//! The outer keeper sends SIGTERM to the inner one and never kills it. So an inner keeper that was ended by a signal
+//! was killed by another process, even if the outer one received SIGTERM before it noticed.
 //!
 //! [1]: https://man7.org/linux/man-pages/man2/PR_SET_CHILD_SUBREAPER.2const.html
 //! [2]: https://man7.org/linux/man-pages/man2/PR_SET_PDEATHSIG.2const.html
@@ -49,9 +51,9 @@ const OUTER: &str = "outer";
 const UNSTARTABLE: u8 = 127;
 
 /// The exit status of an outer keeper whose inner one was killed.
-pub(crate) const UNKEPT: u8 = 125;
+pub(crate) const INNER_KILLED: u8 = 125;
 
-/// How long an inner keeper that was told to end has until it is told again.
+/// The interval between signals to an inner keeper that is to end.
 const BETWEEN_SWEEPS: Duration = Duration::from_millis(100);
 
 /// The executable whose processes can be keepers.
@@ -63,11 +65,11 @@ static PROGRAM: OnceLock<Pid> = OnceLock::new();
 /// Whether this keeper's program is another keeper that has not ended.
 static HAS_INNER: AtomicBool = AtomicBool::new(false);
 
-/// Whether everything must end.
+/// Whether all processes must end.
 static ENDING: AtomicBool = AtomicBool::new(false);
 
-/// Call this at the beginning of `main`, since a program that runs others starts itself again as their keeper. A keeper
-/// process does its work here, and must end with the returned exit status.
+/// Call this at the beginning of `main`: this executable is started again as the keeper of each program. A keeper
+/// process does its work in this function, and must end with the returned exit status.
 #[must_use]
 pub fn keep() -> Option<ExitCode> {
     let mut arguments = env::args_os().skip(1);
@@ -100,8 +102,8 @@ pub(crate) fn kept(memory_bytes: u64, command: &[OsString]) -> io::Result<Comman
     Ok(kept)
 }
 
-/// The outer keepers that this process has started and that have not been waited for. All its other children were left
-/// by keepers that were killed: it starts no other processes while programs run.
+/// The outer keepers that this process has started and not yet waited for. All its other children were inherited from
+/// keepers that were killed: this process starts no others while programs run.
 static KEEPERS: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 
 /// Starts a [`kept`] command.
@@ -114,14 +116,14 @@ pub(crate) fn spawn(command: &mut Command) -> io::Result<Child> {
     Ok(keeper)
 }
 
-/// Call this when a keeper has ended and was waited for. If somebody `killed` it, kills what it has left, and waits
-/// until it is gone.
-pub(crate) fn buried(keeper: u32, killed: bool) {
+/// Call this after a keeper has ended and been waited for. If it was `killed`, kills the processes that it has left
+/// behind, and waits until they have ended.
+pub(crate) fn reaped(keeper: u32, killed: bool) {
     let mut keepers = KEEPERS.lock().unwrap_or_else(PoisonError::into_inner);
     keepers.remove(&keeper);
     #[cfg(target_os = "linux")]
     if killed {
-        // What an orphan has started becomes an orphan when it is gone.
+        // When an orphan ends, its children become orphans.
         loop {
             let children = descendants::children(rustix::process::getpid());
             let mut orphans = children.filter(|pid| !keepers.contains(&pid.as_raw_pid().unsigned_abs())).peekable();
@@ -155,7 +157,7 @@ fn run(memory_bytes: Option<u64>, mut command: impl Iterator<Item = OsString>) -
     });
     let started = Command::new(command.next().unwrap_or_default()).args(command).process_group(0).spawn();
     match started {
-        Ok(child) => ExitCode::from(attend(Pid::from_child(&child), memory_bytes)),
+        Ok(child) => ExitCode::from(supervise(Pid::from_child(&child), memory_bytes)),
         Err(error) => {
             eprintln!("{error}");
             ExitCode::from(UNSTARTABLE)
@@ -163,9 +165,9 @@ fn run(memory_bytes: Option<u64>, mut command: impl Iterator<Item = OsString>) -
     }
 }
 
-/// Waits until the program and all that it started are gone. Returns the program's exit status or, like a shell, 128
-/// plus the number of the signal that ended it.
-fn attend(program: Pid, memory_bytes: Option<u64>) -> u8 {
+/// Waits until the program and all processes that it started have ended. Returns the program's exit status or, like a
+/// shell, 128 plus the number of the signal that ended it.
+fn supervise(program: Pid, memory_bytes: Option<u64>) -> u8 {
     if let Some(bytes) = memory_bytes {
         limit_memory(program, bytes);
     }
@@ -182,10 +184,10 @@ fn attend(program: Pid, memory_bytes: Option<u64>) -> u8 {
         match wait(WaitOptions::empty()) {
             Ok(Some((ended, how))) if ended == program => {
                 let was_inner = HAS_INNER.swap(false, Ordering::SeqCst);
-                status = Some(if was_inner && how.signaled() { UNKEPT } else { as_shells_do(how) });
+                status = Some(if was_inner && how.signaled() { INNER_KILLED } else { shell_status(how) });
                 end();
             }
-            // Processes started in the meantime have lost their parent, which has just been waited for.
+            // Processes that were started in the meantime are orphans now: their parent has just been waited for.
             Ok(_) if ENDING.load(Ordering::SeqCst) => sweep(),
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(_) => return status.unwrap_or(0),
@@ -193,7 +195,7 @@ fn attend(program: Pid, memory_bytes: Option<u64>) -> u8 {
     }
 }
 
-fn as_shells_do(status: WaitStatus) -> u8 {
+fn shell_status(status: WaitStatus) -> u8 {
     let code = status.exit_status().or_else(|| status.terminating_signal().map(|signal| 128 + signal));
     code.and_then(|code| u8::try_from(code).ok()).unwrap_or(u8::MAX)
 }
@@ -218,7 +220,7 @@ fn end() {
     }
 }
 
-/// Kills all processes that run now, but tells an inner keeper to end.
+/// Kills all processes that are running now, but sends SIGTERM to an inner keeper.
 fn sweep() {
     let program = PROGRAM.get().copied();
     let inner = program.filter(|_| HAS_INNER.load(Ordering::SeqCst));
@@ -227,7 +229,7 @@ fn sweep() {
         let _ = kill_process(pid, Signal::KILL);
     }
     match (inner, program) {
-        // A program may have stopped it, and is gone now.
+        // The program, which has been killed, may have stopped the inner keeper with a signal.
         (Some(inner), _) => {
             let _ = (kill_process(inner, Signal::TERM), kill_process(inner, Signal::CONT));
         }

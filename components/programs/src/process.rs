@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use skills::{ChannelAdapter, Datum, Mishap};
 
-use crate::child::{Child, ONLY_ANSWERS, Silence};
+use crate::child::{AnswerError, Child, ONLY_ANSWERS};
 use crate::program::Program;
 use crate::protocol::{self, Answer, Message};
 
@@ -18,7 +18,7 @@ const AFTER_S: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
 /// The maximum number of waiting timers.
 const MAX_TIMERS: usize = 4096;
 
-/// The location of a program that has not named its state.
+/// The location of a program that has not reported a state.
 const RUNNING: &str = "running";
 
 /// The location of a program that has failed.
@@ -27,12 +27,11 @@ const CRASHED: &str = "crashed";
 /// A program that communicates over channels. The crate's documentation describes how messages become lines and lines
 /// become messages.
 ///
-/// It offers nothing before it is [started](Self::start). After a failure it counts as crashed: it receives messages
-/// and never answers.
+/// It offers no transitions before it is [started](Self::start). After a failure it counts as crashed: it receives
+/// messages and never answers.
 ///
-/// Its state consists of everything it has received and answered. The running program itself cannot be copied: a copy
-/// of this process shares it, and only one of the two may continue. The one that falls behind fails at its next
-/// message.
+/// Its state consists of all messages and answers so far. The running program itself cannot be copied: a copy of this
+/// process shares it, and only one of the two may continue. The other one fails at its next message.
 #[derive(Clone, Debug)]
 pub struct ProgramProcess {
     program: Arc<Program>,
@@ -40,8 +39,8 @@ pub struct ProgramProcess {
     data: Datum,
     adapter: ChannelAdapter,
     phase: Phase,
-    /// A fingerprint of everything that it has received and answered.
-    exchanged: Fingerprint,
+    /// A hash of all messages and answers so far.
+    exchanged: ExchangeHash,
     /// By due time, then in the order in which they were set.
     timers: Vec<Timer>,
     location: String,
@@ -56,7 +55,7 @@ enum Phase {
     Crashed,
 }
 
-type Fingerprint = [u8; blake3::OUT_LEN];
+type ExchangeHash = [u8; blake3::OUT_LEN];
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Timer {
@@ -65,11 +64,11 @@ struct Timer {
     data: Datum,
 }
 
-/// A running program, and everything that it has received and answered.
+/// A running program, with the hash of all messages and answers so far.
 #[derive(Debug)]
 struct Running {
     child: Child,
-    exchanged: Fingerprint,
+    exchanged: ExchangeHash,
 }
 
 /// Why a program has failed, in words.
@@ -78,7 +77,7 @@ struct Running {
 pub struct Failure(String);
 
 impl ProgramProcess {
-    /// The process of a topology that runs this program. At its start, the program gets `data`, an object.
+    /// The process of a topology that runs this program. The program receives `data`, an object, at its start.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, program: Arc<Program>, data: Datum) -> Self {
         Self {
@@ -86,7 +85,7 @@ impl ProgramProcess {
             program,
             data,
             phase: Phase::New,
-            exchanged: Fingerprint::default(),
+            exchanged: ExchangeHash::default(),
             timers: Vec::new(),
             location: RUNNING.to_owned(),
             mishaps: Vec::new(),
@@ -100,7 +99,7 @@ impl ProgramProcess {
     /// [`Failure`] if it cannot be started or does not answer correctly. The process then counts as crashed.
     pub fn start(&mut self, now: Duration) -> Result<(), Failure> {
         let data = self.data.clone();
-        let started = Child::start(&self.program).map_err(|silence| format!("the program {silence}"));
+        let started = Child::start(&self.program).map_err(|error| format!("the program {error}"));
         let started = started.and_then(|child| {
             self.phase = Phase::Started;
             let exchanged = self.exchanged;
@@ -110,46 +109,46 @@ impl ProgramProcess {
         started.map_err(|message| Failure(self.crash(message)))
     }
 
-    /// Ends the program at the end of its run. It is a failure that it, or a process that watches it, had already
-    /// ended, or that it has written without being asked.
+    /// Ends the program at the end of its run. It counts as a failure if the program, or one of its keepers, had
+    /// already ended, or if it has written unsolicited output.
     pub fn conclude(&mut self) {
         if self.phase != Phase::Started {
             return;
         }
         let own = |running: &&mut Running| running.exchanged == self.exchanged;
         let concluded = self.shared().as_mut().filter(own).map(|running| running.child.conclude());
-        if let Some(Err(silence)) = concluded {
-            self.crash(format!("the program {silence}"));
+        if let Some(Err(error)) = concluded {
+            self.crash(format!("the program {error}"));
         }
     }
 
-    /// A new process with the same program and data, which replaces `predecessor`, a process of the same component. It
-    /// starts at `now`, and the predecessor ends. It continues the predecessor's request numbers, so that answers to
-    /// the predecessor's requests are ignored.
+    /// A new process with the same program and data. It replaces `predecessor`, a process of the same component, which
+    /// ends, and starts at `now`. It continues the predecessor's request numbers, so that answers to the predecessor's
+    /// requests are ignored.
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         let ended = predecessor.shared().take().map(|mut running| running.child.conclude());
         let mut successor = Self {
             adapter: predecessor.adapter.succeeding(),
             phase: Phase::New,
-            exchanged: Fingerprint::default(),
+            exchanged: ExchangeHash::default(),
             timers: Vec::new(),
             location: RUNNING.to_owned(),
             mishaps: predecessor.mishaps.clone(),
             running: Arc::default(),
             ..self.clone()
         };
-        // That the predecessor had ended may be why it is restarted.
-        if let Some(Err(silence @ Silence::Unasked(_))) = ended {
-            let message = format!("the program {silence}");
+        // Other errors are not reported: the component may be restarted because the predecessor had ended.
+        if let Some(Err(error @ AnswerError::Unsolicited(_))) = ended {
+            let message = format!("the program {error}");
             successor.mishaps.push(Mishap { state: Some(predecessor.location.clone()), message, times: 1 });
         }
-        // The failure is one of its mishaps.
+        // A failure is recorded in its mishaps.
         let _ = successor.start(now);
         successor
     }
 
-    /// What it runs.
+    /// The program that it runs.
     #[must_use]
     pub fn program(&self) -> &Program {
         &self.program
@@ -165,8 +164,8 @@ impl ProgramProcess {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tells the program something and carries out its answer, unless it has crashed.
-    fn hear(&mut self, message: &Message<'_>) {
+    /// Sends the program a message and carries out its answer, unless it has crashed.
+    fn deliver(&mut self, message: &Message<'_>) {
         if self.phase == Phase::Started
             && let Err(failure) = self.send(message)
         {
@@ -187,7 +186,7 @@ impl ProgramProcess {
         let Some(running) = shared.as_mut().filter(|running| running.exchanged == self.exchanged) else {
             return Err("has continued with another copy of this process".to_owned());
         };
-        let answer = running.child.ask(line).map_err(|silence| silence.to_string())?;
+        let answer = running.child.request(line).map_err(|error| error.to_string())?;
         let exchanged = hash.update(b"\n").update(answer.as_bytes()).finalize().into();
         running.exchanged = exchanged;
         drop(shared);
@@ -271,15 +270,15 @@ impl Process for ProgramProcess {
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
-        // A program that has crashed receives requests without ever answering, so none has to be remembered.
+        // A crashed program never answers, so its requests need not be remembered.
         if self.phase == Phase::Crashed {
             return;
         }
         if let Some(event) = self.adapter.take(transition, received.as_ref()) {
             let from = event.origin.as_deref();
-            // A machine also identifies an answer by its sender: `Navigation.ok`.
+            // For machines, the name of an answer begins with its sender: `Navigation.ok`.
             let head = from.and_then(|from| event.name.strip_prefix(from)?.strip_prefix('.')).unwrap_or(&event.name);
-            self.hear(&Message { time: now, event: head, from, data: &event.data });
+            self.deliver(&Message { time: now, event: head, from, data: &event.data });
         }
     }
 
@@ -290,7 +289,7 @@ impl Process for ProgramProcess {
     fn fire_timers(&mut self, now: Duration) {
         while self.next_timer().is_some_and(|due| due <= now) {
             let Timer { due, event, data } = self.timers.remove(0);
-            self.hear(&Message { time: due, event: &event, from: None, data: &data });
+            self.deliver(&Message { time: due, event: &event, from: None, data: &data });
         }
     }
 
@@ -305,7 +304,7 @@ impl Process for ProgramProcess {
         })
     }
 
-    /// The state that the program named last.
+    /// The state that the program reported last.
     fn location(&self) -> String {
         self.location.clone()
     }

@@ -16,7 +16,7 @@ const INHERITED: [&str; 9] =
 const FIXED: [(&str, &str); 5] = [
     ("LC_ALL", "C.UTF-8"),
     ("TZ", "UTC"),
-    // Python prints lines at once, always iterates over sets in the same order, and leaves no files.
+    // Python prints lines at once, always iterates over sets in the same order, and leaves no files behind.
     ("PYTHONUNBUFFERED", "1"),
     ("PYTHONHASHSEED", "0"),
     ("PYTHONDONTWRITEBYTECODE", "1"),

@@ -1,6 +1,5 @@
 //! The lines exchanged with a program.
 
-use std::fmt::Write as _;
 use std::time::Duration;
 
 use serde::Deserialize;
@@ -23,10 +22,9 @@ impl Message<'_> {
         let quoted = |text: &str| Datum::text(text).to_json();
         let mut line = format!("{{\"time\":{:?},\"event\":{}", self.time.as_secs_f64(), quoted(self.event));
         if let Some(from) = self.from {
-            // Writing to a string cannot fail.
-            let _ = write!(line, ",\"from\":{}", quoted(from));
+            line += &format!(",\"from\":{}", quoted(from));
         }
-        let _ = write!(line, ",\"data\":{}}}", self.data.to_json());
+        line += &format!(",\"data\":{}}}", self.data.to_json());
         line
     }
 }
@@ -62,15 +60,15 @@ pub(crate) struct Timer {
 }
 
 impl Answer {
-    /// Reads a line. An error names the place in it.
+    /// Parses a line. An error names the position in it.
     pub(crate) fn parse(line: &str) -> Result<Self, String> {
         let json: Value = serde_json::from_str(line).map_err(|error| {
-            // There is one line.
+            // The input is a single line, so its number is omitted.
             let message = error.to_string();
             let message = message.split(" at line ").next().unwrap_or_default();
             format!("it is not JSON: {message} at column {}", error.column())
         })?;
-        // Serde would also accept an array for a struct.
+        // Serde would also accept an array where a struct is expected.
         let objects = ["send", "timers"].into_iter().flat_map(|key| {
             let items = json[key].as_array().into_iter().flatten().enumerate();
             items.map(move |(index, item)| (format!("at `{key}[{index}]`: "), item))
@@ -83,32 +81,32 @@ impl Answer {
     }
 }
 
-/// Why JSON is no value of the data model.
+/// Why a JSON value cannot be a value of the data model.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum Unkept {
-    /// It needs too much memory.
+pub(crate) enum DatumError {
+    /// The value needs too much memory.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
-    /// The data model's numbers are doubles, and this one would become another.
+    /// Numbers of the data model are doubles, and this integer is not one.
     #[error("the integer {0} would be rounded")]
     Rounded(Number),
 }
 
 /// A JSON object as a value of the data model.
-pub(crate) fn datum(object: Map<String, Value>) -> Result<Datum, Unkept> {
+pub(crate) fn datum(object: Map<String, Value>) -> Result<Datum, DatumError> {
     value(Value::Object(object))
 }
 
-fn value(json: Value) -> Result<Datum, Unkept> {
+fn value(json: Value) -> Result<Datum, DatumError> {
     Ok(match json {
         Value::Null => Datum::Null,
         Value::Bool(truth) => truth.into(),
-        Value::Number(number) => exact(&number).ok_or(Unkept::Rounded(number))?.into(),
+        Value::Number(number) => exact(&number).ok_or(DatumError::Rounded(number))?.into(),
         Value::String(text) => Datum::text(&text),
-        Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, Unkept>>()?)?,
+        Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, DatumError>>()?)?,
         Value::Object(members) => {
             let members = members.into_iter().map(|(name, json)| Ok((name, value(json)?)));
-            Datum::object(members.collect::<Result<Vec<_>, Unkept>>()?)?
+            Datum::object(members.collect::<Result<Vec<_>, DatumError>>()?)?
         }
     })
 }

@@ -38,7 +38,7 @@ fn a_program_answers_requests_and_its_timers_fire_when_they_are_due() {
 }
 
 #[test]
-fn a_successor_knows_nothing_of_what_its_predecessor_received() {
+fn a_successor_does_not_know_what_its_predecessor_received() {
     if !has_python() {
         return;
     }
@@ -93,7 +93,7 @@ fn programs_that_run_at_the_same_time_do_not_end_each_other() {
 }
 
 #[test]
-fn the_speaker_of_the_page_answers_as_the_page_says() {
+fn the_speaker_of_the_page_answers_as_on_the_page() {
     const PAGE: &str = include_str!("../../../docs/src/how-to/program-components.md");
     let block = |from: &str, kind: &str| {
         let block = PAGE.split_once(from).unwrap().1.split_once(&format!("```{kind}\n")).unwrap().1;

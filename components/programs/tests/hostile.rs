@@ -1,4 +1,4 @@
-//! Programs that do everything wrong: each fails with one clear message, and none of its processes is left running.
+//! Faulty programs: each fails with one clear message, and none of its processes is left running.
 
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
@@ -10,25 +10,25 @@ use programs::{Limits, Program, ProgramProcess, Word};
 use crate::machine::has_python;
 use crate::stage::{Stage, keeper, say, sent};
 
-/// Enough for a program to fail, even when many tests run at once; tests of silence wait less.
+/// Enough time for a program to fail, even when many tests run at once. Tests of missing answers wait less.
 const LIMITS: Limits = Limits { answer_within: Duration::from_secs(60), memory_bytes: 1 << 30 };
 
-/// Enough for a shell to start, and then to fail by staying silent.
-const IMPATIENT: Limits = Limits { answer_within: Duration::from_secs(2), ..LIMITS };
+/// Enough time for a shell to start, and then to fail because it does not answer.
+const SHORT_LIMITS: Limits = Limits { answer_within: Duration::from_secs(2), ..LIMITS };
 
-/// The beginning of a program that works until it is asked to say something.
-const WELL_AT_FIRST: &str = "import os, signal, sys, time
+/// The beginning of a program that works until it receives `say`.
+const WORKING_AT_FIRST: &str = "import os, signal, sys, time
 sys.stdin.readline()
 print('{}', flush=True)
 sys.stdin.readline()
 ";
 
 /// The same for the shell.
-const SHELL_WELL_AT_FIRST: &str = "read line; echo '{}'; read line\n";
+const SHELL_WORKING_AT_FIRST: &str = "read line; echo '{}'; read line\n";
 
-/// The failure of a program that does this when it is asked to say something.
+/// The failure of a program that does this when it receives `say`.
 fn failure_when_asked(doing: &str) -> Option<String> {
-    let stage = Stage::new(&format!("{WELL_AT_FIRST}{doing}\n"));
+    let stage = Stage::new(&format!("{WORKING_AT_FIRST}{doing}\n"));
     has_python().then(|| failure(&stage, "python3", LIMITS))
 }
 
@@ -41,7 +41,7 @@ fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
     let message = mishap.message.clone();
     assert_eq!(stage.left_over(), [""; 0], "{message}");
 
-    // From now on it receives everything and answers nothing.
+    // From now on it receives every message and answers none.
     assert_eq!((process.location().as_str(), process.next_timer()), ("crashed", None));
     for request in 2..4 {
         let mut offers = Vec::new();
@@ -63,9 +63,9 @@ fn fails(doing: &str, expected: &str) {
 
 /// Checks the failure of a shell program that does this and never answers.
 #[track_caller]
-fn fails_silently(doing: &str, expected: &str) {
-    let stage = Stage::new(&format!("{SHELL_WELL_AT_FIRST}{doing}\n"));
-    check(&failure(&stage, "sh", IMPATIENT), expected);
+fn fails_without_answer(doing: &str, expected: &str) {
+    let stage = Stage::new(&format!("{SHELL_WORKING_AT_FIRST}{doing}\n"));
+    check(&failure(&stage, "sh", SHORT_LIMITS), expected);
 }
 
 #[track_caller]
@@ -83,17 +83,17 @@ fn answers_wrongly(answer: &str, expected: &str) {
 #[test]
 fn a_program_that_never_answers_is_ended() {
     for doing in ["sleep 1000", "while :; do :; done", "kill -STOP $$", "exec <&-; sleep 1000"] {
-        fails_silently(doing, "did not answer within 2 s");
+        fails_without_answer(doing, "did not answer within 2 s");
     }
-    fails_silently("echo 'I am busy' >&2; sleep 1000", "did not answer within 2 s; on stderr: I am busy");
-    fails_silently("yes >&2", "did not answer within 2 s; on stderr: y / y / y");
-    fails_silently("exec >&-; sleep 1000", "closed its standard output before it answered");
+    fails_without_answer("echo 'I am busy' >&2; sleep 1000", "did not answer within 2 s; on stderr: I am busy");
+    fails_without_answer("yes >&2", "did not answer within 2 s; on stderr: y / y / y");
+    fails_without_answer("exec >&-; sleep 1000", "closed its standard output before it answered");
 }
 
 #[test]
 fn half_a_line_is_not_an_answer() {
-    fails_silently("printf '{}'; sleep 1000", "did not end its line within 2 s: \"{}\"");
-    fails_silently("printf '{'", "ended with exit status 0 before it answered");
+    fails_without_answer("printf '{}'; sleep 1000", "did not end its line within 2 s: \"{}\"");
+    fails_without_answer("printf '{'", "ended with exit status 0 before it answered");
 }
 
 #[test]
@@ -153,9 +153,9 @@ fn a_flood_is_cut_off() {
     fails("sys.stdout.write('{\"state\": \"' + 'x' * 2000000 + '\"}\\n'); sys.stdout.flush(); time.sleep(1000)", long);
 }
 
-/// A program that does this when it is asked to say something, until its input ends; it has been asked once.
+/// A program that does this when it receives `say`, until its input ends. It has received one.
 fn asked_once(doing: &str) -> (Stage, ProgramProcess) {
-    let stage = Stage::new(&format!("{WELL_AT_FIRST}{doing}\nfor line in sys.stdin: print('{{}}', flush=True)\n"));
+    let stage = Stage::new(&format!("{WORKING_AT_FIRST}{doing}\nfor line in sys.stdin: print('{{}}', flush=True)\n"));
     let mut process = stage.process(LIMITS);
     process.start(Duration::ZERO).unwrap();
     say(&mut process, 0, 1, "hello", 1.0);
@@ -185,7 +185,7 @@ fn the_first_line_is_the_answer_and_what_follows_it_is_found_later() {
         assert!(mishap.message.contains(&unasked(line)), "{}", mishap.message);
         assert_eq!(stage.left_over(), [""; 0]);
     }
-    // Together with the answer, so that it is there before the next message in any case.
+    // It is written together with the answer, so it always arrives before the next message.
     let (_stage, mut process) = asked_once(cases[0].0);
     say(&mut process, 0, 2, "hello", 2.0);
     let message = &process.mishaps()[0].message;
@@ -202,7 +202,7 @@ fn a_program_that_only_answers_is_ended_without_a_failure() {
     if !has_python() {
         return;
     }
-    // One ends with its input, the other one goes on.
+    // The first ends with its input, the second continues.
     for doing in ["print('{}', flush=True)", "print('{}', flush=True); time.sleep(1000)"] {
         let (stage, mut process) = asked_once(doing);
         process.conclude();
@@ -210,7 +210,7 @@ fn a_program_that_only_answers_is_ended_without_a_failure() {
     }
 }
 
-/// Whether it has noticed that its input has ended depends on real time.
+/// Whether the program has noticed the end of its input depends on real time.
 #[test]
 fn a_program_that_ends_with_a_failure_at_the_end_of_its_run_has_failed() {
     if !has_python() {
@@ -246,7 +246,7 @@ fn an_unsolicited_line_is_noticed_before_the_next_message() {
     );
     let mut process = stage.process(LIMITS);
     process.start(Duration::ZERO).unwrap();
-    // Nothing determines when the second line arrives: it may be taken as the answer to the next message.
+    // The second line may arrive at any time: it may count as the answer to the next message.
     say(&mut process, 0, 1, "hello", 1.0);
     say(&mut process, 0, 2, "hello", 2.0);
     let message = &process.mishaps()[0].message;
@@ -300,7 +300,7 @@ fn memory_is_limited() {
 
 #[test]
 fn nothing_that_a_program_started_is_left_running() {
-    // Children in their own sessions whose parents have ended, and which ignore all signals that can be ignored.
+    // Children in sessions of their own whose parents have ended, and which ignore all signals that can be ignored.
     let hide = "
 def hide():
     if os.fork(): return
@@ -316,13 +316,16 @@ for _ in range(3): hide()
 os.read(wait, 1), os.read(wait, 1), os.read(wait, 1)
 ";
     fails(&format!("{hide}sys.exit(3)"), "ended with exit status 3");
-    fails_silently("(setsid sh -c 'trap \"\" HUP INT TERM; sleep 1000; :' &); sleep 1000", "did not answer within 2 s");
+    fails_without_answer(
+        "(setsid sh -c 'trap \"\" HUP INT TERM; sleep 1000; :' &); sleep 1000",
+        "did not answer within 2 s",
+    );
     fails(&format!("{hide}os.close(1); os.close(2); os.kill(0, signal.SIGKILL)"), "ended with the signal SIGKILL");
     fails(
         &format!("{hide}os.execvp('env', ['env', '-i', 'sh', '-c', 'setsid sleep 1000 & exit 4'])"),
         "ended with exit status 4",
     );
-    fails_silently("while :; do setsid sleep 1000 & sleep 0.02; done", "did not answer within 2 s");
+    fails_without_answer("while :; do setsid sleep 1000 & sleep 0.02; done", "did not answer within 2 s");
 }
 
 /// A number below `below` from a sequence.
@@ -333,11 +336,12 @@ fn draw(state: &mut u64, below: u64) -> u64 {
     *state % below
 }
 
-/// The program and what keeps it stand still for a while, or are killed, `STOPS` times (8), while it is asked: it has
-/// received what it has answered, and a death is one failure.
+/// A process of the program, or one of its keepers, is stopped for a while, or killed, while messages are sent. This is
+/// repeated `STOPS` times (default 8). The program has received all messages that it has answered, and a killed process
+/// is one failure.
 #[test]
-#[expect(clippy::disallowed_methods, reason = "processes stand still in real time")]
-fn what_keeps_a_program_may_stand_still_and_its_death_is_noticed() {
+#[expect(clippy::disallowed_methods, reason = "processes are stopped in real time")]
+fn a_keeper_may_be_stopped_for_a_while_and_its_death_is_noticed() {
     if !has_python() {
         return;
     }
@@ -351,7 +355,7 @@ fn what_keeps_a_program_may_stand_still_and_its_death_is_noticed() {
         let mut process = stage.process(LIMITS);
         process.start(Duration::ZERO).unwrap();
         let running = running(stage.folder.path());
-        // The program, its inner keeper and its outer one.
+        // The program, its inner keeper and its outer keeper.
         assert!(running.len() >= 3, "{running:?}");
         let target = running[draw(&mut random, running.len() as u64) as usize];
         let kills = draw(&mut random, 4) == 0;
@@ -440,19 +444,19 @@ fn a_message_may_be_longer_than_a_pipe() {
     process.start(Duration::ZERO).unwrap();
     say(&mut process, 0, 1, &"x".repeat(300_000), 1.0);
     assert_eq!(process.location(), "300000");
-    // A program that does not read its input gets no more time than any other.
-    let deaf = Stage::new("echo '{}'; sleep 1000");
-    let mut process = deaf.command(&["sh", "program.py"], IMPATIENT);
+    // A program that does not read its input has no more time than any other.
+    let unreading = Stage::new("echo '{}'; sleep 1000");
+    let mut process = unreading.command(&["sh", "program.py"], SHORT_LIMITS);
     process.start(Duration::ZERO).unwrap();
     say(&mut process, 0, 1, &"x".repeat(300_000), 1.0);
     assert_eq!(process.mishaps()[0].message, "the program, told `say` by Guide, did not answer within 2 s");
-    assert_eq!(deaf.left_over(), [""; 0]);
+    assert_eq!(unreading.left_over(), [""; 0]);
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn the_environment_of_a_program_is_the_same_for_everybody() {
-    // The environment of the process itself: the shell adds some.
+fn the_environment_of_a_program_is_the_same_for_every_user() {
+    // The environment of the process itself, without the variables that the shell adds.
     let own = "tr '\\0' '\\n' < /proc/$$/environ | sed 's/=.*//' | sort | tr '\\n' ' '";
     let stage = Stage::new(&format!("read line\necho \"{{\\\"state\\\": \\\"$({own})\\\"}}\"\nread line"));
     let mut process = stage.command(&["sh", "program.py"], LIMITS);

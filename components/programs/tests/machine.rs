@@ -1,9 +1,9 @@
-//! What this machine has, and what runs on it. The tests of the binary use this file, too.
+//! The software and the processes on this machine. The tests of the binary also use this file.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Whether Python is installed; says so if not.
+/// Whether Python is installed; prints a note if not.
 pub(crate) fn has_python() -> bool {
     let found = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
     if !found {
@@ -12,7 +12,7 @@ pub(crate) fn has_python() -> bool {
     found
 }
 
-/// The command lines of running processes that name this folder or work in it.
+/// The command lines of running processes that name this folder or have it as their working directory.
 pub(crate) fn left_over(folder: &Path) -> Vec<String> {
     let command_line = |entry: std::io::Result<std::fs::DirEntry>| {
         let process = entry.ok()?.path();

@@ -1,4 +1,4 @@
-//! Programs that talk to a client, without a run around them.
+//! Programs that exchange messages with a client, outside a run.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]

@@ -52,7 +52,7 @@ impl Stage {
         ProgramProcess::new(&topology, speaker, Arc::new(program), data)
     }
 
-    /// The command lines of the processes that run there.
+    /// The command lines of the processes that are running in the folder.
     pub(crate) fn left_over(&self) -> Vec<String> {
         machine::left_over(self.folder.path())
     }
@@ -73,14 +73,14 @@ fn topology() -> Topology {
     topology
 }
 
-/// Lets a client, 0 or 1, send a text with this request number.
+/// Sends `say` with a text and this request number from a client, 0 or 1.
 pub(crate) fn say(process: &mut ProgramProcess, client: u32, request: u64, text: &str, at_s: f64) {
     let message = Message::new([Value::symbol("say"), text.into()]);
     let envelope = Envelope { message, request: RequestNumber(request) };
     process.take(TransitionId(client), Some(envelope), Duration::from_secs_f64(at_s));
 }
 
-/// Takes everything that the process wants to send, with the request numbers.
+/// Takes all messages that the process offers to send, with their request numbers.
 pub(crate) fn sent(process: &mut ProgramProcess) -> Vec<(String, u64)> {
     let mut sent = Vec::new();
     loop {

@@ -1,49 +1,49 @@
-//! What an action of ROS 2 consists of: services, topics, and the numbers in their messages.
+//! The parts of an action in ROS 2: services, topics, and the codes in their messages.
 //!
 //! <https://design.ros2.org/articles/actions.html>
 
-/// The services of an action.
+/// The service of an action that takes goals.
 pub const SEND_GOAL: &str = "send_goal";
-/// The one that asks for results.
+/// The service that returns the result of a goal.
 pub const GET_RESULT: &str = "get_result";
-/// The one that cancels goals.
+/// The service that cancels goals.
 pub const CANCEL_GOAL: &str = "cancel_goal";
 
-/// The type of the service that cancels goals of any action.
+/// The type of every action's service for canceling goals.
 pub const CANCEL_KIND: &str = "action_msgs/srv/CancelGoal";
 
-/// The type of the topic that tells the status of goals of any action.
+/// The type of every action's status topic.
 pub const STATUS_KIND: &str = "action_msgs/msg/GoalStatusArray";
 
-/// The status of goals, from `action_msgs/msg/GoalStatus`: nothing is known of it.
+/// A goal's status, from `action_msgs/msg/GoalStatus`: unknown.
 pub const STATUS_UNKNOWN: i8 = 0;
-/// It is pursued.
+/// The server pursues the goal.
 pub const STATUS_EXECUTING: i8 = 2;
-/// It is about to be canceled.
+/// The server is canceling the goal.
 pub const STATUS_CANCELING: i8 = 3;
-/// It was reached.
+/// The goal was reached.
 pub const STATUS_SUCCEEDED: i8 = 4;
-/// It was canceled.
+/// The goal was canceled.
 pub const STATUS_CANCELED: i8 = 5;
-/// It was given up.
+/// The server gave the goal up.
 pub const STATUS_ABORTED: i8 = 6;
 
-/// What a server answers to a request to cancel, from `action_msgs/srv/CancelGoal`: the goals will be canceled.
+/// The return code of a cancel request, from `action_msgs/srv/CancelGoal`: the server cancels the goals.
 pub const CANCEL_ACCEPTED: i8 = 0;
-/// They will not.
+/// The server rejects the request.
 pub const CANCEL_REJECTED: i8 = 1;
-/// There is no such goal.
+/// The server does not know the goal.
 pub const CANCEL_UNKNOWN: i8 = 2;
-/// It has ended already.
+/// The goal has already ended.
 pub const CANCEL_TERMINATED: i8 = 3;
 
-/// A service of an action.
+/// The name of a service of an action.
 #[must_use]
 pub fn service(action: &str, part: &str) -> String {
     format!("{action}/_action/{part}")
 }
 
-/// The services of an action of a type, with their types.
+/// The services of an action of a type, each with its type.
 pub fn services(action: &str, kind: &str) -> [(String, String); 3] {
     [
         (service(action, SEND_GOAL), format!("{kind}_SendGoal")),
@@ -64,7 +64,7 @@ pub fn feedback_kind(kind: &str) -> String {
     format!("{kind}_FeedbackMessage")
 }
 
-/// The topic on which an action tells the status of its goals.
+/// The topic on which an action publishes the status of its goals.
 #[must_use]
 pub fn status(action: &str) -> String {
     format!("{action}/_action/status")

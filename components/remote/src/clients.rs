@@ -1,4 +1,5 @@
-//! Clients that are elsewhere, as a process of a channel system: the other side of a component that is elsewhere.
+//! Nodes of ROS 2 that are clients of components, as a process of a channel system: the counterpart of a remote
+//! component.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -16,58 +17,62 @@ use skills::{ChannelAdapter, Datum, Undelivered};
 use crate::action_server::{ActionServer, Demand, Ending};
 use crate::component::{RemoteComponent, RemoteOperation};
 use crate::convert;
-use crate::message::{Call, FromNode, GoalId};
+use crate::message::{GoalId, NodeMessage, ServiceRequest};
 
-/// The most requests that wait for an answer: beyond that, the oldest are never answered.
+/// The most requests that wait for a reply. Beyond that, the oldest get none.
 const MOST_OPEN: usize = 4096;
 
-/// The most notes of different kinds.
+/// The most different notes.
 const MOST_NOTES: usize = 100;
 
-/// A component to which nodes of ROS 2 have access: its process, and what it is in ROS 2.
+/// A component that is offered to nodes of ROS 2: its process, and its names and types there.
 pub type Offered = (String, RemoteComponent);
 
-/// Nodes of ROS 2 in a channel system, as one process: they ask components, and read all of their topics.
+/// The nodes of ROS 2 as one process of a channel system. It sends their requests to components, and receives the
+/// components' replies and all of their topics.
 #[derive(Clone, Debug)]
 pub struct RemoteClients {
     offered: Arc<[Offered]>,
     adapter: ChannelAdapter,
-    /// The servers of the actions of all components, in order: with the component and the operation.
+    /// The servers of all components' actions, in order, each with the indices of its component and its action.
     servers: Vec<(usize, usize, ActionServer)>,
-    /// Oldest first.
+    /// The requests without a reply, oldest first.
     open: Vec<OpenRequest>,
-    said: Vec<FromNode>,
-    /// What was left out, each once, and how many of these have been told.
+    /// The responses and messages that have not been taken yet, except those of the servers.
+    outbox: Vec<NodeMessage>,
+    /// What was left out, without repetitions.
     notes: Vec<String>,
-    told: usize,
+    /// The number of notes that have been taken.
+    notes_taken: usize,
 }
 
-/// A request that a component has not answered.
+/// A request to which a component has not replied.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct OpenRequest {
     request: RequestNumber,
     component: usize,
     operation: usize,
-    of: Inquiry,
+    of: RequestKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Inquiry {
-    /// A service, with the number of the call.
+enum RequestKind {
+    /// To a service, with the number of the node's request.
     Service(u64),
+    /// To an action.
     Goal(GoalId),
 }
 
 impl OpenRequest {
-    /// Whether it is an earlier goal of the same action.
+    /// Whether this is a goal of the same action, sent earlier.
     fn is_goal_before(&self, other: &Self) -> bool {
         let of_one = (self.component, self.operation) == (other.component, other.operation);
-        of_one && matches!(self.of, Inquiry::Goal(_)) && self.request < other.request
+        of_one && matches!(self.of, RequestKind::Goal(_)) && self.request < other.request
     }
 }
 
 impl RemoteClients {
-    /// The process of a topology that asks these components. It has channels to and from all of them.
+    /// The process of a topology that sends requests to these components. It has channels to and from all of them.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, offered: Arc<[Offered]>) -> Self {
         let servers = offered.iter().enumerate().flat_map(|(place, (_, component))| {
@@ -79,39 +84,39 @@ impl RemoteClients {
             adapter: ChannelAdapter::new(topology, process).patient(),
             offered,
             open: Vec::new(),
-            said: Vec::new(),
+            outbox: Vec::new(),
             notes: Vec::new(),
-            told: 0,
+            notes_taken: 0,
         }
     }
 
-    /// What the components have said since the last call, in order.
-    pub fn take_said(&mut self) -> Vec<FromNode> {
-        let mut said = std::mem::take(&mut self.said);
-        said.extend(self.servers.iter_mut().flat_map(|(.., server)| server.take_said()));
-        said
+    /// The components' responses and messages since the last call, in order.
+    pub fn take_outbox(&mut self) -> Vec<NodeMessage> {
+        let mut outbox = std::mem::take(&mut self.outbox);
+        outbox.extend(self.servers.iter_mut().flat_map(|(.., server)| server.take_outbox()));
+        outbox
     }
 
-    /// What has been left out since the last call, and why, each only once.
+    /// What has been left out since the last call, and why, without repetitions.
     pub fn take_notes(&mut self) -> Vec<String> {
-        let new = self.notes[self.told..].to_vec();
-        self.told = self.notes.len();
+        let new = self.notes[self.notes_taken..].to_vec();
+        self.notes_taken = self.notes.len();
         new
     }
 
-    /// A node asks for something.
-    pub fn hear(&mut self, call: &Call) {
+    /// Passes a node's request on to its component.
+    pub fn receive(&mut self, request: &ServiceRequest) {
         let offered = Arc::clone(&self.offered);
         for (place, (name, component)) in offered.iter().enumerate() {
-            let is_it = |service: &RemoteOperation| component.full_name(service) == call.service;
+            let is_it = |service: &RemoteOperation| component.full_name(service) == request.service;
             if let Some(operation) = component.services.iter().position(is_it) {
-                return self.ask(place, name, operation, &component.services[operation], call);
+                return self.request_service(place, name, operation, &component.services[operation], request);
             }
         }
         for server in 0..self.servers.len() {
             let (place, operation, _) = self.servers[server];
             let (name, component) = &offered[place];
-            self.ask_action(server, name, &component.actions[operation], call);
+            self.request_action(server, name, &component.actions[operation], request);
         }
     }
 
@@ -123,13 +128,20 @@ impl RemoteClients {
         }
     }
 
-    fn ask(&mut self, component: usize, name: &str, operation: usize, service: &RemoteOperation, call: &Call) {
-        let asked = convert::data(&service.wire.parts[0], &service.fields[0], &call.body)
+    fn request_service(
+        &mut self,
+        component: usize,
+        name: &str,
+        operation: usize,
+        service: &RemoteOperation,
+        request: &ServiceRequest,
+    ) {
+        let sent = convert::data(&service.wire.parts[0], &service.fields[0], &request.body)
             .map_err(|why| format!("such requests cannot be read: {why}"))
             .and_then(|data| self.send(name, &service.name, &data));
-        match asked {
-            Ok(()) => self.expect(component, operation, Inquiry::Service(call.number)),
-            Err(why) => self.refuse(service, &call.service, call.number, &why),
+        match sent {
+            Ok(()) => self.expect(component, operation, RequestKind::Service(request.number)),
+            Err(why) => self.refuse(service, &request.service, request.number, &why),
         }
     }
 
@@ -137,18 +149,18 @@ impl RemoteClients {
         self.adapter.send(Some(component), head, data).map_err(|why: Undelivered| why.to_string())
     }
 
-    /// Waits for the answer to what was sent last.
-    fn expect(&mut self, component: usize, operation: usize, of: Inquiry) {
+    /// Waits for the reply to the request that was sent last.
+    fn expect(&mut self, component: usize, operation: usize, of: RequestKind) {
         if self.open.len() == MOST_OPEN {
             self.open.remove(0);
         }
         self.open.push(OpenRequest { request: self.adapter.last_request(), component, operation, of });
     }
 
-    /// Says that a request has failed, if a response can say so.
+    /// Responds that a request has failed, if a response of its type can express that.
     fn refuse(&mut self, service: &RemoteOperation, full_name: &str, number: u64, why: &str) {
         match convert::refusal(&service.wire.parts[1], why) {
-            Some(body) => self.said.push(FromNode::Response { number, body }),
+            Some(body) => self.outbox.push(NodeMessage::Response { number, body }),
             None => {
                 let kind = &service.wire.kind;
                 self.note(format!("a request to {full_name} failed, and is not answered: a {kind} cannot tell that"));
@@ -156,16 +168,16 @@ impl RemoteClients {
         }
     }
 
-    fn ask_action(&mut self, server: usize, name: &str, action: &RemoteOperation, call: &Call) {
+    fn request_action(&mut self, server: usize, name: &str, action: &RemoteOperation, request: &ServiceRequest) {
         let (component, operation, of) = &mut self.servers[server];
         let (component, operation) = (*component, *operation);
-        let read = || convert::data(&action.wire.parts[0], &action.fields[0], &call.body).ok();
-        let demand = of.hear(call, |_| read(), |status| result(action, status, None).0);
+        let read = || convert::data(&action.wire.parts[0], &action.fields[0], &request.body).ok();
+        let demand = of.receive(request, |_| read(), |status| result(action, status, None).0);
         let pursued = of.pursued();
         let (goal, cancel) = (format!("{}.{GOAL}", action.name), format!("{}.{CANCEL}", action.name));
-        // What is canceled is the goal that was sent last: an earlier one has been already.
+        // The goal that was sent last is canceled: earlier ones have been already.
         let newest = self.open.iter().rev().find_map(|open| match open.of {
-            Inquiry::Goal(id) if (open.component, open.operation) == (component, operation) => Some(id),
+            RequestKind::Goal(id) if (open.component, open.operation) == (component, operation) => Some(id),
             _ => None,
         });
         let cancels = match demand {
@@ -178,7 +190,7 @@ impl RemoteClients {
         }
         if let Some(Demand::Pursue(id, data)) = demand {
             match self.send(name, &goal, &data) {
-                Ok(()) => self.expect(component, operation, Inquiry::Goal(id)),
+                Ok(()) => self.expect(component, operation, RequestKind::Goal(id)),
                 Err(why) => {
                     self.servers[server].2.reject(id);
                     self.note(format!("a goal of {} is rejected: {why}", self.offered[component].1.full_name(action)));
@@ -187,7 +199,7 @@ impl RemoteClients {
         }
     }
 
-    /// A component has answered a request, or published on a topic.
+    /// Passes on a component's reply to a request, or its message on a topic.
     fn pass_on(&mut self, component: usize, head: &str, data: &Datum, request: RequestNumber, now: Duration) {
         let offered = Arc::clone(&self.offered);
         let of = &offered[component].1;
@@ -198,16 +210,16 @@ impl RemoteClients {
         let Some(place) = self.open.iter().position(is_open) else { return };
         let open = self.open[place].clone();
         match open.of {
-            Inquiry::Service(number) => {
+            RequestKind::Service(number) => {
                 self.open.remove(place);
                 self.respond(of, &of.services[open.operation], number, head, data);
             }
-            Inquiry::Goal(id) => {
+            RequestKind::Goal(id) => {
                 let part = head.rsplit_once('.').map_or(head, |(_, part)| part);
                 if matches!(part, REJECTED | SUCCEEDED | ABORTED | CANCELED) {
                     self.open.remove(place);
                 }
-                self.follow(&open, of, id, part, data, now);
+                self.update_goal(&open, of, id, part, data, now);
             }
         }
     }
@@ -216,7 +228,7 @@ impl RemoteClients {
         let (name, part) = (of.full_name(topic), &topic.wire.parts[0]);
         let message = convert::message(part, &topic.fields[0], data);
         match message.and_then(|message| part.layout.encode(&message)) {
-            Ok(body) => self.said.push(FromNode::Message { topic: name, body }),
+            Ok(body) => self.outbox.push(NodeMessage::Message { topic: name, body }),
             Err(why) => self.note(format!("a message on {name} is left out: {why}")),
         }
     }
@@ -224,7 +236,7 @@ impl RemoteClients {
     fn respond(&mut self, of: &RemoteComponent, service: &RemoteOperation, number: u64, head: &str, data: &Datum) {
         let why = match head {
             OK => match convert::response(&service.wire.parts[1], &service.fields[1], data) {
-                Ok(body) => return self.said.push(FromNode::Response { number, body }),
+                Ok(body) => return self.outbox.push(NodeMessage::Response { number, body }),
                 Err(why) => format!("its reply cannot be sent: {why}"),
             },
             _ => reason(data),
@@ -232,8 +244,8 @@ impl RemoteClients {
         self.refuse(service, &of.full_name(service), number, &why);
     }
 
-    /// A component says what becomes of a goal.
-    fn follow(
+    /// Updates a goal, as its component reports.
+    fn update_goal(
         &mut self,
         open: &OpenRequest,
         of: &RemoteComponent,
@@ -251,12 +263,12 @@ impl RemoteClients {
         match part {
             ACCEPTED => {
                 server.accept(id, now, |status| result(action, status, None).0);
-                // What came before has been given up; it was lost if it has not ended.
+                // Earlier goals have been given up. One that has not ended was lost.
                 self.open.retain(|other| !other.is_goal_before(open));
             }
             REJECTED => server.reject(id),
             _ if server.pursued() != Some(id) => {}
-            FEEDBACK => server.feed_back(|id| {
+            FEEDBACK => server.publish_feedback(|id| {
                 let (body, why) = encoded(&action.wire.parts[1], &action.fields[1], Some(data), |message| {
                     convert::identified(message, id)
                 });
@@ -288,7 +300,8 @@ impl RemoteClients {
     }
 }
 
-/// A message with these fields, if there are some; without them, if they are not in order, which is told.
+/// A message with the fields of `data`. If these do not fit, the message is without them, and the second value is the
+/// reason.
 fn encoded(
     part: &WirePart,
     fields: &[Field],
@@ -305,7 +318,7 @@ fn encoded(
     (body.expect("a message in which nothing has been set is one of its type"), why)
 }
 
-/// The message of a goal's result.
+/// The response with a goal's result.
 fn result(action: &RemoteOperation, status: i8, data: Option<&Datum>) -> (Vec<u8>, Option<ros_messages::Mismatch>) {
     encoded(&action.wire.parts[2], &action.fields[2], data, |message| convert::with_status(message, status))
 }
@@ -320,8 +333,8 @@ fn reason(data: &Datum) -> String {
 
 impl PartialEq for RemoteClients {
     fn eq(&self, other: &Self) -> bool {
-        (&self.offered, &self.adapter, &self.servers, &self.open, &self.said)
-            == (&other.offered, &other.adapter, &other.servers, &other.open, &other.said)
+        (&self.offered, &self.adapter, &self.servers, &self.open, &self.outbox)
+            == (&other.offered, &other.adapter, &other.servers, &other.open, &other.outbox)
     }
 }
 
@@ -329,7 +342,7 @@ impl Eq for RemoteClients {}
 
 impl Hash for RemoteClients {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        (&self.adapter, &self.servers, &self.open, &self.said).hash(state);
+        (&self.adapter, &self.servers, &self.open, &self.outbox).hash(state);
     }
 }
 
@@ -361,7 +374,7 @@ impl Process for RemoteClients {
         Err(NoNormalForm::Unsupported { reason, help: None })
     }
 
-    /// Whether components are to answer anything.
+    /// Whether any request is without a reply.
     fn location(&self) -> String {
         if self.open.is_empty() { "idle" } else { "asks" }.to_owned()
     }

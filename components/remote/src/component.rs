@@ -1,11 +1,11 @@
-//! Which names and types a component has in ROS 2.
+//! The names and types of a component in ROS 2.
 
 use interfaces::{FEEDBACK, Interface, Wire};
 
 use crate::action;
 
-/// What a component is in ROS 2: one that consists of nodes there, or one that is offered to nodes there. The names and
-/// types are the same, so that each can be the other's other side.
+/// The names and types of a component in ROS 2: one that consists of nodes, or one that is offered to nodes. They are
+/// the same in both cases, so one such component can be the counterpart of the other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RemoteComponent {
     /// The namespace of its services, topics and actions: empty, or `/robot`.
@@ -20,13 +20,13 @@ pub struct RemoteComponent {
 pub(crate) struct RemoteOperation {
     /// Its name in the interface.
     pub(crate) name: String,
-    /// What it is in ROS 2.
+    /// Its type in ROS 2.
     pub(crate) wire: Wire,
     /// The names of the fields of each of its messages.
     pub(crate) fields: Vec<Vec<interfaces::Field>>,
 }
 
-/// Whether this can be a name in ROS 2, without a namespace.
+/// Whether this is a valid name in ROS 2, without a namespace.
 #[must_use]
 pub fn is_name(word: &str) -> bool {
     word.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
@@ -37,7 +37,7 @@ impl RemoteComponent {
     /// The component with this interface in a namespace, such as `/robot` or `/`.
     ///
     /// # Errors
-    /// All operations whose types in ROS 2 are not known, or whose names cannot be ones there, in words.
+    /// All operations whose types in ROS 2 are not known, or whose names are not valid there, in words.
     pub fn new(namespace: &str, interface: &Interface) -> Result<Self, Vec<String>> {
         let mut unknown = Vec::new();
         let mut operation = |name: &str, wire: &Result<Wire, String>, fields: &[&Vec<interfaces::Field>]| {
@@ -68,14 +68,13 @@ impl RemoteComponent {
         format!("{}/{}", self.namespace, operation.name)
     }
 
-    /// The services that it has, those of its actions among them: names, such as `/navigate_to_pose/_action/send_goal`,
-    /// and types.
+    /// Its services, including those of its actions: names, such as `/navigate_to_pose/_action/send_goal`, and types.
     pub fn services(&self) -> impl Iterator<Item = (String, String)> {
         let services = self.services.iter().map(|one| (self.full_name(one), one.wire.kind.clone()));
         services.chain(self.actions.iter().flat_map(|one| action::services(&self.full_name(one), &one.wire.kind)))
     }
 
-    /// The topics that it publishes, those of its actions' feedback among them: names and types.
+    /// The topics that it publishes, including those of its actions' feedback: names and types.
     pub fn topics(&self) -> impl Iterator<Item = (String, String)> {
         let topics = self.topics.iter().map(|one| (self.full_name(one), one.wire.kind.clone()));
         let feedback =
@@ -83,14 +82,14 @@ impl RemoteComponent {
         topics.chain(self.actions.iter().map(feedback))
     }
 
-    /// The first symbol of the messages that those on a topic become, if it is one of its [topics](Self::topics).
+    /// The first symbol of the channel messages for a topic, if it is one of its [topics](Self::topics).
     pub(crate) fn head(&self, topic: &str) -> Option<String> {
         let of_topic = self.topics.iter().find(|one| self.full_name(one) == topic).map(|one| one.name.clone());
         let action = self.actions.iter().find(|one| action::feedback(&self.full_name(one)) == topic);
         of_topic.or_else(|| Some(format!("{}.{FEEDBACK}", action?.name)))
     }
 
-    /// The latched topics on which its actions tell the status of their goals: names and types.
+    /// The latched topics on which its actions publish the status of their goals: names and types.
     pub fn statuses(&self) -> impl Iterator<Item = (String, String)> {
         self.actions.iter().map(|one| (action::status(&self.full_name(one)), action::STATUS_KIND.to_owned()))
     }

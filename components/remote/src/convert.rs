@@ -1,14 +1,14 @@
-//! Fields as machines and programs see them, and as messages of ROS 2 have them.
+//! Conversion between the fields of channel messages and messages of ROS 2.
 
 use channels::FieldKind;
 use interfaces::{Field, WirePart};
 use ros_messages::{Base, Count, Decoder, Mismatch, Primitive, Value, Want};
 use skills::Datum;
 
-/// Integers up to this size are exact as numbers of machines.
+/// Integers up to this size are exact as numbers of machines, which are doubles.
 const MOST_EXACT: i128 = (1 << 53) - 1;
 
-/// The message of ROS 2 with these fields, without what ROS adds to it.
+/// The message of ROS 2 with these fields, without the goal id or status that ROS adds.
 pub(crate) fn message(part: &WirePart, fields: &[Field], data: &Datum) -> Result<Value, Mismatch> {
     let value = |field: &Field| match data.member(&field.name) {
         None | Some(Datum::Undefined) => Ok(Value::Passed),
@@ -19,7 +19,7 @@ pub(crate) fn message(part: &WirePart, fields: &[Field], data: &Datum) -> Result
 
 /// The fields of an encoded message.
 pub(crate) fn data(part: &WirePart, fields: &[Field], body: &[u8]) -> Result<Datum, String> {
-    // What no field needs need not be as it is defined here.
+    // A message of which no field is read need not match the definition.
     if part.is_empty() {
         return Ok(nothing());
     }
@@ -43,25 +43,25 @@ pub(crate) fn nothing() -> Datum {
     Datum::object::<&str>([]).unwrap_or_default()
 }
 
-/// A message about a goal, with the goal's id: its first field.
+/// Sets the first field of a message about a goal: the goal's id.
 pub(crate) fn identified(mut message: Value, id: [u8; 16]) -> Value {
     let bytes = id.iter().map(|byte| Value::Int(i128::from(*byte))).collect();
     put(&mut message, Some(0), Value::Message(vec![Value::List(bytes)]));
     message
 }
 
-/// A result, with the goal's status: its first field.
+/// Sets the first field of a result: the goal's status.
 pub(crate) fn with_status(mut message: Value, status: i8) -> Value {
     put(&mut message, Some(0), Value::Int(status.into()));
     message
 }
 
-/// The fields of responses that say whether the request was carried out, and why not: a convention of ROS 2, which its
-/// `std_srvs` follow.
+/// The fields of a response for success and for the reason of a failure: a convention of ROS 2, which its `std_srvs`
+/// follow.
 const SUCCESS: &str = "success";
 const MESSAGE: &str = "message";
 
-/// The place of a field in a message, if it has this type.
+/// The index of a field in a message, if it has this type.
 fn place_of(part: &WirePart, name: &str, is_of_type: impl Fn(Primitive) -> bool) -> Option<usize> {
     part.layout.fields.iter().position(|field| {
         let is_right = matches!(field.kind.base, Base::Primitive(primitive) if is_of_type(primitive));
@@ -81,8 +81,8 @@ fn put(message: &mut Value, place: Option<usize>, value: Value) {
     }
 }
 
-/// What an encoded response says: the fields of the reply; or why the request was not carried out, if that shows in a
-/// field `success` that is not one of the reply.
+/// The outcome in an encoded response: the fields of the reply; or the reason of a failure, if the response has a field
+/// `success` that is false and not part of the reply.
 pub(crate) fn outcome(part: &WirePart, fields: &[Field], body: &[u8]) -> Result<Result<Datum, String>, String> {
     let Some(success) = success(part).filter(|_| !part.selects(SUCCESS)) else {
         return data(part, fields, body).map(Ok);
@@ -97,14 +97,14 @@ pub(crate) fn outcome(part: &WirePart, fields: &[Field], body: &[u8]) -> Result<
     Ok(Err(why.unwrap_or_default()))
 }
 
-/// The response to a request that was carried out, with the fields of the reply.
+/// The response to a request that succeeded, with the fields of the reply.
 pub(crate) fn response(part: &WirePart, fields: &[Field], data: &Datum) -> Result<Vec<u8>, Mismatch> {
     let mut response = message(part, fields, data)?;
     put(&mut response, success(part).filter(|_| !part.selects(SUCCESS)), Value::Bool(true));
     part.layout.encode(&response)
 }
 
-/// The response to a request that was not carried out; none if its type cannot say so.
+/// The response to a request that failed; `None` if its type cannot express that.
 pub(crate) fn refusal(part: &WirePart, why: &str) -> Option<Vec<u8>> {
     let success = success(part)?;
     let mut response = part.message(Vec::new()).ok()?;
@@ -128,7 +128,7 @@ fn value(datum: &Datum, kind: &FieldKind) -> Result<Value, Mismatch> {
     })
 }
 
-/// None if it would become another value.
+/// `None` if a machine cannot represent the value exactly.
 fn datum(value: &Value) -> Option<Datum> {
     Some(match value {
         Value::Bool(truth) => (*truth).into(),

@@ -1,4 +1,4 @@
-//! What passes between a channel system and nodes of ROS 2, in both directions.
+//! The requests, responses and topic messages between a channel system and nodes of ROS 2, in both directions.
 
 use std::time::Duration;
 
@@ -10,47 +10,47 @@ use crate::action::{self, CANCEL_GOAL, GET_RESULT, SEND_GOAL};
 /// The id of an action's goal.
 pub type GoalId = [u8; 16];
 
-/// The most messages of feedback that wait: beyond that, the oldest are lost.
+/// The most feedback messages in a queue. Beyond that, the oldest are dropped.
 const MOST_FEEDBACK: usize = 100;
 
 /// A request to a service.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Call {
+pub struct ServiceRequest {
     /// The service, such as `/say`.
     pub service: String,
     /// Its type, such as `std_srvs/srv/Trigger`.
     pub kind: String,
-    /// What its response refers to: no other call that is open has this number.
+    /// The number that its response refers to. No other open request has it.
     pub number: u64,
-    /// The request, encoded, with the four bytes that say how.
+    /// The request in CDR, with the encapsulation header of four bytes.
     pub body: Vec<u8>,
 }
 
-/// What is said by the nodes of ROS 2 that serve or publish.
+/// A response, or a message on a topic: of a node of ROS 2 to a channel system, or of a component to nodes.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum FromNode {
-    /// The response to the call with this number.
+pub enum NodeMessage {
+    /// The response to a request.
     Response {
-        /// That of the call.
+        /// The number of the request.
         number: u64,
-        /// The response, encoded; empty if nobody can respond.
+        /// The response in CDR; empty if no server can respond.
         body: Vec<u8>,
     },
     /// A message on a topic.
     Message {
-        /// Its name, such as `/amcl_pose`.
+        /// The topic, such as `/amcl_pose`.
         topic: String,
-        /// The message, encoded.
+        /// The message in CDR.
         body: Vec<u8>,
     },
 }
 
-/// What may be lost on its way from a node.
+/// Something that may be lost on its way from a node.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Lost {
     /// Messages on the topic with this name, until the next one.
     Topic(String),
-    /// The response to the call with this number.
+    /// The response to the request with this number.
     Response(u64),
 }
 
@@ -59,47 +59,49 @@ pub enum Lost {
 pub struct Loss {
     /// What is lost.
     pub what: Lost,
-    /// What is wrong: it is missing, or what takes its place is [mixed](Flaw::Mixed) with what the nodes say.
+    /// The kind of flaw: messages are missing, or a presumed response is [mixed](Flaw::Mixed) with those of the nodes.
     pub flaw: Flaw,
-    /// Since when it may be missing, in time since the start of the run.
+    /// Since when it may be missing, as time since the start of the run.
     pub since: Duration,
     /// Why, in words.
     pub why: String,
 }
 
-impl FromNode {
-    /// Waits among others: a newer message on a topic replaces an older one there, and of feedback, not all is kept.
-    pub fn wait_in(self, waiting: &mut Vec<Self>) {
+impl NodeMessage {
+    /// Adds itself to a queue. A message replaces an older one on the same topic; of feedback, the queue keeps the
+    /// newest 100.
+    pub fn enqueue_in(self, queue: &mut Vec<Self>) {
         if let Self::Message { topic, .. } = &self {
             let is_older = |other: &Self| matches!(other, Self::Message { topic: of, .. } if of == topic);
             let most = if action::is_feedback(topic) { MOST_FEEDBACK } else { 1 };
-            if waiting.iter().filter(|other| is_older(other)).count() >= most
-                && let Some(oldest) = waiting.iter().position(is_older)
+            if queue.iter().filter(|other| is_older(other)).count() >= most
+                && let Some(oldest) = queue.iter().position(is_older)
             {
-                waiting.remove(oldest);
+                queue.remove(oldest);
             }
         }
-        waiting.push(self);
+        queue.push(self);
     }
 }
 
-impl Call {
-    /// Whether it has no other effect if it is sent again: it asks for the result of a goal, or cancels it.
+impl ServiceRequest {
+    /// Whether sending it again has no further effect: it requests the result of a goal, or cancels one.
     #[must_use]
     pub fn is_repeatable(&self) -> bool {
         [GET_RESULT, CANCEL_GOAL].iter().any(|part| self.is_to(part))
     }
 
-    /// What is taken for its response if that is lost. A goal may be pursued: its result tells if it is not.
+    /// The response that is presumed if the real one is lost. A goal counts as accepted: its result shows if it is not
+    /// pursued. Any other request counts as failed.
     #[must_use]
-    pub fn presumed(&self) -> FromNode {
+    pub fn presumed(&self) -> NodeMessage {
         let accepts = || {
             let mut body = CdrWriter::reusing(Vec::new());
             body.number([1]);
             body.bytes()
         };
         let body = if self.is_to(SEND_GOAL) { accepts() } else { Vec::new() };
-        FromNode::Response { number: self.number, body }
+        NodeMessage::Response { number: self.number, body }
     }
 
     fn is_to(&self, part: &str) -> bool {

@@ -1,4 +1,4 @@
-//! A component that is elsewhere, as a process of a channel system.
+//! A component that consists of nodes of ROS 2, as a process of a channel system.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -15,15 +15,15 @@ use crate::action::{
 };
 use crate::component::{RemoteComponent, RemoteOperation};
 use crate::convert;
-use crate::message::{Call, FromNode, Lost};
+use crate::message::{Lost, NodeMessage, ServiceRequest};
 
-/// The bytes before the fields of a message: how it is encoded.
+/// The length of the encapsulation header, which precedes the fields of a message.
 const ENCODING: usize = 4;
 
-/// Why nothing was answered.
-const NOBODY: &str = "nobody offers it";
+/// The reason for a failure if there is no server.
+const NO_SERVER: &str = "nobody offers it";
 
-/// The most mishaps of different kinds.
+/// The most different mishaps.
 const MOST_MISHAPS: usize = 100;
 
 /// A component that consists of nodes of ROS 2, in a channel system.
@@ -31,83 +31,87 @@ const MOST_MISHAPS: usize = 100;
 pub struct RemoteProcess {
     component: Arc<RemoteComponent>,
     adapter: ChannelAdapter,
-    /// What tells the goals of this run from those of others, and what tells those of this process from each other.
+    /// Distinguishes the goals of this run from those of others.
     run: u64,
+    /// The number of the last request, which also distinguishes the goals of this process.
     last_number: u64,
-    calls: Vec<Call>,
-    /// What has come and has not been heard yet.
-    heard: Vec<FromNode>,
-    open: Vec<Conversation>,
+    /// The requests that have not been taken yet.
+    requests: Vec<ServiceRequest>,
+    /// The responses and messages that have not been passed on yet.
+    inbox: Vec<NodeMessage>,
+    /// The requests without a response.
+    open: Vec<PendingRequest>,
     mishaps: Vec<Mishap>,
 }
 
-/// Somebody who waits for an answer from outside.
+/// A request to a node, for a client of this component.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Conversation {
-    /// The number of the call whose response comes next.
+struct PendingRequest {
+    /// The number of the service request whose response is awaited.
     number: u64,
-    /// None if it does not wait any more.
+    /// The process that waits for the reply; `None` if it no longer does.
     client: Option<Arc<str>>,
-    /// Its index among the operations of this kind.
+    /// The index of the operation among those of this kind.
     operation: usize,
-    of: Asked,
+    of: PendingKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Asked {
+enum PendingKind {
     Service,
-    /// A goal: its id, whether it has been accepted, and whether it is to be canceled.
     Goal {
         id: [u8; 16],
+        /// Whether the server has accepted it.
         is_accepted: bool,
+        /// Whether it is to be canceled.
         is_to_end: bool,
     },
-    /// That the goal with this id is canceled.
+    /// To cancel the goal with this id.
     Cancel {
         id: [u8; 16],
     },
 }
 
 impl RemoteProcess {
-    /// The process of a topology that is this component. Nothing of it is known before it has [begun](Self::begin).
+    /// The process of this component in a topology. It is to [begin](Self::begin) before its first step.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, component: Arc<RemoteComponent>) -> Self {
         Self {
             component,
             adapter: ChannelAdapter::new(topology, process).abandoning(),
             run: 0,
-            // No two processes give the same numbers.
+            // No two processes use the same numbers.
             last_number: (process.index() as u64) << 32,
-            calls: Vec::new(),
-            heard: Vec::new(),
+            requests: Vec::new(),
+            inbox: Vec::new(),
             open: Vec::new(),
             mishaps: Vec::new(),
         }
     }
 
-    /// From here on, its goals belong to this run: servers remember the goals of earlier ones.
+    /// Begins a run, whose number becomes part of the ids of its goals: servers remember the goals of earlier runs.
     pub fn begin(&mut self, run: u64) {
         self.run = run;
     }
 
-    /// What is to be sent, in order.
-    pub fn take_calls(&mut self) -> Vec<Call> {
-        std::mem::take(&mut self.calls)
+    /// The requests to send, in order.
+    pub fn take_requests(&mut self) -> Vec<ServiceRequest> {
+        std::mem::take(&mut self.requests)
     }
 
-    /// What was left out, or could not be done, and why. It is not part of the process's state.
+    /// What was left out or failed, and why. This is not part of the process's state.
     #[must_use]
     pub fn mishaps(&self) -> &[Mishap] {
         &self.mishaps
     }
 
-    /// Takes what has come from outside, if it is for this component. It has an effect when the process next
+    /// Queues a response or message, if it is for this component. It takes effect when the process next
     /// [acts](Self::act): until then, a newer message on a topic replaces an older one.
-    pub fn hear(&mut self, answer: &FromNode) {
-        match answer {
-            FromNode::Response { number, .. } if number >> 32 != self.last_number >> 32 => {}
-            FromNode::Message { topic, .. } if !self.component.topics().any(|(name, _)| name == *topic) => {}
-            _ => answer.clone().wait_in(&mut self.heard),
+    pub fn receive(&mut self, message: &NodeMessage) {
+        match message {
+            NodeMessage::Response { number, .. } if number >> 32 != self.last_number >> 32 => {}
+            NodeMessage::Message { topic, .. } if !self.component.topics().any(|(name, _)| name == *topic) => {}
+            _ => message.clone().enqueue_in(&mut self.inbox),
         }
     }
 
@@ -123,10 +127,10 @@ impl RemoteProcess {
         }
     }
 
-    /// Whether everything that has come has been passed on.
+    /// Whether everything that was received has been passed on.
     #[must_use]
     pub fn has_passed_on_all(&self) -> bool {
-        self.heard.is_empty() && self.adapter.has_sent_all()
+        self.inbox.is_empty() && self.adapter.has_sent_all()
     }
 
     fn note(&mut self, message: String) {
@@ -138,118 +142,118 @@ impl RemoteProcess {
         }
     }
 
-    /// Tells its clients what has come. Returns whether anything had.
+    /// Passes on to its clients what was received. Returns whether there was anything.
     pub fn act(&mut self) -> bool {
-        let heard = std::mem::take(&mut self.heard);
-        let has_come = !heard.is_empty();
-        for answer in heard {
-            match answer {
-                FromNode::Response { number, body } => self.respond(number, &body),
-                FromNode::Message { topic, body } => self.publish(&topic, &body),
+        let inbox = std::mem::take(&mut self.inbox);
+        let has_come = !inbox.is_empty();
+        for message in inbox {
+            match message {
+                NodeMessage::Response { number, body } => self.receive_response(number, &body),
+                NodeMessage::Message { topic, body } => self.receive_message(&topic, &body),
             }
         }
         has_come
     }
 
-    /// Crashes and restarts it: it forgets its requests, and what has come. The nodes go on.
+    /// Crashes and restarts the component: it forgets its requests and what it has received. The nodes go on.
     pub fn restart(&mut self) {
         self.adapter = self.adapter.succeeding();
         self.open.clear();
-        self.calls.clear();
-        self.heard.clear();
+        self.requests.clear();
+        self.inbox.clear();
     }
 
-    /// A response has come; without a body, nobody can respond.
-    fn respond(&mut self, number: u64, body: &[u8]) {
-        // Nobody waits for a second response.
+    /// Handles a response. An empty body means that no server can respond.
+    fn receive_response(&mut self, number: u64, body: &[u8]) {
+        // No request waits for a second response.
         let Some(place) = self.open.iter().position(|open| open.number == number) else { return };
         let open = self.open.remove(place);
         match open.of {
-            Asked::Service if body.is_empty() => self.fail(&open.client, ERROR, NOBODY),
-            Asked::Service => {
+            PendingKind::Service if body.is_empty() => self.fail(&open.client, ERROR, NO_SERVER),
+            PendingKind::Service => {
                 let operation = &self.component.services[open.operation];
                 match convert::outcome(&operation.wire.parts[1], &operation.fields[1], body) {
-                    Ok(Ok(data)) => self.tell(&open.client, OK, &data, ERROR),
+                    Ok(Ok(data)) => self.reply(&open.client, OK, &data, ERROR),
                     Ok(Err(why)) => self.fail(&open.client, ERROR, &why),
                     Err(why) => self.fail(&open.client, ERROR, &format!("the response cannot be read: {why}")),
                 }
             }
-            Asked::Goal { id, is_accepted: false, is_to_end } => self.begin_goal(open, id, is_to_end, body),
-            Asked::Goal { .. } => self.end_goal(&open, body),
-            Asked::Cancel { id } => self.end_cancel(&open, id, body),
+            PendingKind::Goal { id, is_accepted: false, is_to_end } => self.begin_goal(open, id, is_to_end, body),
+            PendingKind::Goal { .. } => self.end_goal(&open, body),
+            PendingKind::Cancel { id } => self.end_cancel(&open, id, body),
         }
     }
 
-    /// A server has said whether it cancels a goal. One that has been started again does not know it.
-    fn end_cancel(&mut self, open: &Conversation, id: [u8; 16], body: &[u8]) {
+    /// Handles the response to a cancel request. A restarted server does not know the goal.
+    fn end_cancel(&mut self, open: &PendingRequest, id: [u8; 16], body: &[u8]) {
         let code = CdrReader::new(body).and_then(|mut reader| reader.number()).map(i8::from_le_bytes);
-        let is_goal = |goal: &Conversation| matches!(goal.of, Asked::Goal { id: of, .. } if of == id);
+        let is_goal = |goal: &PendingRequest| matches!(goal.of, PendingKind::Goal { id: of, .. } if of == id);
         let Some(place) = self.open.iter().position(is_goal) else { return };
         match code {
-            // It will end, or has ended: its result says how.
+            // It ends, or has ended: the response with its result contains how.
             Ok(CANCEL_ACCEPTED | CANCEL_TERMINATED) => {}
             Ok(CANCEL_REJECTED) => {
-                if let Asked::Goal { is_to_end, .. } = &mut self.open[place].of {
+                if let PendingKind::Goal { is_to_end, .. } = &mut self.open[place].of {
                     *is_to_end = false;
                 }
                 self.note(format!("{} is not canceled: the server refused", self.name_of(open)));
             }
             _ => {
                 let goal = self.open.remove(place);
-                let why = if body.is_empty() { NOBODY } else { "the server does not know the goal" };
+                let why = if body.is_empty() { NO_SERVER } else { "the server does not know the goal" };
                 self.fail(&goal.client, &format!("{}.{ABORTED}", self.component.actions[goal.operation].name), why);
             }
         }
     }
 
     /// The full name of the action of a goal.
-    fn name_of(&self, open: &Conversation) -> String {
+    fn name_of(&self, open: &PendingRequest) -> String {
         self.component.full_name(&self.component.actions[open.operation])
     }
 
-    /// The response to a goal has come: it is accepted, or not.
-    fn begin_goal(&mut self, open: Conversation, id: [u8; 16], is_to_end: bool, body: &[u8]) {
+    /// Handles the response to a goal: the server has accepted or rejected it.
+    fn begin_goal(&mut self, open: PendingRequest, id: [u8; 16], is_to_end: bool, body: &[u8]) {
         let action = self.component.actions[open.operation].name.clone();
         match CdrReader::new(body).and_then(|mut reader| reader.number()) {
             Ok([1]) => {}
             Ok([0]) => return self.fail(&open.client, &format!("{action}.{REJECTED}"), "the server rejected the goal"),
             _ => {
-                let why = if body.is_empty() { NOBODY } else { "the response cannot be read" };
+                let why = if body.is_empty() { NO_SERVER } else { "the response cannot be read" };
                 return self.fail(&open.client, &format!("{action}.{REJECTED}"), why);
             }
         }
         let failed = format!("{action}.{REJECTED}");
-        self.tell(&open.client, &format!("{action}.{ACCEPTED}"), &convert::nothing(), &failed);
+        self.reply(&open.client, &format!("{action}.{ACCEPTED}"), &convert::nothing(), &failed);
         if is_to_end {
             self.cancel(&open, id);
         }
         let kind = format!("{}_GetResult", self.component.actions[open.operation].wire.kind);
-        let number = self.call(action::service(&self.name_of(&open), GET_RESULT), kind, with_id(id, &[]));
-        self.open.push(Conversation { number, of: Asked::Goal { id, is_accepted: true, is_to_end }, ..open });
+        let number = self.send_request(action::service(&self.name_of(&open), GET_RESULT), kind, with_id(id, &[]));
+        self.open.push(PendingRequest { number, of: PendingKind::Goal { id, is_accepted: true, is_to_end }, ..open });
     }
 
-    /// The result of a goal has come.
-    fn end_goal(&mut self, open: &Conversation, body: &[u8]) {
+    /// Handles the result of a goal.
+    fn end_goal(&mut self, open: &PendingRequest, body: &[u8]) {
         let operation = &self.component.actions[open.operation];
         let action = operation.name.clone();
         let status = CdrReader::new(body).and_then(|mut reader| reader.number()).map(i8::from_le_bytes);
         let aborted = format!("{action}.{ABORTED}");
         match status {
             Ok(STATUS_SUCCEEDED) => match convert::data(&operation.wire.parts[2], &operation.fields[2], body) {
-                Ok(data) => self.tell(&open.client, &format!("{action}.{SUCCEEDED}"), &data, &aborted),
+                Ok(data) => self.reply(&open.client, &format!("{action}.{SUCCEEDED}"), &data, &aborted),
                 Err(why) => self.fail(&open.client, &aborted, &format!("the result cannot be read: {why}")),
             },
             Ok(STATUS_CANCELED) => {
-                self.tell(&open.client, &format!("{action}.{CANCELED}"), &convert::nothing(), &aborted)
+                self.reply(&open.client, &format!("{action}.{CANCELED}"), &convert::nothing(), &aborted)
             }
             Ok(STATUS_ABORTED) => self.fail(&open.client, &aborted, "the server aborted the goal"),
             Ok(_) => self.fail(&open.client, &aborted, "the server does not know the goal"),
-            Err(_) if body.is_empty() => self.fail(&open.client, &aborted, NOBODY),
+            Err(_) if body.is_empty() => self.fail(&open.client, &aborted, NO_SERVER),
             Err(_) => self.fail(&open.client, &aborted, "the result cannot be read"),
         }
     }
 
-    fn publish(&mut self, topic: &str, body: &[u8]) {
+    fn receive_message(&mut self, topic: &str, body: &[u8]) {
         let component = Arc::clone(&self.component);
         let is = |operation: &&RemoteOperation| component.full_name(operation) == topic;
         if let Some(operation) = component.topics.iter().find(is) {
@@ -266,10 +270,10 @@ impl RemoteProcess {
         // Feedback begins with the id of its goal.
         let Some(own) = body.get(ENCODING..ENCODING + 16) else { return };
         let open = self.open.iter().find(|open| {
-            matches!(&open.of, Asked::Goal { id, is_accepted: true, .. } if id == own)
+            matches!(&open.of, PendingKind::Goal { id, is_accepted: true, .. } if id == own)
                 && action::feedback(&self.name_of(open)) == topic
         });
-        let Some(Conversation { client, operation, .. }) = open.cloned() else { return };
+        let Some(PendingRequest { client, operation, .. }) = open.cloned() else { return };
         let operation = &component.actions[operation];
         match convert::data(&operation.wire.parts[1], &operation.fields[1], body) {
             Ok(data) => self.send(client.as_deref(), &format!("{}.{FEEDBACK}", operation.name), &data),
@@ -277,36 +281,41 @@ impl RemoteProcess {
         }
     }
 
-    /// Sends a request out. Returns the number of the call.
-    fn call(&mut self, service: String, kind: String, body: Vec<u8>) -> u64 {
+    /// Adds a request to those to send. Returns its number.
+    fn send_request(&mut self, service: String, kind: String, body: Vec<u8>) -> u64 {
         self.last_number += 1;
-        self.calls.push(Call { service, kind, number: self.last_number, body });
+        self.requests.push(ServiceRequest { service, kind, number: self.last_number, body });
         self.last_number
     }
 
-    fn cancel(&mut self, goal: &Conversation, id: [u8; 16]) {
-        // No time: this goal alone.
+    fn cancel(&mut self, goal: &PendingRequest, id: [u8; 16]) {
+        // Without a time, the request means this goal alone.
         let body = with_id(id, &[0; 8]);
-        let number = self.call(action::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
-        self.open.push(Conversation { number, client: None, operation: goal.operation, of: Asked::Cancel { id } });
+        let number = self.send_request(action::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
+        self.open.push(PendingRequest {
+            number,
+            client: None,
+            operation: goal.operation,
+            of: PendingKind::Cancel { id },
+        });
     }
 
-    /// A client asks for something. What it asked of the same operation before, it has abandoned.
-    fn ask(&mut self, client: &Arc<str>, head: &str, data: &Datum) {
+    /// Forwards a client's request to the nodes. The client has abandoned its earlier request to the same operation.
+    fn forward(&mut self, client: &Arc<str>, head: &str, data: &Datum) {
         let component = Arc::clone(&self.component);
         if let Some(operation) = component.services.iter().position(|service| service.name == head) {
             let service = &component.services[operation];
-            let own = |open: &Conversation| open.of == Asked::Service && open.is_of(client, operation);
+            let own = |open: &PendingRequest| open.of == PendingKind::Service && open.is_of(client, operation);
             self.open.iter_mut().filter(|open| own(open)).for_each(|open| open.client = None);
             let message = convert::message(&service.wire.parts[0], &service.fields[0], data);
             return match message.and_then(|message| service.wire.parts[0].layout.encode(&message)) {
                 Ok(body) => {
-                    let number = self.call(component.full_name(service), service.wire.kind.clone(), body);
-                    self.open.push(Conversation {
+                    let number = self.send_request(component.full_name(service), service.wire.kind.clone(), body);
+                    self.open.push(PendingRequest {
                         number,
                         client: Some(client.clone()),
                         operation,
-                        of: Asked::Service,
+                        of: PendingKind::Service,
                     });
                 }
                 Err(why) => self.fail(&Some(client.clone()), ERROR, &unsendable(why)),
@@ -323,9 +332,9 @@ impl RemoteProcess {
                 match message.and_then(|goal| action.wire.parts[0].layout.encode(&convert::identified(goal, id))) {
                     Ok(body) => {
                         let service = action::service(&component.full_name(action), SEND_GOAL);
-                        let number = self.call(service, format!("{}_SendGoal", action.wire.kind), body);
-                        let of = Asked::Goal { id, is_accepted: false, is_to_end: false };
-                        self.open.push(Conversation { number, client: Some(client.clone()), operation, of });
+                        let number = self.send_request(service, format!("{}_SendGoal", action.wire.kind), body);
+                        let of = PendingKind::Goal { id, is_accepted: false, is_to_end: false };
+                        self.open.push(PendingRequest { number, client: Some(client.clone()), operation, of });
                     }
                     Err(why) => self.fail(&Some(client.clone()), &format!("{name}.{REJECTED}"), &unsendable(why)),
                 }
@@ -335,14 +344,16 @@ impl RemoteProcess {
         }
     }
 
-    /// Cancels a client's goal, which it may have abandoned. A server that has not accepted it yet may not know it.
+    /// Cancels a client's goal, which it may have abandoned: at once if the server has accepted it, and otherwise when
+    /// it does, since it may not know the goal yet.
     fn cancel_of(&mut self, client: &Arc<str>, operation: usize, is_abandoned: bool) {
-        let is_goal = |open: &&mut Conversation| matches!(open.of, Asked::Goal { .. }) && open.is_of(client, operation);
+        let is_goal =
+            |open: &&mut PendingRequest| matches!(open.of, PendingKind::Goal { .. }) && open.is_of(client, operation);
         let Some(goal) = self.open.iter_mut().find(is_goal) else { return };
         if is_abandoned {
             goal.client = None;
         }
-        let Asked::Goal { id, is_accepted, is_to_end } = &mut goal.of else { return };
+        let PendingKind::Goal { id, is_accepted, is_to_end } = &mut goal.of else { return };
         let is_new = !std::mem::replace(is_to_end, true);
         if *is_accepted && is_new {
             let (id, goal) = (*id, goal.clone());
@@ -352,19 +363,20 @@ impl RemoteProcess {
 
     /// Cancels all goals, at the end of a run.
     pub fn conclude(&mut self) {
-        let goals: Vec<Conversation> = self.open.clone();
+        let goals: Vec<PendingRequest> = self.open.clone();
         for goal in goals {
-            if let Asked::Goal { id, is_accepted: true, is_to_end: false } = goal.of {
+            if let PendingKind::Goal { id, is_accepted: true, is_to_end: false } = goal.of {
                 self.cancel(&goal, id);
             }
         }
     }
 
-    /// Answers a client; if it cannot be told that, `failed` says why.
-    fn tell(&mut self, client: &Option<Arc<str>>, head: &str, data: &Datum, failed: &str) {
+    /// Replies to a client. If the reply does not fit, it is `failed`, with the reason.
+    fn reply(&mut self, client: &Option<Arc<str>>, head: &str, data: &Datum, failed: &str) {
         let Some(to) = client else { return };
-        if let Err(Undelivered::Unfit(why)) = self.adapter.send(Some(to), head, data) {
-            self.fail(client, failed, &format!("the answer does not fit: {why}"));
+        match self.adapter.send(Some(to), head, data) {
+            Ok(()) | Err(Undelivered::Late(_)) => {}
+            Err(why) => self.fail(client, failed, &format!("the answer does not fit: {why}")),
         }
     }
 
@@ -375,22 +387,25 @@ impl RemoteProcess {
 
     fn send(&mut self, client: Option<&str>, head: &str, data: &Datum) {
         let Some(client) = client else { return };
-        if let Err(Undelivered::Unfit(why)) = self.adapter.send(Some(client), head, data) {
-            self.note(format!("<{head}> is left out: {why}"));
+        match self.adapter.send(Some(client), head, data) {
+            Ok(()) | Err(Undelivered::Late(_)) => {}
+            Err(why) => self.note(format!("<{head}> is left out: {why}")),
         }
     }
 }
 
-impl Conversation {
+impl PendingRequest {
     fn is_of(&self, client: &Arc<str>, operation: usize) -> bool {
         self.operation == operation && self.client.as_ref() == Some(client)
     }
 }
 
-/// What does not fit a channel, the same for each message.
+/// The reason why a message does not fit a channel, without the message's values: it is the same for each message.
 fn without_values(why: &Undelivered) -> String {
-    let words = why.to_string();
-    words.split(", and ").next().unwrap_or_default().to_owned()
+    match why {
+        Undelivered::Value { refusal, .. } => refusal.clone(),
+        why => why.to_string(),
+    }
 }
 
 fn unsendable(why: Mismatch) -> String {
@@ -414,8 +429,8 @@ fn with_id(id: [u8; 16], rest: &[u8]) -> Vec<u8> {
 
 impl PartialEq for RemoteProcess {
     fn eq(&self, other: &Self) -> bool {
-        (&self.component, &self.adapter, self.last_number, &self.calls, &self.heard, &self.open)
-            == (&other.component, &other.adapter, other.last_number, &other.calls, &other.heard, &other.open)
+        (&self.component, &self.adapter, self.last_number, &self.requests, &self.inbox, &self.open)
+            == (&other.component, &other.adapter, other.last_number, &other.requests, &other.inbox, &other.open)
     }
 }
 
@@ -423,7 +438,7 @@ impl Eq for RemoteProcess {}
 
 impl Hash for RemoteProcess {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        (&self.adapter, self.last_number, &self.calls, &self.heard, &self.open).hash(state);
+        (&self.adapter, self.last_number, &self.requests, &self.inbox, &self.open).hash(state);
     }
 }
 
@@ -435,7 +450,7 @@ impl Process for RemoteProcess {
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _: Duration) {
         let Some(event) = self.adapter.take(transition, received.as_ref()) else { return };
         if let Some(client) = &event.origin {
-            self.ask(client, &event.name, &event.data);
+            self.forward(client, &event.name, &event.data);
         }
     }
 
@@ -450,7 +465,7 @@ impl Process for RemoteProcess {
         })
     }
 
-    /// Whether it is to answer anything.
+    /// Whether any request is without a response.
     fn location(&self) -> String {
         if self.open.is_empty() { "idle" } else { "asked" }.to_owned()
     }

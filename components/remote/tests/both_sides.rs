@@ -1,4 +1,4 @@
-//! Both sides of a component over ROS 2: what a client asks of one reaches the other, and the answer comes back.
+//! Both sides of a component over ROS 2: a client's request on one side reaches the other, and the reply comes back.
 
 use std::io;
 use std::path::Path;
@@ -9,7 +9,7 @@ use channels::{
     Action, Capacity, ChannelId, Domain, Envelope, Message, Process, RequestNumber, Topology, TransitionId, Value,
 };
 use interfaces::Interface;
-use remote::{Call, FromNode, RemoteClients, RemoteComponent, RemoteProcess, action};
+use remote::{NodeMessage, RemoteClients, RemoteComponent, RemoteProcess, ServiceRequest, action};
 
 const INTERFACE: &str = "
 [services.open]
@@ -45,7 +45,7 @@ fn interface() -> Interface {
     Interface::load(Path::new("i.toml"), &[], &read).expect("an interface")
 }
 
-/// Two systems: in one, `Skill` asks a component `Door` that is elsewhere; in the other, `ROS` asks the component.
+/// Two systems: in one, `Skill` is a client of the remote component `Door`; in the other, `ROS` is a client of `Door`.
 struct Sides {
     component: RemoteProcess,
     clients: RemoteClients,
@@ -69,7 +69,7 @@ impl Sides {
         component.begin(1);
         let mut clients = RemoteClients::new(&topology, ros, offered.into());
         // The action has no goals yet.
-        assert!(matches!(&clients.take_said()[..], [FromNode::Message { .. }]));
+        assert!(matches!(&clients.take_outbox()[..], [NodeMessage::Message { .. }]));
         Self { component, clients, topology, now: Duration::from_secs(3) }
     }
 
@@ -93,7 +93,7 @@ impl Sides {
         self.topology.find_channel(from, to).expect("a channel")
     }
 
-    /// What the skill asks as its request with this number. Returns what the component there is asked.
+    /// The skill sends its request with this number. Returns the requests that reach the component.
     fn ask(&mut self, request: u64, fields: impl IntoIterator<Item = Value>) -> Vec<Envelope> {
         let envelope = Envelope { message: Message::new(fields), request: RequestNumber(request) };
         // The skill's channel comes first.
@@ -102,20 +102,20 @@ impl Sides {
         self.sent_to_door()
     }
 
-    /// What the component there is asked.
+    /// The requests that reach the component.
     fn sent_to_door(&mut self) -> Vec<Envelope> {
         let channel = self.channel("ROS", "Door");
         Self::sent(&mut self.clients, channel)
     }
 
-    /// Carries out what the component that is elsewhere asks, as far as it is answered at once.
+    /// Carries requests and messages between the sides until there are none.
     fn carry(&mut self) {
         loop {
-            let calls = self.component.take_calls();
-            calls.iter().for_each(|call| self.clients.hear(call));
-            let said = self.clients.take_said();
-            let is_quiet = calls.is_empty() && said.is_empty();
-            said.iter().for_each(|said| self.component.hear(said));
+            let requests = self.component.take_requests();
+            requests.iter().for_each(|request| self.clients.receive(request));
+            let sent = self.clients.take_outbox();
+            let is_quiet = requests.is_empty() && sent.is_empty();
+            sent.iter().for_each(|message| self.component.receive(message));
             self.component.act();
             if is_quiet {
                 return;
@@ -123,14 +123,14 @@ impl Sides {
         }
     }
 
-    /// What the component there answers to the request with this number. Returns what the skill is told.
+    /// The component replies to the request with this number. Returns what the skill receives.
     fn answer(&mut self, request: RequestNumber, fields: impl IntoIterator<Item = Value>) -> Vec<String> {
         let envelope = Envelope { message: Message::new(fields), request };
         self.clients.take(TransitionId(0), Some(envelope), self.now);
         self.carry();
         let channel = self.channel("Door", "Skill");
-        let told = Self::sent(&mut self.component, channel);
-        told.iter().map(|envelope| envelope.message.to_string()).collect()
+        let received = Self::sent(&mut self.component, channel);
+        received.iter().map(|envelope| envelope.message.to_string()).collect()
     }
 }
 
@@ -143,7 +143,7 @@ fn symbol(name: &str) -> Value {
 }
 
 #[test]
-fn what_is_asked_on_one_side_is_asked_on_the_other_and_so_are_answers() {
+fn requests_reach_the_other_side_and_replies_come_back() {
     let mut sides = Sides::new();
     for (number, asked, answered) in [
         (1, vec![symbol("open")], vec![symbol("ok")]),
@@ -163,53 +163,53 @@ fn what_is_asked_on_one_side_is_asked_on_the_other_and_so_are_answers() {
 }
 
 #[test]
-fn a_failure_that_a_response_cannot_tell_is_noted_and_not_answered() {
+fn a_failure_that_a_response_cannot_express_is_noted_and_gets_no_response() {
     let mut sides = Sides::new();
     let sent = sides.ask(1, [symbol("reset")]);
     assert!(sides.answer(sent[0].request, [symbol("error"), "locked".into()]).is_empty());
     let note = "a request to /Door/reset failed, and is not answered: a std_srvs/srv/Empty cannot tell that";
     assert_eq!(sides.clients.take_notes(), [note]);
-    // Where the outcome is a field of the reply, it is told all the same.
+    // If the outcome is a field of the reply, there is a response all the same.
     let sent = sides.ask(2, [symbol("lock"), true.into()]);
-    let told = sides.answer(sent[0].request, [symbol("error"), "locked".into()]);
-    assert_eq!(told, [r#"[<ok>, false, "locked"]"#]);
+    let received = sides.answer(sent[0].request, [symbol("error"), "locked".into()]);
+    assert_eq!(received, [r#"[<ok>, false, "locked"]"#]);
     assert!(sides.clients.take_notes().is_empty());
 }
 
 #[test]
-fn several_wait_for_a_component_and_each_gets_its_answer() {
+fn several_requests_wait_for_a_component_and_each_gets_its_response() {
     let mut sides = Sides::new();
-    let call = |number: u64, service: &str, body: &[u8]| Call {
+    let request = |number: u64, service: &str, body: &[u8]| ServiceRequest {
         service: format!("/Door/{service}"),
         kind: String::new(),
         number,
         body: [&[0, 1, 0, 0], body].concat(),
     };
-    sides.clients.hear(&call(7, "open", &[0]));
-    sides.clients.hear(&call(8, "open", &[0]));
-    sides.clients.hear(&call(9, "lock", &[]));
-    sides.clients.hear(&call(10, "other", &[0]));
+    sides.clients.receive(&request(7, "open", &[0]));
+    sides.clients.receive(&request(8, "open", &[0]));
+    sides.clients.receive(&request(9, "lock", &[]));
+    sides.clients.receive(&request(10, "other", &[0]));
     let sent = sides.sent_to_door();
     assert_eq!(messages(&sent), ["[<open>]", "[<open>]"]);
-    // What cannot be read is refused at once.
-    let [FromNode::Response { number: 9, body }] = &sides.clients.take_said()[..] else { panic!("a response") };
+    // A request that cannot be read is refused at once.
+    let [NodeMessage::Response { number: 9, body }] = &sides.clients.take_outbox()[..] else { panic!("a response") };
     assert_eq!((body[4], sides.clients.location().as_str()), (0, "asks"));
-    // The first one is lost, such as by a component that is started again.
+    // The first request has no reply yet, as if the component had lost it.
     let reply = |request| Some(Envelope { message: Message::new([symbol("ok")]), request });
     sides.clients.take(TransitionId(0), reply(sent[1].request), Duration::ZERO);
-    let [FromNode::Response { number: 8, body }] = &sides.clients.take_said()[..] else { panic!("a response") };
+    let [NodeMessage::Response { number: 8, body }] = &sides.clients.take_outbox()[..] else { panic!("a response") };
     assert_eq!(body[4], 1);
     sides.clients.take(TransitionId(0), reply(sent[1].request), Duration::ZERO);
-    assert!(sides.clients.take_said().is_empty());
+    assert!(sides.clients.take_outbox().is_empty());
     sides.clients.take(TransitionId(0), reply(sent[0].request), Duration::ZERO);
-    assert!(matches!(sides.clients.take_said()[..], [FromNode::Response { number: 7, .. }]));
+    assert!(matches!(sides.clients.take_outbox()[..], [NodeMessage::Response { number: 7, .. }]));
     assert_eq!(sides.clients.location(), "idle");
 }
 
 #[test]
 fn a_goal_on_one_side_is_one_on_the_other_until_it_ends() {
     let goal = |by_rad: f64| [symbol("turn.goal"), by_rad.into()];
-    for (end, told) in [
+    for (end, received) in [
         (vec![symbol("turn.succeeded"), Value::Int(2), 1.5.into()], "[<turn.succeeded>, 2, 1.5]"),
         (vec![symbol("turn.aborted"), "stuck".into()], r#"[<turn.aborted>, "the server aborted the goal"]"#),
         (vec![symbol("turn.canceled")], "[<turn.canceled>]"),
@@ -221,12 +221,12 @@ fn a_goal_on_one_side_is_one_on_the_other_until_it_ends() {
         assert_eq!(sides.answer(request, [symbol("turn.accepted")]), ["[<turn.accepted>]"]);
         let feedback = [symbol("turn.feedback"), 0.5.into()];
         assert_eq!(sides.answer(request, feedback), ["[<turn.feedback>, 0.5]"]);
-        assert_eq!(sides.answer(request, end), [told]);
+        assert_eq!(sides.answer(request, end), [received]);
     }
     let mut sides = Sides::new();
     let sent = sides.ask(1, goal(3.0));
-    let told = sides.answer(sent[0].request, [symbol("turn.rejected"), "no".into()]);
-    assert_eq!(told, [r#"[<turn.rejected>, "the server rejected the goal"]"#]);
+    let received = sides.answer(sent[0].request, [symbol("turn.rejected"), "no".into()]);
+    assert_eq!(received, [r#"[<turn.rejected>, "the server rejected the goal"]"#]);
     // Feedback and results that cannot be sent are sent without their fields.
     let sent = sides.ask(2, goal(4.0));
     sides.answer(sent[0].request, [symbol("turn.accepted")]);
@@ -245,25 +245,25 @@ fn a_goal_is_canceled_by_its_client_or_by_the_next_one() {
     assert_eq!((messages(&canceled), canceled[0].request), (vec!["[<turn.cancel>]".to_owned()], first[0].request));
     assert_eq!(sides.answer(first[0].request, [symbol("turn.canceled")]), ["[<turn.canceled>]"]);
 
-    // Another node sends goals of its own, while the last one is pursued.
+    // Another node sends goals while the last one is pursued.
     let second = sides.ask(2, [symbol("turn.goal"), 4.0.into()]);
     sides.answer(second[0].request, [symbol("turn.accepted")]);
-    let other = |id: u8| Call {
+    let other = |id: u8| ServiceRequest {
         service: action::service("/Door/turn", action::SEND_GOAL),
         kind: String::new(),
         number: id.into(),
         body: [&[0, 1, 0, 0], &[id; 16][..], &5.0_f64.to_le_bytes()].concat(),
     };
-    sides.clients.hear(&other(90));
-    sides.clients.hear(&other(91));
+    sides.clients.receive(&other(90));
+    sides.clients.receive(&other(91));
     let sent = sides.sent_to_door();
     let expected = ["[<turn.cancel>]", "[<turn.goal>, 5.0]", "[<turn.cancel>]", "[<turn.goal>, 5.0]"];
     assert_eq!(messages(&sent), expected);
     let numbers: Vec<u64> = sent.iter().map(|envelope| envelope.request.0).collect();
     assert_eq!(numbers[..3], [second[0].request.0, numbers[1], numbers[1]]);
-    // The component has lost the first of them, and pursues the second.
-    let told = sides.answer(sent[3].request, [symbol("turn.accepted")]);
-    assert_eq!(told, [r#"[<turn.aborted>, "the server aborted the goal"]"#]);
+    // The component has lost the first of them and pursues the second.
+    let received = sides.answer(sent[3].request, [symbol("turn.accepted")]);
+    assert_eq!(received, [r#"[<turn.aborted>, "the server aborted the goal"]"#]);
     assert!(sides.answer(second[0].request, [symbol("turn.canceled")]).is_empty());
     assert_eq!(sides.clients.location(), "asks");
     sides.answer(sent[3].request, [symbol("turn.succeeded"), Value::Int(0), 5.0.into()]);

@@ -1,4 +1,4 @@
-//! A component elsewhere, without anything elsewhere.
+//! Remote components, without ROS 2.
 
 mod both_sides;
 
@@ -11,7 +11,7 @@ use channels::{
     Action, Capacity, Domain, Envelope, Message, Process, RequestNumber, Topology, TransitionId, Value as Sent,
 };
 use interfaces::Interface;
-use remote::{Call, FromNode, RemoteComponent, RemoteProcess};
+use remote::{NodeMessage, RemoteComponent, RemoteProcess, ServiceRequest};
 use ros_messages::CdrWriter;
 
 const INTERFACE: &str = "
@@ -53,17 +53,18 @@ fn base() -> RemoteProcess {
     process
 }
 
-fn ask(process: &mut RemoteProcess, request: u64, fields: impl IntoIterator<Item = Sent>) -> Vec<Call> {
+/// Sends a client's request to the process. Returns the service requests that it makes.
+fn ask(process: &mut RemoteProcess, request: u64, fields: impl IntoIterator<Item = Sent>) -> Vec<ServiceRequest> {
     let envelope = Envelope { message: Message::new(fields), request: RequestNumber(request) };
     process.take(TransitionId(0), Some(envelope), Duration::ZERO);
-    process.take_calls()
+    process.take_requests()
 }
 
-/// Takes in what has come, and what the process says then.
-fn hear(process: &mut RemoteProcess, answer: FromNode) -> Vec<String> {
-    process.hear(&answer);
+/// The process receives a response or message. Returns what it sends to its client then.
+fn receive(process: &mut RemoteProcess, answer: NodeMessage) -> Vec<String> {
+    process.receive(&answer);
     process.act();
-    let mut said = Vec::new();
+    let mut replies = Vec::new();
     loop {
         let mut offers = Vec::new();
         process.offers(&mut offers);
@@ -71,9 +72,9 @@ fn hear(process: &mut RemoteProcess, answer: FromNode) -> Vec<String> {
             Action::Send(_, envelope) => Some((offer.transition, envelope)),
             _ => None,
         });
-        let Some((transition, envelope)) = next else { return said };
+        let Some((transition, envelope)) = next else { return replies };
         process.take(transition, None, Duration::ZERO);
-        said.push(envelope.message.to_string());
+        replies.push(envelope.message.to_string());
     }
 }
 
@@ -87,11 +88,11 @@ fn message(write: impl FnOnce(&mut CdrWriter)) -> Vec<u8> {
     body.bytes()
 }
 
-fn response(number: u64, write: impl FnOnce(&mut CdrWriter)) -> FromNode {
-    FromNode::Response { number, body: message(write) }
+fn response(number: u64, write: impl FnOnce(&mut CdrWriter)) -> NodeMessage {
+    NodeMessage::Response { number, body: message(write) }
 }
 
-fn goal(process: &mut RemoteProcess, request: u64) -> Call {
+fn goal(process: &mut RemoteProcess, request: u64) -> ServiceRequest {
     let fields = [Sent::symbol("drive.goal"), 2.5.into(), "odom".into(), Sent::Int(3)];
     ask(process, request, fields).pop().expect("it is sent")
 }
@@ -100,24 +101,24 @@ fn goal(process: &mut RemoteProcess, request: u64) -> Call {
 fn a_service_is_called_and_its_response_is_the_reply() {
     let mut process = base();
     assert_eq!(process.location(), "idle");
-    let [call] = &ask(&mut process, 5, [Sent::symbol("mode"), true.into()])[..] else { panic!("one call") };
-    assert_eq!((call.service.as_str(), call.kind.as_str()), ("/r1/mode", "std_srvs/srv/SetBool"));
-    assert_eq!((call.body.as_slice(), process.location().as_str()), (&[0, 1, 0, 0, 1][..], "asked"));
+    let [request] = &ask(&mut process, 5, [Sent::symbol("mode"), true.into()])[..] else { panic!("one request") };
+    assert_eq!((request.service.as_str(), request.kind.as_str()), ("/r1/mode", "std_srvs/srv/SetBool"));
+    assert_eq!((request.body.as_slice(), process.location().as_str()), (&[0, 1, 0, 0, 1][..], "asked"));
     let answer = || {
-        response(call.number, |body| {
+        response(request.number, |body| {
             body.number([1]);
             body.text("done");
         })
     };
-    assert_eq!(hear(&mut process, answer()), ["[<ok>, true]"]);
-    // The second one counts no more, and neither does one that is not ours.
-    assert!(hear(&mut process, answer()).is_empty());
-    assert!(hear(&mut process, response(1 << 60, |_| {})).is_empty());
+    assert_eq!(receive(&mut process, answer()), ["[<ok>, true]"]);
+    // A second response is ignored, and so is one to a request of another process.
+    assert!(receive(&mut process, answer()).is_empty());
+    assert!(receive(&mut process, response(1 << 60, |_| {})).is_empty());
     assert!(mishaps(&process).is_empty());
-    // What is no response of that type is an error.
-    let call = &ask(&mut process, 6, [Sent::symbol("mode"), false.into()])[0];
-    let said = hear(&mut process, response(call.number, |body| body.number([2])));
-    assert!(said[0].starts_with("[<error>, \"the response cannot be read: "), "{said:?}");
+    // A response of another type is an error.
+    let request = &ask(&mut process, 6, [Sent::symbol("mode"), false.into()])[0];
+    let replies = receive(&mut process, response(request.number, |body| body.number([2])));
+    assert!(replies[0].starts_with("[<error>, \"the response cannot be read: "), "{replies:?}");
 }
 
 #[test]
@@ -132,36 +133,36 @@ fn a_goal_is_accepted_and_ends() {
         body.number([1]);
         body.numbers([[0; 4]; 2].into_iter());
     };
-    assert_eq!(hear(&mut process, response(sent.number, accepts)), ["[<drive.accepted>]"]);
-    let [asked] = &process.take_calls()[..] else { panic!("the result is asked for") };
+    assert_eq!(receive(&mut process, response(sent.number, accepts)), ["[<drive.accepted>]"]);
+    let [asked] = &process.take_requests()[..] else { panic!("the result is requested") };
     assert_eq!((asked.service.as_str(), &asked.body[4..]), ("/r1/drive/_action/get_result", id));
     let mut feedback = |id: &[u8]| {
         let body = message(|body| {
             id.iter().for_each(|byte| body.number([*byte]));
             body.number(1.5_f32.to_le_bytes());
         });
-        hear(&mut process, FromNode::Message { topic: "/r1/drive/_action/feedback".to_owned(), body })
+        receive(&mut process, NodeMessage::Message { topic: "/r1/drive/_action/feedback".to_owned(), body })
     };
     assert_eq!(feedback(id), ["[<drive.feedback>, 1.5]"]);
-    assert!(feedback(&[9; 16]).is_empty(), "somebody else's goal");
+    assert!(feedback(&[9; 16]).is_empty(), "another client's goal");
     let result = |status: i8| {
         move |body: &mut CdrWriter| {
             body.number(status.to_le_bytes());
             body.number(7_i32.to_le_bytes());
         }
     };
-    assert_eq!(hear(&mut process, response(asked.number, result(4))), ["[<drive.succeeded>, 7]"]);
+    assert_eq!(receive(&mut process, response(asked.number, result(4))), ["[<drive.succeeded>, 7]"]);
 
-    for (status, said) in [(5, "[<drive.canceled>]"), (6, "[<drive.aborted>, \"the server aborted the goal\"]")] {
+    for (status, reply) in [(5, "[<drive.canceled>]"), (6, "[<drive.aborted>, \"the server aborted the goal\"]")] {
         let sent = goal(&mut process, 6);
         assert_ne!(&sent.body[4..20], id, "each goal has an id of its own");
-        hear(&mut process, response(sent.number, accepts));
-        let asked = process.take_calls().pop().expect("the result is asked for");
-        assert_eq!(hear(&mut process, response(asked.number, result(status))), [said]);
+        receive(&mut process, response(sent.number, accepts));
+        let asked = process.take_requests().pop().expect("the result is requested");
+        assert_eq!(receive(&mut process, response(asked.number, result(status))), [reply]);
     }
     let sent = goal(&mut process, 7);
-    let said = hear(&mut process, response(sent.number, |body| body.number([0])));
-    assert_eq!(said, ["[<drive.rejected>, \"the server rejected the goal\"]"]);
+    let replies = receive(&mut process, response(sent.number, |body| body.number([0])));
+    assert_eq!(replies, ["[<drive.rejected>, \"the server rejected the goal\"]"]);
     assert_eq!(process.location(), "idle");
 }
 
@@ -170,25 +171,25 @@ fn a_goal_is_canceled_once_it_has_been_accepted() {
     let mut process = base();
     let sent = goal(&mut process, 5);
     assert!(ask(&mut process, 5, [Sent::symbol("drive.cancel")]).is_empty(), "the server may not know it yet");
-    hear(&mut process, response(sent.number, |body| body.number([1])));
-    let calls = process.take_calls();
-    let [canceled, asked] = &calls[..] else { panic!("two calls: {calls:?}") };
+    receive(&mut process, response(sent.number, |body| body.number([1])));
+    let requests = process.take_requests();
+    let [canceled, asked] = &requests[..] else { panic!("two requests: {requests:?}") };
     assert_eq!((canceled.service.as_str(), canceled.body.len()), ("/r1/drive/_action/cancel_goal", 4 + 16 + 8));
     assert_eq!((canceled.kind.as_str(), &canceled.body[4..20]), ("action_msgs/srv/CancelGoal", &sent.body[4..20]));
     assert!(ask(&mut process, 5, [Sent::symbol("drive.cancel")]).is_empty(), "once is enough");
-    hear(&mut process, response(canceled.number, |body| body.number([1])));
+    receive(&mut process, response(canceled.number, |body| body.number([1])));
     assert_eq!(mishaps(&process), ["/r1/drive is not canceled: the server refused"]);
-    // It may be asked again; and a server that has been started again knows no goal.
+    // The client may cancel again. A restarted server knows no goal.
     let again = &ask(&mut process, 5, [Sent::symbol("drive.cancel")])[0];
-    let said = hear(&mut process, response(again.number, |body| body.number([2])));
-    assert_eq!(said, ["[<drive.aborted>, \"the server does not know the goal\"]"]);
+    let replies = receive(&mut process, response(again.number, |body| body.number([2])));
+    assert_eq!(replies, ["[<drive.aborted>, \"the server does not know the goal\"]"]);
     process.restart();
     assert_eq!(process.location(), "idle");
-    assert!(hear(&mut process, response(asked.number, |body| body.number([5]))).is_empty());
+    assert!(receive(&mut process, response(asked.number, |body| body.number([5]))).is_empty());
 }
 
 #[test]
-fn a_client_that_asks_again_has_abandoned_what_it_asked_before() {
+fn a_client_that_sends_a_new_request_abandons_its_earlier_one() {
     let mut process = base();
     let first = ask(&mut process, 5, [Sent::symbol("mode"), true.into()]).remove(0);
     let second = ask(&mut process, 6, [Sent::symbol("mode"), false.into()]).remove(0);
@@ -196,42 +197,42 @@ fn a_client_that_asks_again_has_abandoned_what_it_asked_before() {
         body.number([1]);
         body.text("");
     };
-    assert!(hear(&mut process, response(first.number, yes)).is_empty());
-    assert_eq!(hear(&mut process, response(second.number, yes)), ["[<ok>, true]"]);
-    // A goal that is abandoned is canceled once it has been accepted, and the client does not hear how it ends.
+    assert!(receive(&mut process, response(first.number, yes)).is_empty());
+    assert_eq!(receive(&mut process, response(second.number, yes)), ["[<ok>, true]"]);
+    // An abandoned goal is canceled once the server has accepted it. The client does not receive how it ends.
     let first = goal(&mut process, 7);
     let second = goal(&mut process, 8);
-    assert!(hear(&mut process, response(first.number, |body| body.number([1]))).is_empty());
-    let services: Vec<String> = process.take_calls().into_iter().map(|call| call.service).collect();
+    assert!(receive(&mut process, response(first.number, |body| body.number([1]))).is_empty());
+    let services: Vec<String> = process.take_requests().into_iter().map(|request| request.service).collect();
     assert_eq!(services, ["/r1/drive/_action/cancel_goal", "/r1/drive/_action/get_result"]);
-    assert_eq!(hear(&mut process, response(second.number, |body| body.number([1]))), ["[<drive.accepted>]"]);
-    // At the end of a run, what still goes on is canceled.
-    process.take_calls();
+    assert_eq!(receive(&mut process, response(second.number, |body| body.number([1]))), ["[<drive.accepted>]"]);
+    // At the end of a run, all goals are canceled.
+    process.take_requests();
     process.conclude();
-    assert_eq!(process.take_calls()[0].body[4..20], second.body[4..20]);
-    // A goal whose acceptance is lost may be pursued; if it is not, the server does not know it.
+    assert_eq!(process.take_requests()[0].body[4..20], second.body[4..20]);
+    // A goal whose acceptance was lost may be pursued. If it is not, the server does not know it.
     let sent = goal(&mut process, 9);
     assert!(!sent.is_repeatable());
-    assert_eq!(hear(&mut process, sent.presumed()), ["[<drive.accepted>]"]);
-    let asked = process.take_calls().pop().expect("the result is asked for");
+    assert_eq!(receive(&mut process, sent.presumed()), ["[<drive.accepted>]"]);
+    let asked = process.take_requests().pop().expect("the result is requested");
     let canceled = ask(&mut process, 9, [Sent::symbol("drive.cancel")]).pop().expect("it is canceled");
     assert!(asked.is_repeatable() && canceled.is_repeatable());
-    let said = hear(&mut process, response(asked.number, |body| body.number([0])));
-    assert_eq!(said, ["[<drive.aborted>, \"the server does not know the goal\"]"]);
-    // What nobody can answer fails.
-    let call = goal(&mut process, 9);
-    let nobody = FromNode::Response { number: call.number, body: Vec::new() };
-    assert_eq!(hear(&mut process, nobody), ["[<drive.rejected>, \"nobody offers it\"]"]);
+    let replies = receive(&mut process, response(asked.number, |body| body.number([0])));
+    assert_eq!(replies, ["[<drive.aborted>, \"the server does not know the goal\"]"]);
+    // Without a server, a goal fails.
+    let request = goal(&mut process, 9);
+    let no_response = NodeMessage::Response { number: request.number, body: Vec::new() };
+    assert_eq!(receive(&mut process, no_response), ["[<drive.rejected>, \"nobody offers it\"]"]);
 }
 
 #[test]
-fn what_cannot_be_a_message_is_refused() {
+fn values_that_do_not_fit_are_refused() {
     let mut process = base();
     let fields = [Sent::symbol("drive.goal"), 2.5.into(), "odom".into(), Sent::Int(300)];
     assert!(ask(&mut process, 5, fields).is_empty());
-    let nothing = FromNode::Message { topic: "/elsewhere".to_owned(), body: Vec::new() };
+    let nothing = NodeMessage::Message { topic: "/elsewhere".to_owned(), body: Vec::new() };
     assert_eq!(
-        hear(&mut process, nothing),
+        receive(&mut process, nothing),
         ["[<drive.rejected>, \"it cannot be sent: a value does not fit its field\"]"]
     );
     let level = |share: f32| {
@@ -244,15 +245,15 @@ fn what_cannot_be_a_message_is_refused() {
             (0..2).for_each(|_| body.length(0));
             (0..2).for_each(|_| body.text(""));
         });
-        FromNode::Message { topic: "/r1/battery".to_owned(), body }
+        NodeMessage::Message { topic: "/r1/battery".to_owned(), body }
     };
-    assert!(hear(&mut process, level(f32::NAN)).is_empty());
+    assert!(receive(&mut process, level(f32::NAN)).is_empty());
     assert!(mishaps(&process)[0].contains("`share` has a value that a machine cannot have"), "{:?}", mishaps(&process));
-    assert!(hear(&mut process, level(f32::NAN)).is_empty());
+    assert!(receive(&mut process, level(f32::NAN)).is_empty());
     assert_eq!((process.mishaps().len(), process.mishaps()[0].times), (1, 2));
-    // Of what waits, the newest counts.
-    process.hear(&level(0.5));
-    assert_eq!(hear(&mut process, level(0.25)), ["[<battery>, 0.25]"]);
+    // Of the queued messages on a topic, the newest counts.
+    process.receive(&level(0.5));
+    assert_eq!(receive(&mut process, level(0.25)), ["[<battery>, 0.25]"]);
 
     let text = "[services.say]\nrequest = { text = 'text' }\n";
     let read = |_: &Path| Ok(text.as_bytes().to_vec());

@@ -141,7 +141,8 @@ impl<'d, T> Field<'d, T> {
             FieldState::Refused => None,
             FieldState::Missing(_) => {
                 let problem = self.table.span().problem(format!("`{}` is missing", self.key));
-                self.table.report_missing(self.key, problem.with_label("here").with_help(help));
+                let problem = problem.with_label("here").with_help(help);
+                self.table.entries.missing.borrow_mut().push((self.key, problem));
                 None
             }
         }

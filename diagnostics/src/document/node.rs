@@ -43,6 +43,8 @@ pub(super) struct Entries {
     pub(super) asked: RefCell<BTreeSet<String>>,
     /// Required keys that are missing, each with the problem to report.
     pub(super) missing: RefCell<Vec<(String, Problem)>>,
+    /// Missing keys that something else needs, each with the problem to report, which says where.
+    pub(super) needed: RefCell<Vec<(String, Problem)>>,
 }
 
 /// A key's location and its value.
@@ -145,12 +147,9 @@ impl Entries {
                 problems.push(if hinted { problem.with_help(known_keys(meant, &asked)) } else { problem });
             }
         }
-        let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));
-        // Others say where the key is needed, and keep their locations.
-        let is_plain = |(key, problem): &(String, Problem)| problem.to_string() == format!("`{key}` is missing");
-        let (plain, others): (Vec<_>, Vec<_>) = missing.partition(is_plain);
-        problems.extend(together(plain));
-        problems.extend(others.into_iter().map(|(_, problem)| problem));
+        let is_missing = |(key, _): &(String, Problem)| !misspelt.contains(key.as_str());
+        problems.extend(together(self.missing.take().into_iter().filter(is_missing).collect()));
+        problems.extend(self.needed.take().into_iter().filter(is_missing).map(|(_, problem)| problem));
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{Problem, Span, did_you_mean};
 /// A table of a document that is being read. Every requested key counts as known.
 #[derive(Clone, Copy, Debug)]
 pub struct Table<'d> {
-    entries: &'d Entries,
+    pub(super) entries: &'d Entries,
     span: &'d Span,
     pub(super) log: &'d Log,
     /// Its number among the declared keys. The top level has none.
@@ -170,8 +170,8 @@ impl<'d> Table<'d> {
         self.log.problems.borrow_mut().push(problem);
     }
 
-    /// Records the problem of a missing key, unless the key turns out to be misspelled.
+    /// Records the problem of a missing key that something else needs, unless the key turns out to be misspelled.
     pub fn report_missing(&self, key: impl Into<String>, problem: Problem) {
-        self.entries.missing.borrow_mut().push((key.into(), problem));
+        self.entries.needed.borrow_mut().push((key.into(), problem));
     }
 }

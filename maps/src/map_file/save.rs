@@ -1,6 +1,5 @@
 //! Writing a map as `map_server` YAML and an image.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use diagnostics::Staging;
@@ -100,7 +99,7 @@ fn quoted(name: &str) -> String {
         match character {
             '"' | '\\' => quoted.extend(['\\', character]),
             ' '..='~' => quoted.push(character),
-            _ => write!(quoted, "\\U{:08X}", u32::from(character)).expect("writing to a string succeeds"),
+            _ => quoted += &format!("\\U{:08X}", u32::from(character)),
         }
     }
     quoted + "\""

@@ -4,8 +4,6 @@
 //! "ok" }`, as in event logs. A tick is the event `tick` with its number in `_event.data`. A location that means
 //! violation is a state with the same name that raises the event `violated` and is never left.
 
-use std::fmt::Write as _;
-
 use channels::{
     Assignment, Condition, Content, GraphTransition, Label, LocationId, Message, ProgramGraph, Relation, Slot, Term,
     Topology, Value, VariableId,
@@ -37,11 +35,11 @@ pub(crate) fn scxml(graph: &ProgramGraph, failures: &[LocationId], topology: &To
     );
     let names: Vec<String> = graph.variables().iter().map(|name| id(name)).collect();
     for (name, content) in names.iter().zip(graph.initial_contents()) {
-        let _ = writeln!(text, "    <data id=\"{name}\" expr=\"{}\"/>", attribute(&content_expression(content)));
+        text += &format!("    <data id=\"{name}\" expr=\"{}\"/>\n", attribute(&content_expression(content)));
     }
     text.push_str("  </datamodel>\n");
     for (index, location) in graph.locations().iter().enumerate() {
-        let _ = writeln!(text, "  <state id=\"{}\">", id(location));
+        text += &format!("  <state id=\"{}\">\n", id(location));
         if failures.iter().any(|failure| failure.index() == index) {
             text.push_str("    <onentry><raise event=\"violated\"/></onentry>\n");
         }
@@ -66,19 +64,19 @@ fn write_transition(
     }
     text.push_str("    <transition");
     if let Some(event) = event {
-        let _ = write!(text, " event=\"{event}\"");
+        *text += &format!(" event=\"{event}\"");
     }
     if !conditions.is_empty() {
-        let _ = write!(text, " cond=\"{}\"", attribute(&conditions.join(" && ")));
+        *text += &format!(" cond=\"{}\"", attribute(&conditions.join(" && ")));
     }
-    let _ = write!(text, " target=\"{}\"", id(&graph.locations()[transition.to.index()]));
+    *text += &format!(" target=\"{}\"", id(&graph.locations()[transition.to.index()]));
     if assignments.is_empty() {
         text.push_str("/>\n");
         return;
     }
     text.push('>');
     for (name, expression) in assignments {
-        let _ = write!(text, "<assign location=\"{name}\" expr=\"{}\"/>", attribute(&expression));
+        *text += &format!("<assign location=\"{name}\" expr=\"{}\"/>", attribute(&expression));
     }
     text.push_str("</transition>\n");
 }
@@ -184,7 +182,7 @@ fn quoted(text: &str) -> String {
         match char {
             '"' | '\\' => quoted.extend(['\\', char]),
             char if char.is_control() => {
-                let _ = write!(quoted, "\\u{:04x}", u32::from(char));
+                quoted += &format!("\\u{:04x}", u32::from(char));
             }
             char => quoted.push(char),
         }

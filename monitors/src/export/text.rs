@@ -1,7 +1,5 @@
 //! A program graph as text: one line per location and per transition.
 
-use std::fmt::Write as _;
-
 use channels::{LocationId, ProgramGraph, Topology};
 
 /// The graph as text; a location that means violation has `!` after its name.
@@ -11,13 +9,13 @@ pub(crate) fn text(graph: &ProgramGraph, failures: &[LocationId], topology: &Top
     for (index, location) in graph.locations().iter().enumerate() {
         let initial = graph.initial_locations().iter().any(|initial| initial.index() == index);
         let failed = failures.iter().any(|failure| failure.index() == index);
-        let _ = writeln!(text, "{} {location}{}", if initial { "  →" } else { "   " }, if failed { " !" } else { "" });
+        text += &format!("{} {location}{}\n", if initial { "  →" } else { "   " }, if failed { " !" } else { "" });
     }
     for transition in graph.transitions() {
         let plain = channels::GraphTransition { caption: String::new(), ..transition.clone() };
         let label = graph.caption(&plain, topology);
         let label = if label.is_empty() { "τ" } else { &label };
-        let _ = writeln!(text, "    {} --[ {label} ]--> {}", name(transition.from), name(transition.to));
+        text += &format!("    {} --[ {label} ]--> {}\n", name(transition.from), name(transition.to));
     }
     text
 }

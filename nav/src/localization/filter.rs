@@ -33,7 +33,7 @@ const CANDIDATE_STRIDE: usize = 4;
 const MOST_SOUGHT: usize = 10;
 
 /// A robot counts as lost only if the scan, seen from somewhere else, is as likely as scans usually are, or less likely
-/// by at most this many nats per beam, since there may be people there, too. A scan that fits nowhere is a bad scan.
+/// by at most this many nats per beam: people may stand there as well. A scan that fits nowhere is a bad scan.
 const FITS_ELSEWHERE_NATS: f64 = 0.2;
 
 /// Fewer beams are not informative.
@@ -140,7 +140,7 @@ impl ParticleFilter {
 
     /// The weight of a scan with this many beams: neighboring beams see the same objects, so they are less informative
     /// than independent ones. Without this, the particles collapse after a few scans.
-    fn say(&self, beams: usize) -> f64 {
+    fn scan_weight(&self, beams: usize) -> f64 {
         (self.parameters().independent_beams / beams as f64).min(1.0)
     }
 
@@ -153,9 +153,9 @@ impl ParticleFilter {
     }
 
     fn weigh_by_rays(&mut self, ends: &Endpoints, rays: &[Ray]) {
-        let (say, map) = (self.say(rays.len()), self.atlas.map());
+        let (weight, map) = (self.scan_weight(rays.len()), self.atlas.map());
         self.nats.clear();
-        self.nats.extend(self.particles.iter().map(|particle| say * self.atlas.beams.nats(map, particle, rays)));
+        self.nats.extend(self.particles.iter().map(|particle| weight * self.atlas.beams.nats(map, particle, rays)));
         let most = self.nats.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         for (particle, nats) in self.particles.iter_mut().zip(&self.nats) {
             particle.weight *= libm::exp(nats - most);
@@ -186,11 +186,11 @@ impl ParticleFilter {
         self.penalties.extend(self.particles.iter().map(|particle| field.penalty(particle, ends)));
         let least = self.penalties.iter().copied().min().unwrap_or(0);
         let nats_per_unit = field.nats_per_unit();
-        let say = self.say(ends.len());
+        let scan_weight = self.scan_weight(ends.len());
         let mut total = 0.0;
         let mut penalty = 0.0;
         for (particle, units) in self.particles.iter_mut().zip(&self.penalties) {
-            particle.weight *= libm::exp(-f64::from(units - least) * nats_per_unit * say);
+            particle.weight *= libm::exp(-f64::from(units - least) * nats_per_unit * scan_weight);
             total += particle.weight;
             penalty += particle.weight * f64::from(*units);
         }

@@ -1,7 +1,6 @@
 //! The contents of a bag, and a mapping to start from.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 
 use ros_messages::{Constant, Layout, Value};
 
@@ -167,8 +166,7 @@ fn entry(topic: &Topic, has_one_type: bool, on_board: Option<&str>, layout: &Lay
         }
     }
     if arrays.len() > MOST_ARRAYS {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "# {} more arrays", arrays.len() - MOST_ARRAYS);
+        text += &format!("# {} more arrays\n", arrays.len() - MOST_ARRAYS);
     }
     text
 }
@@ -190,17 +188,16 @@ fn fields(layout: &Layout, is_item: bool) -> Option<String> {
             name.push('_');
         }
         let path = leaf.path.replace("[-1]", "[]");
-        // Writing to a string cannot fail.
-        let _ = match symbols(leaf) {
-            Some(symbols) => writeln!(text, "{name} = {{ path = {path:?}, symbols = {{ {symbols} }} }}"),
-            None => writeln!(text, "{name} = {path:?}"),
+        text += &match symbols(leaf) {
+            Some(symbols) => format!("{name} = {{ path = {path:?}, symbols = {{ {symbols} }} }}\n"),
+            None => format!("{name} = {path:?}\n"),
         };
     }
     if leaves.len() > MOST_FIELDS {
-        let _ = writeln!(text, "# {} more", leaves.len() - MOST_FIELDS);
+        text += &format!("# {} more\n", leaves.len() - MOST_FIELDS);
     }
     if deep > 0 {
-        let _ = writeln!(text, "# {deep} more in arrays of arrays, of which a path names one item: `a[-1].b[-1].c`");
+        text += &format!("# {deep} more in arrays of arrays, of which a path names one item: `a[-1].b[-1].c`\n");
     }
     leaves.first().map(|_| text)
 }

@@ -40,8 +40,8 @@ pub struct Events<'r> {
     odd: Vec<(i64, (usize, usize), Message)>,
     /// The latest time read.
     newest_ns: i64,
-    /// Until when everything has come, if messages have the times at which they were received.
-    quiet_ns: i64,
+    /// Until when time has passed, if messages have the times at which they were received: no earlier message follows.
+    passed_ns: i64,
     is_over: bool,
     /// What the topic of the clock told last; none if it tells the time of no message.
     clock_ns: Option<i64>,
@@ -176,7 +176,7 @@ impl<'r> Events<'r> {
             waiting: VecDeque::new(),
             odd: Vec::new(),
             newest_ns: i64::MIN,
-            quiet_ns: i64::MIN,
+            passed_ns: i64::MIN,
             is_over: false,
             clock_ns: None,
             early: Vec::new(),
@@ -285,11 +285,11 @@ impl<'r> Events<'r> {
                 }
                 return true;
             }
-            Received::Quiet(quiet_ns) => {
-                // Silence says nothing of stamps that messages bring with them.
-                if self.mapping.is_received() && !self.is_far_off(quiet_ns) {
-                    self.quiet_ns = quiet_ns;
-                    self.newest_ns = self.newest_ns.max(quiet_ns);
+            Received::ClockAdvanced(passed_ns) => {
+                // The stamps in messages are of another clock.
+                if self.mapping.is_received() && !self.is_far_off(passed_ns) {
+                    self.passed_ns = passed_ns;
+                    self.newest_ns = self.newest_ns.max(passed_ns);
                 }
                 return false;
             }
@@ -360,7 +360,7 @@ impl<'r> Events<'r> {
             return;
         }
         // Whatever follows is later.
-        self.quiet_ns = clock_ns;
+        self.passed_ns = clock_ns;
         self.newest_ns = self.newest_ns.max(clock_ns);
         for (head, index, message) in std::mem::take(&mut self.early) {
             self.put_in_order(clock_ns, Waiting::Message((head.topic, index), message));
@@ -718,10 +718,10 @@ impl Iterator for Events<'_> {
                     }
                     self.next.insert(1, event);
                 }
-                // Silence makes ticks, too.
+                // Time that passes without messages also makes ticks.
                 _ => {
                     let reorder_ns = if self.is_over { 0 } else { self.reorder_ns };
-                    match self.tick(self.quiet_ns.saturating_sub(reorder_ns)) {
+                    match self.tick(self.passed_ns.saturating_sub(reorder_ns)) {
                         Some(tick) => return Some(tick),
                         None if self.is_over => return None,
                         None if self.fill() => {}

@@ -18,7 +18,7 @@ enum Step {
     Message(usize, i64),
     /// One that is cut off.
     Wrong(i64),
-    Quiet(i64),
+    ClockAdvanced(i64),
     Idle,
     /// Something is lost, with the next step or at once.
     Lost(i64),
@@ -118,14 +118,14 @@ impl Source for MadeUp {
                 self.survey.count(0, self.now_ns);
                 Received::Message(Head { topic: 0, log_ns: self.now_ns, publish_ns: self.now_ns })
             }
-            Some(Step::Quiet(ms)) => {
+            Some(Step::ClockAdvanced(ms)) => {
                 self.now_ns += ms * 1_000_000;
-                Received::Quiet(self.now_ns)
+                Received::ClockAdvanced(self.now_ns)
             }
             Some(Step::Lost(ms)) => {
                 self.now_ns += ms * 1_000_000;
                 self.is_losing = true;
-                Received::Quiet(self.now_ns)
+                Received::ClockAdvanced(self.now_ns)
             }
         }
     }
@@ -212,7 +212,7 @@ fn events(source: Box<dyn Source>, survey: &Survey, text: &str) -> Vec<String> {
 fn step() -> impl Strategy<Value = Step> {
     prop_oneof![
         4 => (0..2_usize, 0..700_i64).prop_map(|(topic, ms)| Step::Message(topic, ms)),
-        2 => (0..2500_i64).prop_map(Step::Quiet),
+        2 => (0..2500_i64).prop_map(Step::ClockAdvanced),
         1 => Just(Step::Idle),
         1 => (0..2_usize, any::<bool>()).prop_map(|(topic, is_numbered)| Step::Vouched(topic, is_numbered)),
         1 => (0..3000_i64).prop_map(Step::Wrong),

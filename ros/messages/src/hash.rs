@@ -3,7 +3,6 @@
 //! Source: REP-2011, and `rosidl_generator_type_description` for the form that is hashed.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
@@ -28,8 +27,7 @@ impl Layout {
             types.join(", ")
         );
         Sha256::digest(text).iter().fold("RIHS01_".to_owned(), |mut hash, byte| {
-            // Writing to a string cannot fail.
-            let _ = write!(hash, "{byte:02x}");
+            hash += &format!("{byte:02x}");
             hash
         })
     }

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What it costs to watch ten topics of 1 kB at 100 Hz with ten properties, beside programs in Python that do less, all
-in turn beside the same robot: `cost.py STEWARD ROS`, with a Python that has rclpy, std_msgs and reelay, and beside it
-`ros2` with its command `topic`, which takes a process for each topic.
+"""Compares the cost of watching ten topics of 1 kB at 100 Hz with ten properties to Python programs that do less:
+`cost.py STEWARD ROS`, with a Python that has rclpy, std_msgs and reelay, and beside it `ros2` with its command `topic`,
+which needs a process for each topic. All watch the same robot, one after the other.
 
-Prints processor time as a share of one core, and the most memory that one of its processes took. Happens in a network
-of its own.
+Prints the processor time as a share of one core, and the peak memory of the largest process. Runs in a network of its
+own.
 """
 import os, subprocess, sys, tempfile, time
 from pathlib import Path

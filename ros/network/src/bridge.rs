@@ -13,50 +13,50 @@ use tungstenite::{HandshakeError, Message, WebSocket};
 
 use crate::Error;
 use crate::clock::{Clock, now, sleep};
-use crate::protocol::{Data, ERROR, GRAPH, NAMES, Said, subscribe, subscribe_graph};
+use crate::protocol::{Data, ERROR, GRAPH, NAMES, ServerMessage, subscribe, subscribe_graph};
 use crate::robot::{Live, Robot, is_of_action};
 
 /// How long one call waits for a message.
 const PATIENCE: Duration = Duration::from_millis(2);
 
-/// How long after one ping the next is sent: a deadline that passes in silence is noticed at most so late.
+/// How often a ping is sent. A deadline that passes without a message is noticed with at most this delay.
 const PING: Duration = Duration::from_millis(50);
 
-/// How long a server may say nothing, not even answer a ping.
+/// How long a server may send nothing, not even the answer to a ping.
 const DEAD: Duration = Duration::from_secs(5);
 
-/// How long before the end a server may last have been asked whether it has told all: what it may have told since then
-/// is missing otherwise, whether it does not answer or this process did not get to it.
+/// How long before the end the last ping may have been sent. If it was earlier, the server did not answer in time, or
+/// this process did not read the answer: messages since that ping may be missing.
 const LATE: Duration = Duration::from_secs(1);
 
 /// How long a server may take to answer a connection.
 const ANSWER: Duration = Duration::from_secs(5);
 
-/// What waits for this process longer than that came at an unknown time.
+/// If this process has not read for longer than this, the arrival times of what it reads next are unknown.
 const STALL_NS: i64 = 250_000_000;
 
 const TOO_MUCH: &str = "it advertises more than 10,000 topics, or more than 64 MiB of definitions";
 
-/// What verdicts leave open that rest on a bridge's word.
-const AS_TOLD: &str = "as the bridge told it: a bridge that is too slow drops messages, and may not report it";
+/// The note on what verdicts leave open, as a bridge may drop messages silently.
+const AS_FORWARDED: &str = "as the bridge told it: a bridge that is too slow drops messages, and may not report it";
 
-/// How long a server may take to say which topics it has.
+/// How long a server may take to advertise its topics.
 const TOPICS: Duration = Duration::from_millis(500);
 
-/// How long a server may take to take its leave.
-const FAREWELL: Duration = Duration::from_millis(200);
+/// How long a server may take to close the connection.
+const GRACE: Duration = Duration::from_millis(200);
 
-/// How long to wait before trying to connect again.
-const AGAIN: Duration = Duration::from_secs(1);
+/// How long to wait before connecting again.
+const RECONNECT: Duration = Duration::from_secs(1);
 
-/// A larger message ends the connection: this bounds the memory that a server can claim.
+/// The largest message, in bytes. A larger one ends the connection, so that a server cannot exhaust the memory.
 const LARGEST: usize = 1 << 26;
 
 /// The most topics that are accepted, and the most bytes of their names and definitions.
 const MOST_TOPICS: usize = 10_000;
 const MOST_DEFINED: usize = 1 << 26;
 
-/// The most losses that are described: after the first, any message may be missing anyway.
+/// The most losses that are described. After the first, any message may be missing anyway.
 const MOST_LOST: usize = 100;
 
 /// Part of the warning with which `foxglove_bridge` before 3.2 reports dropped messages, at most every few seconds.
@@ -67,12 +67,13 @@ const PORT: u16 = 8765;
 
 /// A connection to a bridge. It is a source of the messages on some topics, or on all.
 ///
-/// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
-/// bridge's stamp. If this process stood still, what waited for it meanwhile was late. It is quiet only as long as the
-/// bridge answers pings. A connection that breaks, or that answers no longer, is opened again, and what may have been
-/// missed meanwhile is lost. So is what a topic has while the bridge does not offer it, until its next message: a
-/// bridge notices a new publisher only after a while, so the first messages of a topic that it offers later than the
-/// others never reach it.
+/// The time of a message is when it was received, by a clock of this machine that never goes back. Its publish time is
+/// the bridge's stamp. If this process was paused, the messages that arrived meanwhile are late. The clock advances
+/// without messages only while the bridge answers pings.
+///
+/// A connection that breaks, or on which nothing arrives any more, is opened again. The messages of the meantime are
+/// lost. While the bridge does not offer a topic, its messages are lost until the next one arrives. This includes the
+/// first messages of a topic that the bridge offers later than others: it discovers a new publisher only after a while.
 pub struct Bridge {
     uri: Uri,
     connection: Option<Connection>,
@@ -80,9 +81,9 @@ pub struct Bridge {
     survey: Survey,
     /// The names of the wanted topics; none for all.
     wanted: Option<BTreeSet<String>>,
-    /// Those of them of which it does not matter what is missing.
+    /// The topics that are only shown: losses there do not matter.
     shown: BTreeSet<String>,
-    /// The size of all definitions, in bytes.
+    /// The size of all names and definitions, in bytes.
     defined: usize,
     lost: Vec<String>,
     /// The losses and delays on single topics that have not been returned.
@@ -90,18 +91,18 @@ pub struct Bridge {
     notes: Vec<String>,
     /// When messages began to count, in nanoseconds since 1970.
     begun_ns: i64,
-    /// The topics, by their indices, that were offered, and are no longer.
+    /// The indices of topics that the bridge has withdrawn.
     gone: BTreeSet<usize>,
-    /// When something was last read, or nothing was there to be read.
+    /// When this process last read from the connection.
     read_ns: i64,
-    /// When that was before this process stood still, until it has read what waited for it.
+    /// The same before this process was paused, until it has read everything that has arrived since.
     stalled_ns: Option<i64>,
-    /// When to try again to connect.
-    again: Instant,
+    /// When to connect again.
+    reconnect_at: Instant,
     name: String,
     has_advertised: bool,
     /// Whether a message has been returned.
-    has_told: bool,
+    has_returned: bool,
     robot: Robot,
 }
 
@@ -112,11 +113,12 @@ struct Connection {
     topics: BTreeMap<u32, usize>,
     /// The numbers of subscriptions by the server's channels.
     subscriptions: BTreeMap<u64, u32>,
-    /// When the server last said anything, and when the last ping was sent, also in nanoseconds since 1970.
-    heard: Instant,
+    /// When the server last sent anything.
+    received: Instant,
+    /// When the last ping was sent, also in nanoseconds since 1970.
     pinged: (Instant, i64),
     is_answered: bool,
-    /// Whether it has offered all that there was at first: it has answered a ping.
+    /// Whether the server has answered a ping. Then it has advertised all topics that existed at first.
     is_settled: bool,
 }
 
@@ -144,15 +146,15 @@ impl Bridge {
             defined: 0,
             lost: Vec::new(),
             missing: VecDeque::new(),
-            notes: vec![AS_TOLD.to_owned()],
+            notes: vec![AS_FORWARDED.to_owned()],
             begun_ns: 0,
             gone: BTreeSet::new(),
             read_ns: 0,
             stalled_ns: None,
-            again: now(),
+            reconnect_at: now(),
             name: String::new(),
             has_advertised: false,
-            has_told: false,
+            has_returned: false,
             robot: Robot::default(),
         };
         bridge.open().map_err(|reason| Error::Silent { address: bridge.uri.to_string(), reason })?;
@@ -160,19 +162,19 @@ impl Bridge {
         Ok(bridge)
     }
 
-    /// Connects, and waits until the bridge has said which topics it has.
+    /// Connects, and waits until the bridge has advertised its topics.
     fn open(&mut self) -> Result<(), String> {
         let mut connection = Connection::open(&self.uri)?;
         (self.name, self.has_advertised) = (String::new(), false);
-        // The first thing that a bridge says is who it is, as no other server does, and then what its topics are.
-        let asked = now();
-        while self.name.is_empty() || !self.has_advertised && asked.elapsed() < TOPICS {
+        // The first message of a bridge contains its name; other servers send no such message. Its topics follow.
+        let begun = now();
+        while self.name.is_empty() || !self.has_advertised && begun.elapsed() < TOPICS {
             match connection.socket.read() {
-                Ok(message) => drop(self.hear(&message, &mut connection, &mut Vec::new())?),
+                Ok(message) => drop(self.handle(&message, &mut connection, &mut Vec::new())?),
                 Err(error) if is_pause(&error) => {}
                 Err(error) => return Err(error.to_string()),
             }
-            if self.name.is_empty() && asked.elapsed() > ANSWER {
+            if self.name.is_empty() && begun.elapsed() > ANSWER {
                 return Err("it does not say who it is".to_owned());
             }
         }
@@ -181,8 +183,8 @@ impl Bridge {
         Ok(())
     }
 
-    /// What the server says in a frame. Returns the message of a topic, whose body it writes to `body`.
-    fn hear(
+    /// Handles a frame of the server. If it contains the message of a topic, writes its body to `body`, and returns it.
+    fn handle(
         &mut self,
         message: &Message,
         connection: &mut Connection,
@@ -190,9 +192,9 @@ impl Bridge {
     ) -> Result<Option<Head>, String> {
         match message {
             Message::Text(text) => {
-                let said = serde_json::from_str(text.as_str());
-                self.take(
-                    said.map_err(|error| format!("it sent a message that is not of the protocol: {error}"))?,
+                let message = serde_json::from_str(text.as_str());
+                self.handle_text(
+                    message.map_err(|error| format!("it sent a message that is not of the protocol: {error}"))?,
                     connection,
                 )?;
             }
@@ -212,16 +214,19 @@ impl Bridge {
         Ok(None)
     }
 
-    /// What comes next over the connection; why it is broken, if it is.
-    fn hear_next(&mut self, connection: &mut Connection, body: &mut Vec<u8>) -> Result<Received, String> {
+    /// Receives what is next on a connection.
+    ///
+    /// # Errors
+    /// If the connection is broken: the reason.
+    fn receive_next(&mut self, connection: &mut Connection, body: &mut Vec<u8>) -> Result<Received, String> {
         let now_ns = self.clock.now_ns();
         if now_ns.saturating_sub(self.read_ns) > STALL_NS {
             self.stalled_ns.get_or_insert(self.read_ns);
         }
         connection.ping(now_ns)?;
-        let asked = now();
-        // Whatever else a server says must not keep the caller from its other work.
-        while asked.elapsed() < PATIENCE {
+        let begun = now();
+        // Frames without messages must not keep this function from returning in time.
+        while begun.elapsed() < PATIENCE {
             let read = connection.socket.read();
             self.read_ns = self.clock.now_ns();
             let message = match read {
@@ -235,14 +240,14 @@ impl Bridge {
                 }
                 Err(error) => return Err(error.to_string()),
             };
-            connection.heard = now();
+            connection.received = now();
             let is_answer = |payload: &[u8]| payload == connection.pinged.1.to_le_bytes();
             if matches!(&message, Message::Pong(payload) if !connection.is_answered && is_answer(payload)) {
-                // What the server had said before it answered has come.
+                // Everything that the server had sent before its answer has been received.
                 (connection.is_answered, connection.is_settled) = (true, true);
-                return Ok(Received::Quiet(connection.pinged.1));
+                return Ok(Received::ClockAdvanced(connection.pinged.1));
             }
-            if let Some(head) = self.hear(&message, connection, body)? {
+            if let Some(head) = self.handle(&message, connection, body)? {
                 let late = self.stalled_ns.map(|since_ns| Received::Late { topic: head.topic, since_ns });
                 self.missing.extend(late);
                 return Ok(Received::Message(head));
@@ -254,61 +259,62 @@ impl Bridge {
         Ok(Received::Idle)
     }
 
-    /// Takes note of channels, and asks for the messages of those that are wanted.
-    fn take(&mut self, said: Said, connection: &mut Connection) -> Result<(), String> {
-        match said {
-            Said::ServerInfo { name, capabilities } => {
+    /// Handles a text message. Subscribes to the wanted channels that it advertises.
+    fn handle_text(&mut self, message: ServerMessage, connection: &mut Connection) -> Result<(), String> {
+        match message {
+            ServerMessage::ServerInfo { name, capabilities } => {
                 if self.wanted.is_none() && capabilities.iter().any(|capability| capability == GRAPH) {
-                    connection.say(subscribe_graph())?;
+                    connection.send(subscribe_graph())?;
                 }
                 self.name = if name.is_empty() { "a bridge without a name".to_owned() } else { name };
             }
-            Said::Advertise { channels } => {
+            ServerMessage::Advertise { channels } => {
                 self.has_advertised = true;
-                let mut asked = Vec::new();
+                let mut subscriptions = Vec::new();
                 for channel in channels {
                     let (id, topic) = (channel.id, channel.into_topic());
                     if self.wanted.as_ref().is_none_or(|wanted| wanted.contains(&topic.name)) {
                         let topic = self.index(topic)?;
                         let is_known = connection.topics.values().any(|known| *known == topic);
                         if !self.gone.remove(&topic) && connection.is_settled && !is_known {
-                            self.miss(topic, self.begun_ns, "offers it only now");
+                            self.lose_on(topic, self.begun_ns, "offers it only now");
                         }
-                        asked.push((connection.subscribe(id, topic)?, id));
+                        subscriptions.push((connection.subscribe(id, topic)?, id));
                     }
                 }
-                connection.ask(&asked)?;
+                connection.request(&subscriptions)?;
             }
-            Said::Unadvertise { channel_ids } => {
+            ServerMessage::Unadvertise { channel_ids } => {
                 for id in channel_ids {
                     if let Some(topic) = connection.forget(id)
                         && self.gone.insert(topic)
                     {
-                        self.miss(topic, self.clock.now_ns(), "no longer offers it");
+                        self.lose_on(topic, self.clock.now_ns(), "no longer offers it");
                     }
                 }
             }
-            Said::AdvertiseServices { services } => {
-                services.into_iter().for_each(|service| self.robot.name(&service.name, Some(service.kind)));
+            ServerMessage::AdvertiseServices { services } => {
+                services.into_iter().for_each(|service| self.robot.add_name(&service.name, Some(service.kind)));
             }
-            Said::ConnectionGraphUpdate { published_topics, subscribed_topics, advertised_services } => {
+            ServerMessage::ConnectionGraphUpdate { published_topics, subscribed_topics, advertised_services } => {
                 let topics = published_topics.iter().filter(|topic| is_of_action(&topic.name));
                 let names =
                     topics.map(|topic| &topic.name).chain(advertised_services.iter().map(|service| &service.name));
-                names.for_each(|name| self.robot.name(name, None));
+                names.for_each(|name| self.robot.add_name(name, None));
                 let publishers = published_topics.into_iter().flat_map(|topic| topic.publisher_ids);
                 let subscribers = subscribed_topics.into_iter().flat_map(|topic| topic.subscriber_ids);
                 let providers = advertised_services.into_iter().flat_map(|service| service.provider_ids);
                 self.robot.add_nodes(publishers.chain(subscribers).chain(providers));
             }
-            Said::Status { level, message } if level >= ERROR || message.contains(FULL) => {
+            ServerMessage::Status { level, message } if level >= ERROR || message.contains(FULL) => {
                 self.lose(format!("the bridge says: {message}"));
             }
-            Said::Status { .. } | Said::Other => {}
+            ServerMessage::Status { .. } | ServerMessage::Other => {}
         }
         Ok(())
     }
 
+    /// The index of a topic in the survey. Fails if there are too many topics or definitions.
     fn index(&mut self, topic: Topic) -> Result<usize, String> {
         let known = self.survey.topics.len();
         let text = topic.definition.as_ref().map_or(0, |definition| definition.text.len());
@@ -321,8 +327,8 @@ impl Bridge {
         if is_too_much { Err(TOO_MUCH.to_owned()) } else { Ok(index) }
     }
 
-    /// What a topic has from then on is missing until its next message, unless that does not matter.
-    fn miss(&mut self, topic: usize, since_ns: i64, why: &str) {
+    /// The messages of a topic since then are missing until the next one arrives, unless losses there do not matter.
+    fn lose_on(&mut self, topic: usize, since_ns: i64, why: &str) {
         let name = &self.survey.topics[topic].name;
         if self.shown.contains(name) {
             return;
@@ -346,14 +352,14 @@ impl Bridge {
         }
     }
 
-    /// Connects again, if it is time to. All topics are asked for again once they are advertised.
+    /// Connects again, if it is time. Once topics are advertised, they are subscribed to again.
     fn reconnect(&mut self) -> Option<Connection> {
-        let rest = self.again.saturating_duration_since(now());
+        let rest = self.reconnect_at.saturating_duration_since(now());
         if !rest.is_zero() {
             sleep(rest.min(PATIENCE));
             return None;
         }
-        self.again = now() + AGAIN;
+        self.reconnect_at = now() + RECONNECT;
         let opened = Connection::open(&self.uri).ok()?;
         (self.read_ns, self.stalled_ns) = (self.clock.now_ns(), None);
         Some(opened)
@@ -368,14 +374,14 @@ impl Source for Bridge {
         let Some(mut connection) = self.connection.take().or_else(|| self.reconnect()) else {
             return Received::Idle;
         };
-        match self.hear_next(&mut connection, body) {
+        match self.receive_next(&mut connection, body) {
             Ok(received) => {
-                self.has_told |= matches!(received, Received::Message(_));
+                self.has_returned |= matches!(received, Received::Message(_));
                 self.connection = Some(connection);
                 received
             }
             Err(reason) => {
-                self.again = now() + AGAIN;
+                self.reconnect_at = now() + RECONNECT;
                 self.gone.clear();
                 let (uri, when) = (&self.uri, bags::moment(self.clock.now_ns()));
                 self.lose(format!(
@@ -394,10 +400,10 @@ impl Source for Bridge {
             self.lose(format!("nothing is known of {} since {since}: what came from then on is missing", self.uri));
         }
         let mut socket = connection.socket;
-        // Nobody is left to hear of an error; but the server ought to hear that this is the end.
-        let _ = socket.close(None).and_then(|()| Ok(socket.get_ref().set_read_timeout(Some(FAREWELL))?));
-        let asked = now();
-        while asked.elapsed() < FAREWELL && socket.read().is_ok() {}
+        // The close handshake is a courtesy: its errors do not matter any more.
+        let _ = socket.close(None).and_then(|()| Ok(socket.get_ref().set_read_timeout(Some(GRACE))?));
+        let begun = now();
+        while begun.elapsed() < GRACE && socket.read().is_ok() {}
     }
 
     fn survey(&self) -> &Survey {
@@ -431,11 +437,11 @@ impl Live for Bridge {
         self.notes.truncate(1);
         self.begun_ns = self.clock.now_ns();
         (self.read_ns, self.stalled_ns) = (self.begun_ns, None);
-        if !self.has_told {
+        if !self.has_returned {
             return Ok(());
         }
         self.end();
-        (self.lost, self.has_told) = (Vec::new(), false);
+        (self.lost, self.has_returned) = (Vec::new(), false);
         self.open().map_err(|reason| Error::Silent { address: self.uri.to_string(), reason })
     }
 }
@@ -471,11 +477,11 @@ impl Connection {
         })?;
         socket.get_ref().set_read_timeout(Some(PATIENCE)).map_err(in_words)?;
         let (topics, subscriptions) = (BTreeMap::new(), BTreeMap::new());
-        let (heard, pinged) = (now(), (now(), 0));
-        Ok(Self { socket, topics, subscriptions, heard, pinged, is_answered: true, is_settled: false })
+        let (received, pinged) = (now(), (now(), 0));
+        Ok(Self { socket, topics, subscriptions, received, pinged, is_answered: true, is_settled: false })
     }
 
-    /// The number of a channel's subscription, under which its messages will come.
+    /// Adds the subscription of a channel. Returns its number, which its messages will bear.
     fn subscribe(&mut self, channel: u64, topic: usize) -> Result<u32, String> {
         let next = self.topics.last_key_value().map_or(0, |(last, _)| last + 1);
         let number = *self.subscriptions.entry(channel).or_insert(next);
@@ -489,7 +495,7 @@ impl Connection {
         self.topics.remove(&self.subscriptions.remove(&channel)?)
     }
 
-    /// Asks whether the server is still there, if that is due.
+    /// Sends a ping, if one is due.
     fn ping(&mut self, now_ns: i64) -> Result<(), String> {
         if self.is_answered && self.pinged.0.elapsed() > PING {
             (self.pinged, self.is_answered) = ((now(), now_ns), false);
@@ -499,24 +505,25 @@ impl Connection {
         Ok(())
     }
 
-    /// Whether the server has not even answered a ping, although there was time to read the answer.
+    /// Whether the server has sent nothing, not even the answer to a ping, although there was time to read it.
     fn is_dead(&self) -> bool {
-        !self.is_answered && self.heard.max(self.pinged.0).elapsed() > DEAD
+        !self.is_answered && self.received.max(self.pinged.0).elapsed() > DEAD
     }
 
-    fn ask(&mut self, subscriptions: &[(u32, u64)]) -> Result<(), String> {
+    /// Requests the messages of channels.
+    fn request(&mut self, subscriptions: &[(u32, u64)]) -> Result<(), String> {
         if subscriptions.is_empty() {
             return Ok(());
         }
-        self.say(subscribe(subscriptions))
+        self.send(subscribe(subscriptions))
     }
 
-    fn say(&mut self, text: String) -> Result<(), String> {
+    fn send(&mut self, text: String) -> Result<(), String> {
         self.socket.send(Message::text(text)).map_err(|error| error.to_string())
     }
 }
 
-/// Whether nothing has come within the time that one call waits, or a signal has come instead.
+/// Whether nothing was received within the timeout, or a signal interrupted the call.
 fn is_pause(error: &tungstenite::Error) -> bool {
     let tungstenite::Error::Io(error) = error else { return false };
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// A clock that counts nanoseconds since 1970 and never goes back: the system's is read only once.
+/// A clock that counts nanoseconds since 1970 and never goes back: it reads the system's clock only once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
     started: Instant,
@@ -14,13 +14,14 @@ impl Clock {
         Self { started: now(), started_ns: system_ns() }
     }
 
-    /// One that is so many nanoseconds ahead of the system's, as one that has been started before may be now.
+    /// A clock that is `ahead_ns` nanoseconds ahead of the system's. It agrees with an earlier clock that is as far
+    /// ahead.
     #[cfg(feature = "dds")]
     pub(crate) fn ahead(ahead_ns: i64) -> Self {
         Self { started: now(), started_ns: system_ns().saturating_add(ahead_ns) }
     }
 
-    /// How far it is ahead of the system's.
+    /// How far it is ahead of the system's clock.
     #[cfg(feature = "dds")]
     pub(crate) fn is_ahead_ns(&self) -> i64 {
         self.now_ns().saturating_sub(system_ns())

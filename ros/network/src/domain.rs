@@ -1,22 +1,24 @@
-//! A DDS domain: the nodes of ROS 2 themselves, without a bridge.
+//! A DDS domain: messages of the nodes of ROS 2, without a bridge.
 
 mod absences;
 mod announcements;
 mod as_is;
 mod correlation;
 mod delays;
+mod exchange;
 mod goodbye;
-mod heard;
-mod hearing;
+mod inbox;
 mod listener;
 mod names;
+mod nodes;
 mod options;
 mod participant;
+mod property_statuses;
 mod pulse;
 mod readers;
+mod reception;
 mod requests;
 mod services;
-mod standings;
 mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,31 +30,31 @@ use bags::{Received, Source, Survey};
 use crate::Error;
 use crate::clock::now;
 use crate::robot::{Live, Publish, Robot};
-use heard::{NodeNames, Subscribed};
-use hearing::Hearing;
+use exchange::{NodeNames, Subscribed};
 use participant::Participant;
-use standings::Standings;
+use property_statuses::PropertyStatuses;
+use reception::Reception;
 
-pub use heard::{Client, Publication, Reply, Request, Response, Served};
+pub use exchange::{Client, IncomingRequest, Publication, Reply, Request, Response};
 pub use options::{Options, obstacles};
-pub use participant::Voice;
+pub use participant::Publisher;
 
-/// How long one call waits for a message, unless it is told otherwise.
+/// How long one call waits for a message, by default.
 const PATIENCE: Duration = Duration::from_millis(10);
 
-/// How much is heard in one call, of which nothing is to be told.
-const MOST_HEARD: usize = 100;
+/// The most messages of the listener in one call that lead to nothing to return.
+const MOST_RECEIVED: usize = 100;
 
-/// How long to look for publishers: at least, and after the last one was found; and at most.
+/// How long to look for publishers: after the last one was found, and at most.
 const CALM: Duration = Duration::from_millis(500);
 const LONGEST_LOOK: Duration = Duration::from_secs(2);
 
-/// Call this at the beginning of `main`: a program that joins a domain starts itself again as the process that listens
-/// there. Such a process does its work here, and must end with the returned exit status.
+/// Call this at the beginning of `main`: a program that joins a domain starts itself again as a listener, a process of
+/// its own. In that process, this function does all the work, and the process must end with the returned exit status.
 #[must_use]
 pub fn listen() -> Option<ExitCode> {
     if std::env::args_os().nth(1).is_none_or(|first| first != participant::LISTEN) {
-        // The file may be replaced while this process runs.
+        // The executable file may be replaced while this process runs.
         let own = if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { std::env::current_exe() };
         own.into_iter().for_each(participant::listen_with);
         return None;
@@ -60,49 +62,54 @@ pub fn listen() -> Option<ExitCode> {
     Some(listener::work())
 }
 
-/// A participant in a DDS domain, which only listens: it publishes nothing but its own presence, and what it reads,
-/// unless its [publisher](Live::publisher) is asked for. It is a source of the messages on some topics, or on all.
+/// A participant in a DDS domain. It is a source of the messages on some topics, or on all. It publishes only its own
+/// presence and its subscriptions, unless its [publisher](Self::publisher) is used.
 ///
-/// A message's time is when it is received, by a clock of this machine that never goes back; its publish time is the
-/// publisher's stamp. Publishers number their messages, so it is known which are missing. That the last ones are
-/// missing shows only when the next one comes. Time passes as far as it is known that a message could have been
-/// received: what listens proves it by data that comes through all that messages come through, and another takes its
-/// place if it cannot. What may have come meanwhile is missing.
+/// The time of a message is when it was received, by a clock of this machine that never goes back. Its publish time is
+/// the publisher's stamp. Publishers number their messages, so missing ones are known; the loss of the newest ones
+/// shows only when the next one arrives.
+///
+/// The clock advances only as far as messages could have been received. The listener proves that with datagrams to
+/// itself, which take the same way as messages. If it fails, another listener takes its place, and the messages of the
+/// meantime are missing.
 pub struct Domain {
     participant: Option<Participant>,
-    hearing: Hearing,
+    reception: Reception,
     /// How long one call waits for a message.
     pub patience: Duration,
 }
 
 impl Domain {
-    /// Joins a domain, for topics with these names, or for all, and looks for publishers for a moment.
+    /// Joins a domain, for topics with these names or for all, and looks for publishers for up to two seconds.
     #[must_use]
     pub fn join(options: Options, wanted: Option<BTreeSet<String>>) -> Self {
         Self::join_as(options, None, wanted)
     }
 
-    /// The same as at least one node, with these names, such as `/r1/robot`, which [publishes](Self::voice), too, and
-    /// hands on messages as soon as they come. What is read and written in a node's namespace belongs to it. What was
-    /// latched before is for it only if it `hears_latched`.
+    /// The same as at least one node, with these names, such as `/r1/robot`. Nodes can [publish](Self::publisher), and
+    /// receive messages without delay. Subscriptions and publications in a node's namespace belong to that node.
+    /// Messages that were latched before are received only if it `receives_latched`.
     ///
     /// # Panics
     /// Without a name.
     #[must_use]
-    pub fn nodes(options: Options, names: Vec<String>, hears_latched: bool, wanted: BTreeSet<String>) -> Self {
+    pub fn nodes(options: Options, names: Vec<String>, receives_latched: bool, wanted: BTreeSet<String>) -> Self {
         assert!(!names.is_empty(), "a node has a name");
-        Self::join_as(options, Some(NodeNames { names, hears_latched }), Some(wanted))
+        Self::join_as(options, Some(NodeNames { names, receives_latched }), Some(wanted))
     }
 
     fn join_as(options: Options, node: Option<NodeNames>, wanted: Option<BTreeSet<String>>) -> Self {
         let subscribed = if wanted.is_some() { Subscribed::Nothing } else { Subscribed::All };
         let participant = Participant::join(options, node, subscribed);
-        let mut domain = Self { participant: Some(participant), hearing: Hearing::new(wanted), patience: PATIENCE };
-        let (asked, mut found, mut found_at) = (now(), 0, now());
-        while domain.hearing.is_looking() && asked.elapsed() < LONGEST_LOOK && (found == 0 || found_at.elapsed() < CALM)
+        let mut domain = Self { participant: Some(participant), reception: Reception::new(wanted), patience: PATIENCE };
+        let (begun, mut found, mut found_at) = (now(), 0, now());
+        while domain.reception.is_looking()
+            && begun.elapsed() < LONGEST_LOOK
+            && (found == 0 || found_at.elapsed() < CALM)
         {
-            domain.hear();
-            let publishers = domain.hearing.robot.publishers.len() + domain.hearing.robot.nodes.len();
+            domain.receive_next();
+            let robot = &domain.reception.discovery.robot;
+            let publishers = robot.publishers.len() + robot.nodes.len();
             if publishers != found {
                 (found, found_at) = (publishers, now());
             }
@@ -110,86 +117,89 @@ impl Domain {
         domain
     }
 
-    /// Will ask these services, and read nothing else than these types on topics, both by their names. Must be called
-    /// before it [begins](Live::begin).
+    /// Prepares to call these services, and reads these topics only with the given types. Both map names to types. Must
+    /// be called before it [begins](Live::begin).
     pub fn ask(&mut self, services: BTreeMap<String, String>, topics: BTreeMap<String, String>) {
-        self.hearing.kinds = topics;
-        let Some(voice) = self.voice() else { return };
+        self.reception.discovery.wanted.kinds = topics;
+        let Some(publisher) = self.publisher() else { return };
         for (service, kind) in services {
-            self.hearing.asked.insert(service.clone(), kind.clone());
-            voice.request(Request { service, kind, number: 0, body: Vec::new() });
+            self.reception.services.called.insert(service.clone(), kind.clone());
+            publisher.request(Request { service, kind, number: 0, body: Vec::new() });
         }
     }
 
-    /// The next response to a [request](Voice::request), if one has come.
+    /// The next response to a [request](Publisher::request), if one was received.
     pub fn response(&mut self) -> Option<Response> {
-        self.hearing.responses.pop_front()
+        self.reception.services.responses.pop_front()
     }
 
-    /// Offers these services, by their names, with their types. Must be called before it [begins](Live::begin).
+    /// Offers services: their types by their names. Must be called before it [begins](Live::begin).
     pub fn serve(&mut self, services: BTreeMap<String, String>) {
-        let Some(voice) = self.voice() else { return };
-        services.iter().for_each(|(service, kind)| voice.serve(service.clone(), kind.clone()));
-        self.hearing.offered = services;
+        let Some(publisher) = self.publisher() else { return };
+        services.iter().for_each(|(service, kind)| publisher.serve(service.clone(), kind.clone()));
+        self.reception.services.offered = services;
     }
 
-    /// The next request to a service that is offered here, if one has come: it is to be [responded](Voice::respond) to.
-    pub fn request(&mut self) -> Option<Served> {
-        self.hearing.served.pop_front()
+    /// The next request to a service that is offered here, if one was received. It must get a
+    /// [response](Publisher::respond).
+    pub fn request(&mut self) -> Option<IncomingRequest> {
+        self.reception.services.requests.pop_front()
     }
 
-    /// Now, in nanoseconds since 1970, by the clock that gives messages their times; none if it has left the domain.
+    /// The time of the clock that stamps received messages, in nanoseconds since 1970. None if it has left the domain.
     #[must_use]
     pub fn now_ns(&self) -> Option<i64> {
         self.participant.as_ref().map(Participant::now_ns)
     }
 
-    /// How often DDS has failed. What was asked before then is not answered any more.
+    /// How often DDS has failed. Requests that were sent before get no response.
     #[must_use]
     pub fn failures(&self) -> usize {
-        self.hearing.failures
+        self.reception.services.failures
     }
 
-    /// The types of a service, once for each server that is known.
+    /// The types of a service, one for each known server.
     #[must_use]
     pub fn servers(&self, service: &str) -> Vec<String> {
-        let servers = self.hearing.requests.get(&names::request(service));
-        let kind = |server: &heard::Server| names::whole(&server.kind, &["_Request"]).unwrap_or_default();
+        let servers = self.reception.services.servers.get(&names::request(service));
+        let kind = |server: &exchange::Server| names::whole(&server.kind, &["_Request"]).unwrap_or_default();
         servers.into_iter().flatten().map(kind).collect()
     }
 
-    /// Hears what comes next. Returns whether anything has come.
-    fn hear(&mut self) -> bool {
+    /// Receives the next message of the listener. Returns whether there was one.
+    fn receive_next(&mut self) -> bool {
         let patience = self.patience;
-        let heard = self.participant.as_ref().and_then(|participant| participant.next(patience));
-        heard.map(|heard| self.hearing.hear(heard)).is_some()
+        let message = self.participant.as_ref().and_then(|participant| participant.next(patience));
+        message.map(|message| self.reception.receive(message)).is_some()
     }
 
-    /// What publishes here; none if it has left the domain.
+    /// Publishes in the domain. None if it has left the domain.
     #[must_use]
-    pub fn voice(&self) -> Option<Voice> {
-        self.participant.as_ref().map(Participant::voice)
+    pub fn publisher(&self) -> Option<Publisher> {
+        self.participant.as_ref().map(Participant::publisher)
     }
 
-    /// The topics of what is published here that somebody reads.
+    /// The topics that are published here and have a subscriber.
     #[must_use]
     pub fn read(&self) -> &BTreeSet<String> {
-        &self.hearing.read
+        &self.reception.discovery.read
     }
 }
 
 impl Source for Domain {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received {
-        // Not all that is heard is to be told.
-        for _ in 0..MOST_HEARD {
-            if let Some(received) = self.hearing.next(body) {
+        // Not every message of the listener leads to something to return.
+        for _ in 0..MOST_RECEIVED {
+            if let Some(received) = self.reception.next(body) {
                 return received;
             }
-            if !self.hear() || !self.hearing.responses.is_empty() || !self.hearing.served.is_empty() {
+            let has_received = self.receive_next();
+            let services = &self.reception.services;
+            if !has_received || !services.responses.is_empty() || !services.requests.is_empty() {
                 break;
             }
         }
-        self.hearing.next(body).unwrap_or(Received::Idle)
+        self.reception.next(body).unwrap_or(Received::Idle)
     }
 
     fn end(&mut self) {
@@ -197,15 +207,15 @@ impl Source for Domain {
     }
 
     fn survey(&self) -> &Survey {
-        &self.hearing.survey
+        &self.reception.discovery.survey
     }
 
     fn lost(&self) -> &[String] {
-        &self.hearing.lost
+        &self.reception.remarks.lost
     }
 
     fn notes(&self) -> &[String] {
-        &self.hearing.notes
+        &self.reception.remarks.notes
     }
 
     fn counts_losses(&self) -> bool {
@@ -219,25 +229,25 @@ impl Live for Domain {
     }
 
     fn robot(&self) -> &Robot {
-        &self.hearing.robot
+        &self.reception.discovery.robot
     }
 
     fn only_show(&mut self, topics: BTreeSet<String>) {
-        self.hearing.shown = topics;
+        self.reception.discovery.wanted.shown = topics;
     }
 
-    /// Subscribes to the wanted topics. Messages count once their publishers know it.
+    /// Subscribes to the wanted topics. Messages count once their publishers have discovered that.
     fn begin(&mut self) -> Result<(), Error> {
-        if let (Some(topics), Some(participant)) = (self.hearing.wanted(), &self.participant) {
+        if let (Some(topics), Some(participant)) = (self.reception.dds_topics(), &self.participant) {
             participant.subscribe(Subscribed::To(topics));
-            self.hearing.begin();
+            self.reception.begin();
         }
         Ok(())
     }
 
-    fn publisher(&self) -> Option<Publish> {
-        let voice = self.voice()?;
-        let mut standings = Standings { last: Vec::new() };
-        Some(Box::new(move |now| standings.publications(now).into_iter().for_each(|message| voice.publish(message))))
+    fn status_publisher(&self) -> Option<Publish> {
+        let publisher = self.publisher()?;
+        let mut statuses = PropertyStatuses::default();
+        Some(Box::new(move |now| statuses.publications(now).into_iter().for_each(|message| publisher.publish(message))))
     }
 }

@@ -4,13 +4,13 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// It is no address of a bridge.
+    /// The text is not the address of a bridge.
     #[error("{0} is not the address of a bridge")]
     Address(String),
-    /// It would need encryption.
+    /// The connection would need encryption.
     #[error("{0} asks for an encrypted connection, which this program cannot open")]
     Encrypted(String),
-    /// Nobody answers, or somebody who speaks another protocol.
+    /// Nothing answers at the address, or a server with another protocol.
     #[error("{address} does not answer as a Foxglove bridge: {reason}")]
     Silent {
         /// The address.

@@ -1,14 +1,14 @@
-//! Messages of robots that run, as they come.
+//! Receives messages from running robots.
 //!
-//! A [`Bridge`] is a client of Foxglove's WebSocket protocol, which `foxglove_bridge` and others speak: it reaches any
-//! middleware and any host, with nothing but the bridge on the robot. A bridge drops messages when it, or whoever reads
-//! from it, is too slow, and need not say so. Verdicts rest on what it forwards.
+//! A [`Bridge`] is a client of Foxglove's WebSocket protocol, which `foxglove_bridge` and others implement. It works
+//! with any middleware and any host, and only the bridge has to run on the robot. A bridge drops messages when it or
+//! its client is too slow, and may not report that. So verdicts rest on the messages that it forwards.
 //!
 //! A `Domain` (with the feature `dds`) is a participant in a DDS domain, beside the robot's own nodes. Publishers
-//! number their messages there, so it is known which are missing.
+//! number their messages there, so missing ones are known.
 //!
-//! Both only listen, unless a domain is joined as a node. They are [`Live`] [sources](bags::Source), so that
-//! [`bags::Events`] makes events of their messages as it does of those of a bag.
+//! Both only subscribe, unless a domain is joined as a node. Both are [`Live`] [sources](bags::Source):
+//! [`bags::Events`] makes events of their messages, as it does of the messages of a bag.
 
 mod bridge;
 mod clock;
@@ -20,6 +20,8 @@ mod robot;
 
 pub use bridge::Bridge;
 #[cfg(feature = "dds")]
-pub use domain::{Client, Domain, Options, Publication, Reply, Request, Response, Served, Voice, listen, obstacles};
+pub use domain::{
+    Client, Domain, IncomingRequest, Options, Publication, Publisher, Reply, Request, Response, listen, obstacles,
+};
 pub use error::Error;
-pub use robot::{Level, Live, Publish, Robot, Standing};
+pub use robot::{Level, Live, PropertyStatus, Publish, Robot};

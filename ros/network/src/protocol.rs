@@ -1,4 +1,4 @@
-//! What a server of Foxglove's WebSocket protocol says, and what its client asks for.
+//! Messages of Foxglove's WebSocket protocol, from the server and to it.
 //!
 //! <https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md>
 
@@ -6,14 +6,14 @@ use bags::{Definition, Topic};
 use serde::Deserialize;
 use serde_json::json;
 
-/// The subprotocols to offer: the SDK's name, and that of older servers. The messages are the same.
+/// The subprotocols to offer: that of the SDK, and that of older servers. Their messages are the same.
 pub(crate) const NAMES: &str = "foxglove.sdk.v1, foxglove.websocket.v1";
 
-/// What a server says in a text.
+/// A text message of a server.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
-pub(crate) enum Said {
-    /// The first message of all.
+pub(crate) enum ServerMessage {
+    /// The first message.
     ServerInfo {
         #[serde(default)]
         name: String,
@@ -22,12 +22,12 @@ pub(crate) enum Said {
     },
     /// Further channels.
     Advertise { channels: Vec<Channel> },
-    /// Channels that are no more.
+    /// Channels that no longer exist.
     #[serde(rename_all = "camelCase")]
     Unadvertise { channel_ids: Vec<u64> },
     /// Services.
     AdvertiseServices { services: Vec<Service> },
-    /// Which nodes there are, and what they offer; what it does not mention is as before.
+    /// The changes of the nodes and of what they offer.
     #[serde(rename_all = "camelCase")]
     ConnectionGraphUpdate {
         #[serde(default)]
@@ -37,9 +37,9 @@ pub(crate) enum Said {
         #[serde(default)]
         advertised_services: Vec<Providers>,
     },
-    /// What it wants to be known.
+    /// A report of the server itself.
     Status { level: u8, message: String },
-    /// Whatever a listener need not know.
+    /// Any other message. It is ignored.
     #[serde(other)]
     Other,
 }
@@ -75,7 +75,7 @@ pub(crate) struct Providers {
     pub(crate) provider_ids: Vec<String>,
 }
 
-/// The capability of a server that knows nodes.
+/// The capability of a server that reports nodes.
 pub(crate) const GRAPH: &str = "connectionGraph";
 
 /// The request for the nodes.
@@ -83,10 +83,10 @@ pub(crate) fn subscribe_graph() -> String {
     json!({ "op": "subscribeConnectionGraph" }).to_string()
 }
 
-/// A status of this level, or of a higher one, is an error.
+/// The level from which on a status is an error.
 pub(crate) const ERROR: u8 = 2;
 
-/// A channel, which is a topic in our words.
+/// A channel: a topic, in the terms of ROS.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Channel {
@@ -100,7 +100,7 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    /// The topic. Older servers do not say in which language they define it: ROS 2's is meant.
+    /// The topic. Older servers do not name the language of its definition: it is that of ROS 2.
     pub(crate) fn into_topic(self) -> Topic {
         let language = self.schema_encoding.unwrap_or_else(|| "ros2msg".to_owned());
         let definition = (!language.is_empty()).then_some(Definition { language, text: self.schema });
@@ -108,7 +108,7 @@ impl Channel {
     }
 }
 
-/// The request for the messages of channels: each with the number by which they will be known, and its own.
+/// The request for the messages of channels. Each has the number that its subscription will have, and its own.
 pub(crate) fn subscribe(subscriptions: &[(u32, u64)]) -> String {
     let all = subscriptions.iter().map(|(id, channel)| json!({ "id": id, "channelId": channel }));
     json!({ "op": "subscribe", "subscriptions": all.collect::<Vec<_>>() }).to_string()

@@ -1,4 +1,4 @@
-//! Robots that run, and what they tell of themselves beside their topics.
+//! Running robots, and what is known of them beside the messages on their topics.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,52 +6,52 @@ use bags::Source;
 
 use crate::Error;
 
-/// What the names of an action's topics and services have after its own.
+/// What follows an action's name in the names of its topics and services.
 const ACTION: &str = "/_action/";
 
-/// The most names of a kind.
+/// The most names of each kind.
 const MOST: usize = 10_000;
 
-/// A robot that runs, as a source of messages.
+/// A running robot as a source of messages.
 pub trait Live: Source {
-    /// Who tells of the robot, in words.
+    /// The name of what the messages are received from, such as a bridge.
     fn name(&self) -> &str;
 
-    /// What the robot tells beside its topics.
+    /// What is known of the robot beside its messages.
     fn robot(&self) -> &Robot;
 
-    /// These of the wanted topics are only shown: no verdict depends on what is missing there.
+    /// No verdict depends on these of the wanted topics: losses there do not matter.
     fn only_show(&mut self, topics: BTreeSet<String>);
 
-    /// Messages count from here on. What is latched comes again, if it has come before.
+    /// Messages count from now on. Latched messages that have been received before are received again.
     ///
     /// # Errors
     /// If the robot cannot be reached.
     fn begin(&mut self) -> Result<(), Error>;
 
-    /// What publishes the standing of properties among the robot's nodes; none if nothing can be published there.
-    fn publisher(&self) -> Option<Publish> {
+    /// Publishes the statuses of properties among the robot's nodes. None if nothing can be published there.
+    fn status_publisher(&self) -> Option<Publish> {
         None
     }
 }
 
-/// Publishes the standing of all properties.
-pub type Publish = Box<dyn FnMut(&[Standing])>;
+/// Publishes the statuses of all properties.
+pub type Publish = Box<dyn FnMut(&[PropertyStatus])>;
 
-/// The standing of a property, as `diagnostic_msgs/msg/DiagnosticStatus` tells it.
+/// The status of a property, as in `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct PropertyStatus {
     /// The name of the property.
     pub property: String,
-    /// How bad it is.
+    /// Its severity.
     pub level: Level,
     /// The verdict, in words.
     pub message: String,
-    /// What else is known, each by its name.
+    /// Further values, by their names.
     pub values: Vec<(&'static str, String)>,
 }
 
-/// How bad something is, as `diagnostic_msgs/msg/DiagnosticStatus` numbers it.
+/// A severity, with its number in `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Nothing is wrong.
@@ -62,24 +62,24 @@ pub enum Level {
     Error = 2,
 }
 
-/// What a robot tells of itself beside its topics, as far as it is known.
+/// What is known of a robot beside its messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Robot {
     /// The names of its nodes.
     pub nodes: BTreeSet<String>,
-    /// How many of its participants have nodes, and have not said which.
+    /// The number of its participants that have nodes and have not listed them.
     pub unnamed: usize,
-    /// Its actions, with their types.
+    /// Its actions, with their types as far as these are known.
     pub actions: BTreeMap<String, Option<String>>,
-    /// Its services, with their types.
+    /// Its services, with their types as far as these are known.
     pub services: BTreeMap<String, Option<String>>,
-    /// Who publishes on its topics, and with which quality of service, in words.
+    /// The number of publishers on each topic and their quality of service, in words.
     pub publishers: BTreeMap<String, String>,
 }
 
 impl Robot {
-    /// Takes note of a service, or of the action that a name belongs to.
-    pub(crate) fn name(&mut self, name: &str, kind: Option<String>) {
+    /// Adds a service, or the action to which the name belongs.
+    pub(crate) fn add_name(&mut self, name: &str, kind: Option<String>) {
         let (names, name) = match name.split_once(ACTION) {
             Some((action, _)) => (&mut self.actions, action),
             None => (&mut self.services, name),
@@ -90,7 +90,7 @@ impl Robot {
         }
     }
 
-    /// Takes note of nodes.
+    /// Adds nodes.
     pub(crate) fn add_nodes(&mut self, nodes: impl IntoIterator<Item = String>) {
         let room = MOST.saturating_sub(self.nodes.len());
         self.nodes.extend(nodes.into_iter().take(room));

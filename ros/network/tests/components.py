@@ -2,11 +2,13 @@
 """`steward run` with components that are real nodes: `components.py STEWARD FAST CYCLONE`, with Pythons that have the
 packages of `robots/helper.py` and nav2_msgs (see `robots/make_nav2_msgs.sh`), and of `robots/cyclone_server.py`.
 
-A helper answers, on both middlewares, and misbehaves in each way; DDS fails, or the network, while it answers, or what
-listens for the run stands still, STOPS times for each middleware (1), for up to LONGEST_S (3). The
-paper's tree, unchanged, drives a navigation of ROS 2 with the simulated robot, in its time, for SEEDS seeds: one is on
-rclpy, and the next on Cyclone DDS, so that each of the paper's scenarios has had both after two seeds. All of it happens
-in networks of its own.
+A helper answers on both middlewares, and misbehaves in each way. Meanwhile DDS or the network fails, or the listener of
+the run is paused: STOPS times for each middleware (1), for up to LONGEST_S (3).
+
+The paper's tree, unchanged, drives a navigation of ROS 2 with the simulated robot, in its time, for SEEDS seeds. The
+seeds alternate between rclpy and Cyclone DDS, so that two seeds run each of the paper's scenarios on both.
+
+Everything runs in networks of its own.
 """
 import json, math, os, random, signal, subprocess, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +22,7 @@ STEWARD, FAST, CYCLONE = apart.paths()
 
 TESTS = Path(__file__).parent
 FOLDER = Path(tempfile.mkdtemp())
-# Domain 0 is everybody's, and there are ports for no more.
+# Domain 0 is the default of all nodes. Greater numbers have no ports.
 DOMAINS = range(1, 233)
 
 
@@ -29,7 +31,7 @@ def start(domain, *program):
 
 
 def run(domain, scenario, *options, network=(), meanwhile=lambda process: None):
-    """What a run reports and says, and its messages: who says what to whom."""
+    """The report and the errors of a run, and its messages with their senders and receivers."""
     # Domains in other networks have the same numbers.
     folder = Path(tempfile.mkdtemp(dir=FOLDER))
     record, out = folder / "messages.jsonl", folder / "out"
@@ -45,14 +47,14 @@ def run(domain, scenario, *options, network=(), meanwhile=lambda process: None):
 
 
 def said(messages, *between):
-    """What processes say to each other, in order: the symbols of each message. `between` are pairs of them."""
+    """The messages between processes, in order: the symbols of each. `between` are pairs of processes."""
     spoken = [line["message"] for line in messages if (line["from"], line["to"]) in between]
     return [tuple(word["sym"] for word in message if isinstance(word, dict) and "sym" in word) for message in spoken]
 
 
 def helped(case):
     (file, python, misbehaves), domain = case
-    # One of them is in another namespace than the scenario says.
+    # One of them is in another namespace than in the scenario.
     moves = (file, misbehaves) == ("helper.py", "late")
     elsewhere = ["--ros-args", "-r", "__ns:=/base"] if moves else []
     server = start(domain, python, file, *(["--misbehave", misbehaves] if misbehaves else []), *elsewhere)
@@ -90,8 +92,8 @@ print(f"{len(CASES)} times, a server of rclpy or of Cyclone DDS answered as it s
 
 
 def cut_off(case):
-    """While the helper counts, or accepts the goal, the run loses what listens for it, or everybody loses the network,
-    for a while; or what listens, or the run, or both, stand still.
+    """While the helper counts, or accepts the goal, the run loses its listener, or all processes lose the network for a
+    while; or the listener, the run or both are paused.
     """
     (file, python, seconds, *misbehaves), domain = case
     network = apart.Network()
@@ -122,11 +124,11 @@ def cut_off(case):
     finally:
         server.kill()
     heard = [head for head, *_ in said(messages, ("Helper", "Count"))]
-    # It counts for a second; what it said of that meanwhile may have come all at once, or never.
+    # It counts for a second. Its feedback may have arrived all at once, or never.
     heard = [head for head in heard if head != "count.feedback"]
     assert heard == ["count.accepted", "count.succeeded"], (case, heard, words)
     counted, kept = report["monitors"]
-    # Whether the tree's leaf succeeds is computed; what the helper says meanwhile is lost.
+    # The result of the tree's leaf is computed. Messages of the helper are lost meanwhile.
     assert (counted["verdict"], counted["certainty"]) == ("satisfied", "sure"), (case, heard, words)
     assert isinstance(seconds, tuple) or "DDS failed after" in words, (case, words)
     assert isinstance(seconds, tuple) or (kept["certainty"], report["outcome"]) == ("unsure", "not_as_expected"), \
@@ -139,7 +141,7 @@ SHORT, LONG = 3, 25
 SERVERS = [("helper.py", FAST), ("cyclone_server.py", CYCLONE)]
 CUTS = [(*server, seconds) for server in SERVERS for seconds in (None, SHORT, LONG)]
 CUTS += [(*SERVERS[0], seconds, "--misbehave", "hesitates") for seconds in (None, LONG)]
-# They mostly wait; what follows goes on beside them.
+# They mostly wait, and the following runs in parallel.
 draw = random.Random(1)
 LONGEST_S = float(os.environ.get("LONGEST_S", 3))
 still = [(*server, (draw.choice(["listens", "listens", "runs", "both"]),
@@ -152,8 +154,8 @@ NAVIGATIONS = {"rclpy": (FAST, "navigator.py"), "Cyclone DDS": (CYCLONE, "cyclon
 
 
 def drive(case):
-    """The paper's tree and a navigation drive the simulated robot, in its time: verdicts, messages, what somebody else,
-    who asks the navigation for what `asked` says, hears of it, and what the navigation complains of.
+    """The paper's tree and a navigation drive the simulated robot, in its time. Another client sends the navigation the
+    requests `asked`. Returns the verdicts, the messages, what that client receives, and the errors of the navigation.
     """
     (world, robot, tree, limit_s, misbehaves, asked, seed, navigation), domain = case
     options = ["--use-sim-time", "--seed", str(seed), "--set", f"execution.max_time_s={limit_s}", "--set", "expect={}"]
@@ -175,7 +177,7 @@ def drive(case):
             asked and somebody.kill()
             simulated.send_signal(signal.SIGINT)
     robot = json.loads(simulated.communicate(timeout=60)[0])
-    # Somebody who drives it away with a joypad does not look where it goes.
+    # A person who drives it away with a joypad may hit something.
     assert world == "joypad" or robot["robot"]["collisions"] == 0, (world, navigation, seed, robot["robot"])
     assert report["seed"] == robot["seed"] == seed, (report["seed"], robot["seed"], seed)
     return [monitor["verdict"] for monitor in report["monitors"]], messages, heard, navigator.said()
@@ -193,11 +195,11 @@ ALL = ["--set", "stop={}"]
 PAPER = [("nominal", ["--set", "battery.charge_pct_per_s=4"], [], 300, [], [YES, YES, YES, YES]),
          ("battery_fault", [], ALL, 90, [], [NO, YES, YES, OPEN]),
          ("nominal", QUARTER, [*ALL, *THRESHOLD], 150, [], [YES, NO, NO, YES]),
-         # The level is below 30 after 35 s, or later: until the goal has reached the navigation, the robot stands.
+         # The level is below 30 after 35 s or later. The robot stands until the goal has reached the navigation.
          ("joypad", [], ["--set", "stop={when_settled='phi3'}"], 400, [], [NO, YES, NO, OPEN])]
 DEAD = ("nominal", [], ALL, 40, ["--misbehave", "dies", "--after", "10"], [YES, YES, YES, OPEN])
 FULL = ["--set", "battery.initial_pct=90"]
-# Three seconds without feedback, the adapter's default, may pass in a third of a second.
+# Three seconds without feedback, the adapter's default, may pass in a third of a second of real time.
 PATIENT = ["--set", "components.Navigation.data.silence='30s'"]
 REPLACED = ("nominal", FULL, PATIENT, 150, [], [YES, YES, YES, YES])
 ELSEWHERE = ["waits", "until 10", "goes -3.0 6.6 180"]
@@ -228,7 +230,7 @@ print("of a navigation that has died, nobody knows how the trip is going, and th
 
 
 def course(messages):
-    """What GoToDestination asks Navigation, but for how it is going, and what it hears, without repetitions."""
+    """The messages between GoToDestination and Navigation, without repetitions and without requests for the status."""
     words = said(messages, ("GoToDestination", "Navigation"), ("Navigation", "GoToDestination"))
     words = [word for word in words if word[0] != "get_status"]
     return [word for word, before in zip(words, [None, *words]) if word != before]

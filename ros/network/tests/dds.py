@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
-"""`steward watch` beside real nodes: `dds.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
+"""`steward watch` with real nodes: `dds.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
 `robots/fast.py`, and of `robots/cyclone.py` and `robots/bridge.py`.
 
-What the robots tell is listed; planted violations are found at the right messages, the same ones beside both and
-behind a bridge, and again by `steward verify` of what was recorded; what a robot knows of those who listen to it
-stays as it was, and its services and its action stay available; of messages that a network loses, sends twice or
-late, exactly those that are missing are counted, and verdicts are those of what was sent, or unsure; a robot that is
-killed and started again is told of; and whatever datagrams somebody sends, the watch goes on. All of it happens in a
-network of its own.
+- The topics, nodes, services and actions of a robot are listed.
+- Planted violations are found at the right messages: the same ones with Fast DDS, Cyclone DDS and a bridge, and again
+  when `steward verify` judges the recording.
+- The robot does not notice the watch. Its services and its action stay available.
+- A network loses, duplicates and delays messages. Exactly the missing ones are counted. Verdicts are those of the sent
+  messages, or unsure.
+- A robot that is killed and started again is reported.
+- Arbitrary datagrams do not end the watch.
+
+Everything runs in a network of its own.
 """
 import json, os, signal, socket, struct, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -56,8 +60,8 @@ def watch(mapping, properties, record, *more, network=()):
                "--black-box", "3s", "--out", FOLDER / f"{record}.report", *more]
     process = subprocess.Popen([*network, STEWARD, "watch", "--json", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True)
-    # Publishers are looked for, and told; half a second later, messages count. What is latched may take as long as a
-    # publisher's period of heartbeats.
+    # The watch finds the publishers and subscribes. Messages count half a second later. A latched message may take as
+    # long as its publisher's period of heartbeats.
     assert "listening" in process.stderr.readline()
     time.sleep(4)
     return process
@@ -160,7 +164,7 @@ assert levels["steward: charged"] == levels["steward: positive"] == 2 and levels
 print("--diagnostics: rclpy hears how the properties stand, before and after")
 
 watching = watch("robot.toml", "safety.scope", "killed.mcap")
-# What is latched has come: the watch knows this robot.
+# The latched message was received: the watch has discovered the robot.
 assert json.loads(watching.stdout.readline())["property"] == "known"
 robot.kill()
 robot = Peer(FAST, "fast.py", 61)
@@ -189,7 +193,7 @@ _, _, report = end(watching)
 robot.kill()
 found = {name: (verdict, witness) for name, (verdict, witness, _) in verdicts(report).items()}
 assert "was given up" in str(report["notes"]), report["notes"]
-# What the next one says decides by itself; what the one that was killed may have said is unknown.
+# Messages of the new robot decide. Further messages of the killed one may be missing.
 assert found == {"low": ("satisfied", None), "charged": ("violated", [[24]]), "never": ("unsure", None)}, (found, report)
 print("when a robot is started again before it is given up, what it says then is sure")
 
@@ -216,7 +220,7 @@ time.sleep(0.5)
 second = children(watching)
 _, said, report = end(watching)
 assert first != second and "DDS failed after" in str(report["notes"]), (first, second, report["notes"])
-# What a message shows by itself is sure, and is said at once.
+# A verdict that one message shows is sure, and is reported at once.
 assert any((line["property"], line["verdict"]) == ("charged", "violated") for line in said), said
 assert verdicts(report)["charged"] == ("violated", [[24]], None), report
 assert verdicts(report)["dead"][2], report
@@ -236,7 +240,7 @@ robot.ask("go")
 time.sleep(4)
 _, _, report = end(watching)
 robot.kill()
-# Reliable messages are sent again, and come in the order of their numbers.
+# Reliable messages are sent again, and recorded in the order of their numbers.
 levels = [struct.unpack_from("<i", data, 4)[0] for topic, data, _ in records(FOLDER / "again.mcap") if topic == "/level"]
 assert levels == sorted(levels, reverse=True) and len(levels) > 30, levels
 found = verdicts(report)
@@ -258,19 +262,19 @@ for topic, data, _ in records(FOLDER / "count.mcap"):
         numbers.append(number)
         expected = number + 1
     if topic == "/steward/missing" and expected is None:
-        # What was lost since the last one that came before messages counted.
+        # These were lost after the last message before messages counted.
         before = json.loads(data[8:-1])["count"]
     elif topic == "/steward/missing" and not json.loads(data[8:-1]).get("is_late"):
         count = json.loads(data[8:-1])["count"]
         expected, missing = expected + count, missing + count
-# The last gap may be known before the message that shows it is recorded.
+# The last gap may be recorded, and the message that shows it may not.
 assert missing > 0 and len(numbers) + missing == expected - numbers[0], (len(numbers), missing, expected)
 total = f"{missing + before} messages on /count are missing"
 assert any(note.startswith(total) for note in report["notes"]), (total, report["notes"])
 assert verdicts(report)["positive"][0] == "unsure" or report["monitors"][0]["unsure"], report["monitors"]
 print(f"of {len(numbers) + missing} messages, the {missing} that Cyclone DDS lost are counted, each in its place")
 
-# Between a robot and the watch is a network that loses datagrams, sends some twice, and others late.
+# The network between a robot and the watch loses, duplicates and delays datagrams.
 robots, between, watchers = apart.Network(), apart.Network(), apart.Network()
 for network, name, address, other in [(robots, "robot", "10.0.0.1", "from"), (watchers, "watch", "10.0.0.2", "to")]:
     between.run(f"ip link add {other} type veth peer name {name} netns {network.holder.pid} && ip link set {other} up")
@@ -279,7 +283,7 @@ for network, name, address, other in [(robots, "robot", "10.0.0.1", "from"), (wa
 relay = Peer(sys.executable, "relay.py", "from", "to", network=between.inside)
 total = int(os.environ.get("MESSAGES", 8000))
 asked = {number: -number for number in range(200, total, total // 40)}
-# Every other one is answered by the next message.
+# For every other request, the next message is the answer.
 answers = {number + 1: answer for number, answer in list(asked.items())[::2]}
 (FOLDER / "asked.scope").write_text("".join(
     f"property answered_{number} := always ((counter, base, m.x = {number}) implies next (counter, base, m.x = {answer}))\n"
@@ -302,7 +306,7 @@ for topic, data, _ in records(FOLDER / "impaired.mcap"):
     if topic == "/count":
         value = struct.unpack_from("<i", data, 4)[0]
         number = numbers.get(value, value)
-        # Of what a participant sent last, nobody knows; two others follow the first.
+        # The last messages of a participant may be lost unnoticed. Two other participants follow the first.
         begins = number % sending["restart"] == sending["restart"] - 1
         assert number == expected or begins and number - expected < 5, (number, expected)
         expected = number + 1
@@ -316,7 +320,7 @@ assert all(by_verdict.values()), (by_verdict, lost, counts, report["notes"])
 print(f"of {total} messages through a network that lost {counts['lost']}, sent {counts['twice']} twice and {counts['late']} late, "
       f"exactly the {lost} that came too late or never are counted; verdicts as for what was sent: {by_verdict}")
 
-# Over the same network, reliable messages are sent again: a request may come after its answer.
+# Over the same network, reliable messages are sent again. A request may arrive after its answer.
 (FOLDER / "pairs.toml").write_text("reorder_s = 0.1\n" + "".join(
     COUNT.replace("/count", f"/{name}").replace("counter", name) for name in ["asked", "answered"]))
 (FOLDER / "pairs.scope").write_text("".join(
@@ -344,7 +348,7 @@ LATE = "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration><SPDPInt
 robot = Peer(CYCLONE, "cyclone.py", 0, 20000, CYCLONEDDS_URI=LATE)
 robot.begin("go")
 watching = watch("count.toml", "count.scope", "late.mcap")
-# When the watch begins, it may be out of reach until its next announcement, and then be given up for the first time.
+# At the beginning of the watch, it may be out of reach until its next announcement, and be given up only after that.
 time.sleep(14)
 _, _, report = end(watching)
 robot.kill()
@@ -353,7 +357,7 @@ assert "was given up" in str(report["notes"]), report["notes"]
 assert numbers[-1] - numbers[0] > 5000, (numbers[0], numbers[-1])
 print("a robot that announces itself late is heard again")
 
-# Firmware with a fixed GUID begins anew, and numbers everything from 1 again: what it says then is heard.
+# Firmware with a fixed GUID restarts, and its numbers begin with 1 again. Its messages are received.
 (FOLDER / "firmware.scope").write_text("property positive := always (counter, base, m.x >= 0)\n"
                                        "property low := always (counter, base, m.x < 1000)\n"
                                        "property comes := eventually (counter, base, m.x = 500)\n")
@@ -365,7 +369,7 @@ def begin_anew(how, stamped, ends):
     watching = watch("count.toml", "firmware.scope", f"firmware-{how}-{ends}.mcap")
     robot.ask("sends 0 300")
     robot.ask(f"restarts {ends}")
-    # What comes until it is heard again is missing.
+    # Its messages are missing until it is discovered again.
     robot.ask("sends 300 50")
     time.sleep(5)
     robot.ask("sends 500 1")
@@ -388,7 +392,7 @@ for case in [("counts", 1, "goodbye"), ("counts", 0, "cut"), ("repeats", 1, "cut
     assert "begun anew" in notes, notes
 print("firmware that begins anew with the same GUID is heard, after a goodbye and without one")
 
-# Everybody here may send anything, so no verdict is certain: but there is one.
+# Any participant may send anything here. There are verdicts, but none is certain.
 seconds = float(os.environ.get("HOSTILE_SECONDS", 6))
 robot = Peer(FAST, "fast.py", int(seconds * 100))
 watching = watch("robot.toml", "safety.scope", "hostile.mcap")

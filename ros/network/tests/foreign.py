@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""`steward watch` beside foreign bridges: `foreign.py STEWARD` (pip install foxglove-sdk foxglove-websocket).
+"""`steward watch` with bridges of others: `foreign.py STEWARD` (pip install foxglove-sdk foxglove-websocket).
 
-The SDK's server, which today's `foxglove_bridge` is made of, and the server of the older protocol, with the same robot:
-what it says is listed, planted violations are found at the right message and, where nothing is said any more, at the
-right time; nothing is published; a bridge that is started again leaves no verdict as it was; and `steward verify` of
-what was recorded gives the same verdicts.
+The servers are that of the SDK, on which today's `foxglove_bridge` is built, and that of the older protocol, both with
+the same robot. What they advertise is listed. Planted violations are found at the right message or, if no messages
+follow, at the right time. Nothing is published. After a restart of the bridge, verdicts are unsure if lost messages
+could change them. `steward verify` gives the same verdicts for the recording.
 """
 import asyncio, atexit, json, socket, struct, subprocess, sys, tempfile, threading, time
 from pathlib import Path
@@ -162,7 +162,7 @@ def wait_for(what, is_so):
 
 
 class Watch:
-    """A running `steward watch`, and the lines that it has said."""
+    """A running `steward watch`, and the lines that it has printed."""
 
     def __init__(self, folder, *more):
         self.asked = ["--map-channels", f"{folder}/robot.toml", "--property", f"{folder}/safety.scope", "--json"]
@@ -215,7 +215,7 @@ def check(server_kind, folder):
     hooked = Path(f"{folder}/hook")
     wait_for("the command", lambda: hooked.exists() and hooked.read_text().endswith("\n"))
     assert json.loads(hooked.read_text()) == violated
-    # Nothing is said any more: time alone shows that it does not stop.
+    # No messages follow: only the time shows that the robot does not stop.
     server.send(*stop(True))
     wait_for("the deadline", lambda: watch.said("stops", "violated"))
     last, status, notes = watch.end()

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What listens in a DDS domain is stopped, frozen and killed, beside real nodes: `pauses.py STEWARD FAST CYCLONE`, with
+"""The listener of a DDS domain is stopped, frozen and killed, with real nodes: `pauses.py STEWARD FAST CYCLONE`, with
 Pythons that have the packages of `robots/marker.py`, and of `robots/cyclone_marker.py`.
 
-STOPS times (4), a process of `steward watch` stands still for a while, whose logarithm is uniform between 10 ms and
-LONGEST_S (3), or is killed; sometimes it is the one that listens, sometimes the one that judges, sometimes both. The
-robot knows what it has sent: no verdict contradicts that, every message is heard or counted as missing, and what comes
-5 s after the pause is judged as if there had been none. `steward sim` is stopped likewise, and comes back to its domain.
-All of it happens in networks of their own, as many as WATCHES (1) beside each other.
+STOPS times (4), a process of `steward watch` is paused or killed: the listener, the process that judges, or both. The
+logarithm of the pause is uniform between 10 ms and LONGEST_S (3). The robot knows what it has sent. No verdict
+contradicts that, every message is received or counted as missing, and messages 5 s after the pause are judged as if
+there had been none. `steward sim` is stopped likewise, and comes back to its domain.
+
+Everything runs in networks of their own, WATCHES (1) of them in parallel.
 """
 import contextlib, json, math, os, random, signal, struct, subprocess, sys, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +22,7 @@ STEWARD, FAST, CYCLONE = apart.paths()
 FOLDER = Path(tempfile.mkdtemp())
 STOPS, LONGEST_S = int(os.environ.get("STOPS", 4)), float(os.environ.get("LONGEST_S", 3))
 WATCHES, SEED = int(os.environ.get("WATCHES", 1)), int(os.environ.get("SEED", 1))
-# So many stops in one watch.
+# The number of stops in one watch.
 EACH = 10
 SOON_S = 5
 TOPICS = {"/count": "counter", "/mark": "marker", "/beat": "beat"}
@@ -32,7 +33,7 @@ FREEZER = Path("/sys/fs/cgroup/freezer")
 
 
 def pause(watching, how, which, seconds):
-    """Lets processes stand still, or kills one."""
+    """Pauses processes, or kills one."""
     listens, judges = int(children(watching)[0]), watching.pid
     pids = {"listens": [listens], "judges": [judges], "both": [judges, listens]}[which]
     if how == "kill":
@@ -40,13 +41,13 @@ def pause(watching, how, which, seconds):
     elif how == "freeze":
         group = FREEZER / f"steward-{judges}"
         group.mkdir(exist_ok=True)
-        # Whatever is there already goes on before what is frozen next.
+        # Processes are thawed in the order in which they have joined the group.
         for pid in pids:
             (group / "cgroup.procs").write_text(str(pid))
         (group / "freezer.state").write_text("FROZEN")
         time.sleep(seconds)
         (group / "freezer.state").write_text("THAWED")
-        # A process may have come to be, or be ending, in the meantime.
+        # Meanwhile, a process may have started, or be ending.
         while group.exists():
             for pid in (group / "cgroup.procs").read_text().split():
                 with contextlib.suppress(ProcessLookupError):
@@ -61,14 +62,14 @@ def pause(watching, how, which, seconds):
 
 
 def properties(stops):
-    """What is asked of each stop, and what is true of it: for each name the property and whether it holds."""
+    """The properties of each stop: for each name, the property and whether it holds."""
     never = lambda value: f"always (marker, base, m.x != {value})"
     answered = lambda asked, answer: (f"always ((marker, base, m.x = {asked}) implies "
                                       f"time_until (marker, base, m.x = {answer}) <= 2 s)")
     return {name: found for k in range(stops) for of in [10 * k] for name, found in {
         f"before_{k}": (never(of + 1), False), f"during_{k}": (never(of + 2), False), f"after_{k}": (never(of + 3), False),
         f"never_{k}": (never(of + 4), True), f"comes_{k}": (f"eventually (marker, base, m.x = {of + 3})", True),
-        # A request before the pause, the answer of which comes in it, or never; and the same afterwards.
+        # A request before the pause is answered during the pause or never. The same is repeated after the pause.
         f"asked_{k}": (answered(of + 5, of + 6), k % 2 == 0), f"again_{k}": (answered(of + 7, of + 8), k % 2 == 0),
     }.items()}
 
@@ -80,7 +81,7 @@ def network():
 
 
 def watched(case):
-    """A watch with some stops: how they were, and how long it took until something was heard again."""
+    """A watch with some stops: what they were, and how long it took until a message was received again."""
     number, stops = case
     draw, inside = random.Random(SEED * 1000 + number), network()
     folder = FOLDER / str(number)
@@ -89,7 +90,7 @@ def watched(case):
     (folder / "marks.scope").write_text("".join(f"property {name} := {what}\n" for name, (what, _) in asked.items()))
     robot = Peer(*[(FAST, "marker.py"), (CYCLONE, "cyclone_marker.py")][number % 2], network=inside)
     words = [*inside, STEWARD, "watch", "--json", "--map-channels", FOLDER / "robot.toml", "--record", folder / "run.mcap"]
-    # It begins by itself in the other network, so that its number is known.
+    # It is started in the other network directly, so that its process id is known.
     watching = subprocess.Popen([*words, "--property", folder / "marks.scope", "--out", folder / "report"],
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert "listening" in watching.stderr.readline()
@@ -105,7 +106,7 @@ def watched(case):
         robot.ask(f"marks {of + 1}")
         time.sleep(0.5)
         robot.ask(f"marks {of + 5}")
-        # The answer comes in the pause, or right after it.
+        # The answer is sent during the pause, or right after it.
         meanwhile = [of + 2, *([of + 6] if k % 2 == 0 else [])]
         with ThreadPoolExecutor(1) as beside:
             paused = beside.submit(pause, watching, how, which, seconds)
@@ -142,14 +143,14 @@ def watched(case):
     for name, (_, holds) in asked.items():
         k = int(name.rsplit("_", 1)[1])
         soon = name.startswith(("after_", "comes_")) or name.startswith("again_") and not holds
-        # A busy machine can hold up what listens once more, which it then tells.
+        # On a busy machine, the listener may have been delayed once more. Then it has recorded that.
         once_more = any(0 < since - drawn[k][-1] - SOON_S < 3 for since in held_up)
         right = ["satisfied"] if holds else ["violated"]
-        # What was seen after a pause decides by itself; what was not seen may have been missed. A robot's answer in
-        # time may have been late by the time that a pause took.
+        # A message that was received after a pause decides. One that was not received may be missing. An answer in time
+        # may have been received late, by the length of the pause.
         allowed = right if soon and not once_more else [*right, "unsure", *(["inconclusive"] if holds else [])]
         if name.startswith("before_"):
-            # On a busy machine, what listens may not have been there again after the pause before.
+            # On a busy machine, the listener may not have recovered from the previous pause.
             allowed = ["violated"] if 10 * k + 1 in seen else ["unsure"]
         if found[name] not in allowed:
             problems.append(f"{name}: {found[name]} ({why[name]}), and {right} is true, after {drawn[k]}")
@@ -160,7 +161,7 @@ def watched(case):
         missing = numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else -1
         if missing != lost[topic]:
             problems.append(f"{missing} messages on {topic} are missing, and {lost[topic]} are counted")
-    # When something that was sent after a pause was heard.
+    # When the first message that was sent after each pause was received.
     again = [min([at_ns / 1e9 - ended for _, at_ns in heard["/count"] if at_ns > ended * 1e9], default=math.inf)
              for *_, ended in drawn]
     counts = {verdict: sum(of == verdict for of in found.values()) for verdict in set(found.values())}
@@ -168,7 +169,7 @@ def watched(case):
 
 
 def simulated(seconds):
-    """A simulated robot that stands still for a while is in its domain again."""
+    """A simulated robot whose processes were paused is in its domain again."""
     inside = network()
     words = [*inside, STEWARD, "sim", "nominal", "--set", "expect={}", "--no-snapshots", "--json", "--out", FOLDER / "sim"]
     robot = subprocess.Popen([*words, "--set", "execution.max_time_s=60"], stdout=subprocess.DEVNULL,

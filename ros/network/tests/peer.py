@@ -1,4 +1,4 @@
-"""A program of robots/ as the checks see it: in a Python of its own, which has the packages that it names."""
+"""A program of robots/, as the checks run it: with a Python of its own that has the packages that the program names."""
 import atexit, json, os, signal, subprocess, tempfile
 from pathlib import Path
 
@@ -6,19 +6,19 @@ ROBOTS = Path(__file__).parent / "robots"
 
 
 class Peer:
-    """One that is up. `network` are the words of a command line that start it in another network."""
+    """A running program. `network` are the words of a command line that start it in another network."""
 
     def __init__(self, python, file, *args, network=(), **env):
         self.errors, pipe = tempfile.TemporaryFile("w+"), subprocess.PIPE
         words = [*network, python, ROBOTS / file, *map(str, args)]
         env = {**{name: value for name, value in os.environ.items() if name != "PYTHONPATH"}, **env}
         self.process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=self.errors, text=True, env=env)
-        # Many do not end by themselves if the check fails.
+        # Most programs do not end by themselves if the check fails.
         atexit.register(self.kill)
         assert self.heard() == {"up": True}, self.said()
 
     def heard(self):
-        """What it answers next. Fast DDS complains on the same output."""
+        """Its next answer. Fast DDS writes warnings to the same output."""
         for line in self.process.stdout:
             if line[0] in "{[":
                 return json.loads(line)
@@ -33,12 +33,12 @@ class Peer:
         return self.heard()
 
     def said(self):
-        """What it has complained of."""
+        """Its errors and warnings."""
         self.errors.seek(0)
         return self.errors.read()
 
     def end(self):
-        """What it answers last, when nothing more is asked of it."""
+        """Its last answer, after its input has ended."""
         self.process.stdin.close()
         last = self.heard()
         self.process.wait(timeout=60)
@@ -50,13 +50,13 @@ class Peer:
 
 
 def children(process):
-    """The processes that a process, which may have several threads, has started."""
+    """The processes that a process has started, from any of its threads."""
     tasks = Path(f"/proc/{process.pid}/task").iterdir()
     return [child for task in tasks for child in (task / "children").read_text().split()]
 
 
 def go_on(pids):
-    """Lets processes that were stopped go on; one that has been replaced meanwhile is gone."""
+    """Resumes processes that were stopped. One that was replaced meanwhile is gone."""
     for pid in pids:
         try:
             os.kill(int(pid), signal.SIGCONT)

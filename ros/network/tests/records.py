@@ -1,4 +1,4 @@
-"""What a recording contains."""
+"""The messages of a recording."""
 import struct
 
 

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""`steward sim` beside real nodes: `sim.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
+"""`steward sim` with real nodes: `sim.py STEWARD FAST CYCLONE`, with Pythons that have the packages of
 `robots/driver.py`, and of `robots/listener.py`.
 
-A node of rclpy plans on the robot's map and drives it through the house, in lock step: every time, the run is the same.
-What rclpy knows of the robot is right, and so is what Cyclone DDS reads of its transforms. `steward watch`, which only
-hears it, gives the verdicts of the scenario's own monitors, and rosbags reads what it records. Whoever sends too much,
-nonsense, or nothing any more does no harm. RUNS are the repetitions. Clients on both middlewares send the robot's own
-navigation goals, cancel and replace them, and ask for what no server can do. They open a door and use other devices, and
-so does a run of steward. All of it happens in a network of its own.
+- A node of rclpy plans on the robot's map and drives it through the house, in lock step. The run is the same every
+  time. RUNS is the number of repetitions.
+- rclpy discovers the robot correctly, and Cyclone DDS reads its transforms.
+- `steward watch` gives the verdicts of the scenario's own monitors, and rosbags reads its recording.
+- Nodes that send too much, nonsense, or nothing any more do no harm.
+- Clients on both middlewares send goals to the robot's own navigation, cancel and replace them, and request the
+  impossible. They open a door and use other devices. So does a run of steward.
+
+Everything runs in a network of its own.
 """
 import collections, json, os, signal, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -35,7 +38,7 @@ from = "Base"
 to = "Monitors"
 fields = { speed_mps = "twist.twist.linear.x" }
 """
-# What was told to `steward watch`, or what was true in the world. The level falls while the robot stands.
+# What `steward watch` received, and what was true in the world. The level falls while the robot stands.
 PROPERTIES = """
 property charged := always ({Battery}, Monitors, level_pct >= 30)
 property spared := always ({Battery}, Monitors, level_pct >= 20)
@@ -123,7 +126,7 @@ try:
 except ImportError:
     print("not run here: rosbags reads what watch records (pip install rosbags)")
 else:
-    # The recording names types, and does not define them.
+    # The recording contains the names of types, but not their definitions.
     store, told = get_typestore(Stores.ROS2_JAZZY), collections.defaultdict(list)
     with Reader(FOLDER / "watch.mcap") as reader:
         for connection, _, data in reader.messages():
@@ -163,17 +166,17 @@ assert cyclone.ask("waits") == {"server": True}
 
 
 def assert_ends(seen, statuses, code):
-    """A goal was accepted, had these statuses, of which the first may be missed if it ends at once, and this end."""
+    """A goal was accepted, and had these statuses and this end. If it ends at once, the first status may be missing."""
     assert seen["accepted"] and seen["statuses"] in (statuses, statuses[1:]), seen
     assert (seen["status"], seen["error_code"], bool(seen["error_msg"])) == (statuses[-1], code, code != 0), seen
 
 
 def assert_serves(client, way_m):
-    """It drives to the hall as asked, at first so many meters away, cancels, and knows which goals there are."""
+    """It drives to the hall, at first this many meters away, cancels, and knows the goals."""
     seen = client.ask(f"goes {HALL}")
     assert_ends(seen, [EXECUTING, SUCCEEDED], 0)
     [first_m, last_m] = seen["left_m"]
-    # It tells ten times a second how it goes, and is not faster than 0.5 m/s.
+    # There is feedback ten times a second, and the robot is not faster than 0.5 m/s.
     assert seen["feedback"] > 20 * (first_m - last_m) * 0.8 and way_m < first_m < way_m + 3 and last_m < 0.3, seen
     seen = client.ask(f"cancels {STATION} 1")
     canceled, again = seen.pop("canceled"), seen.pop("canceled_again")
@@ -204,7 +207,7 @@ cyclone.kill()
 print(f"rclpy and Cyclone DDS had its own navigation drive, in {time.monotonic() - began:.0f} s: goals succeeded, were "
       "canceled, replaced and rejected, also one of the other's")
 
-# A script for nav2_simple_commander, with the qualities that it asks for.
+# A script for nav2_simple_commander, with the quality of service that it requests.
 for options, got in ([], ["amcl_pose", "map"]), (["--no-map"], ["amcl_pose"]):
     commander = Peer(FAST, "commander.py")
     robot = sim("--localize", "--navigate", "--speed", "10", "--set", "stop={}", "--set", "execution.max_time_s=600", *options)
@@ -220,7 +223,7 @@ for options, got in ([], ["amcl_pose", "map"]), (["--no-map"], ["amcl_pose"]):
     report(robot, INTERRUPTED)
 print("what a script for nav2_simple_commander waits for comes: active nodes, a latched pose, and the end of its goal")
 
-# The other side of its devices: a run in which they are components of ROS 2.
+# Its devices from the other side: a run in which they are components of ROS 2.
 (FOLDER / "closes.xml").write_text("""
 <root BTCPP_format="4" main_tree_to_execute="Closes">
   <BehaviorTree ID="Closes"><SequenceWithMemory>
@@ -261,7 +264,7 @@ assert caller.ask("hears /Door/moved 2") == ["moving", "open"]
 assert cyclone.ask("calls /Door/get_state") == [True, "open"]
 [[frame, opening]] = caller.ask("doors")
 assert frame == "map" and abs(opening["kitchen door"]) > 1, opening
-# A speaker says one text at a time, and requests are answered in order; both are heard by the other.
+# A speaker speaks one text at a time, and answers requests in order. Both sides receive both.
 assert cyclone.ask("says Hello! Goodbye!") == [[True, ""], [True, ""]]
 assert caller.ask("hears /Speaker/spoken 2") == ["Hello!", "Goodbye!"]
 assert caller.ask("drives 0.3 2") == {"driven": True}
@@ -286,13 +289,13 @@ print("rclpy and Cyclone DDS open a door, take a box, and hear a button, a speak
 
 
 def processes(of):
-    """A process, and those that it has started."""
+    """A process, and the processes that it has started."""
     inner = Path(f"/proc/{of}/task/{of}/children").read_text().split()
     return [of, *(process for other in inner for process in processes(int(other)))]
 
 
 def worked_s(of):
-    """For how long processes have kept a processor busy."""
+    """The processor time of processes."""
     stats = [Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split() for process in of]
     return sum(int(stat[11]) + int(stat[12]) for stat in stats) / os.sysconf("SC_CLK_TCK")
 

@@ -26,10 +26,12 @@ pub struct Progress<'p> {
     pub done: u64,
     /// The maximum number of runs.
     pub all: u64,
-    /// The events that are counted: each property by its name, and `expectation`.
-    pub asked: &'p [String],
-    /// How often each event happened: the property was violated, or the run was not as expected.
-    pub counts: &'p [Count],
+    /// The names of the properties.
+    pub properties: &'p [String],
+    /// How often each property was violated.
+    pub violated: &'p [Count],
+    /// How often a run was not as expected.
+    pub unexpected: Count,
     /// The run that has just finished; none at the beginning.
     pub run: Option<&'p RunRecord>,
 }
@@ -114,20 +116,19 @@ fn run_each(
 /// Counts events in the runs, in order, and decides whether the campaign's goal is reached.
 struct Watch<'p> {
     plan: &'p Plan,
-    asked: Vec<String>,
-    counts: Vec<Count>,
+    /// For each property, its violations.
+    violated: Vec<Count>,
+    unexpected: Count,
 }
 
 impl<'p> Watch<'p> {
     fn new(plan: &'p Plan) -> Self {
-        let asked: Vec<String> = plan.properties().iter().cloned().chain(["expectation".to_owned()]).collect();
-        Self { plan, counts: vec![Count::default(); asked.len()], asked }
+        Self { plan, violated: vec![Count::default(); plan.properties().len()], unexpected: Count::default() }
     }
 
     fn take(&mut self, record: &RunRecord) {
-        let (expectation, properties) = self.counts.split_last_mut().expect("the expectation is always counted");
-        expectation.push(record.unexpected());
-        for (property, count) in properties.iter_mut().enumerate() {
+        self.unexpected.push(record.unexpected());
+        for (property, count) in self.violated.iter_mut().enumerate() {
             if let Some(violated) = record.violated(property) {
                 count.push(violated);
             }
@@ -135,14 +136,16 @@ impl<'p> Watch<'p> {
     }
 
     fn progress<'s>(&'s self, done: u64, all: u64, run: Option<&'s RunRecord>) -> Progress<'s> {
-        Progress { done, all, asked: &self.asked, counts: &self.counts, run }
+        let Self { plan, violated, unexpected } = self;
+        Progress { done, all, properties: plan.properties(), violated, unexpected: *unexpected, run }
     }
 
     /// The campaign's goal, with the count of its event.
     fn goal(&self) -> Option<(&'p Goal, Count)> {
         let goal = self.plan.file().goal.as_ref()?;
-        let place = self.asked.iter().position(|asked| *asked == goal.of.value);
-        Some((goal, self.counts[place.expect("a plan's goal is checked to refer to an existing event")]))
+        // A plan is checked: a name that is none of a property is `expectation`.
+        let place = self.plan.properties().iter().position(|name| *name == goal.of.value);
+        Some((goal, place.map_or(self.unexpected, |place| self.violated[place])))
     }
 
     fn enough(&self) -> bool {
@@ -242,7 +245,7 @@ mod tests {
             _ => conducted(&plan, run),
         };
         let mut seen = Vec::new();
-        let see = |progress: &Progress<'_>| seen.push((progress.done, progress.counts.to_vec()));
+        let see = |progress: &Progress<'_>| seen.push((progress.done, progress.violated.to_vec(), progress.unexpected));
         let ran = run_each(&plan, Shard::ALL, folder.path(), 2, &NOT, see, work).unwrap();
         assert_eq!((ran.done, ran.complete), (3, true));
         let again = || Journal::open(folder.path(), &Header::of(&plan, Shard::ALL), |_| Ok(()));
@@ -256,12 +259,12 @@ mod tests {
         assert_eq!(summary.failures[0].why.as_deref(), Some("panicked: a wheel came off"));
         assert_eq!(summary.failures[0].command, "steward campaign 'two words.toml' --runs 3 --only 0");
         // Failed runs do not count for a property, either in the summary or in the progress.
-        let (_, counts) = seen.last().unwrap();
-        assert_eq!(counts[0].runs(), 1);
-        assert_eq!((counts[3].happened(), counts[3].runs()), (3, 3), "the third ends before it arrives");
-        assert_eq!(summary.properties[0].count, counts[0]);
-        assert_eq!(summary.expectation.count, counts[3]);
-        assert_eq!(seen.iter().map(|(done, _)| *done).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        let (_, violated, unexpected) = seen.last().unwrap();
+        assert_eq!(violated[0].runs(), 1);
+        assert_eq!((unexpected.happened(), unexpected.runs()), (3, 3), "the third ends before it arrives");
+        assert_eq!(summary.properties[0].count, violated[0]);
+        assert_eq!(summary.expectation.count, *unexpected);
+        assert_eq!(seen.iter().map(|(done, ..)| *done).collect::<Vec<_>>(), [0, 1, 2, 3]);
         assert_eq!(RunRecord::failed(plan.run(0), String::new()).outcome, RunOutcome::Failed);
     }
 }

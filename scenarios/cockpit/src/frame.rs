@@ -37,7 +37,7 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>, scenario: Option<&Sce
             "about": header.about,
             "seed": header.seed,
             "ticks": header.knows_ticks(),
-            "paced": scenario.is_some() && header.has_others(),
+            "paced": scenario.is_some() && header.has_partners(),
             "tick_s": seconds(header.tick),
             "floor": floor,
             "places": things::places(header),

@@ -4,8 +4,8 @@
 //! to browsers. The page gets what is in the run's records, and nothing else; whatever a person does there is an act of
 //! the session. The session can therefore be saved as a scenario that gives the same run.
 //!
-//! If [others](runs::Others) take part, they set the pace: the session goes on as fast as they let it, unless the page
-//! pauses it. While a step waits for them, the page still answers. What they did is not in a saved scenario.
+//! If [partners](runs::Partners) take part, they set the pace: the session goes on as fast as they let it, unless the
+//! page pauses it. While a step waits for them, the page still answers. What they did is not in a saved scenario.
 //!
 //! All records of a session go to a temporary file, from which the page can show the past. [`Cockpit::replay`] shows
 //! recordings in the same way: it copies each one to such a file, as far as it has been written. A [`Board`] shows the

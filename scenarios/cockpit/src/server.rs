@@ -283,8 +283,7 @@ impl Cockpit {
         runtime()?.block_on(self.accept())
     }
 
-    /// The same until `interrupted` is set. A session then ends: its programs are ended, and others who take part are
-    /// left.
+    /// The same until `interrupted` is set. A session then ends, and with it its programs; its partners leave.
     ///
     /// # Errors
     /// As for [`serve`](Self::serve).

@@ -16,14 +16,14 @@ use crate::things;
 /// Makes a session at its start.
 pub(crate) type SessionStart = Box<dyn Fn() -> Result<Session, scenarios::Error> + Send>;
 
-/// A step that waits for others for so long is one on which the page says so.
+/// When a step has waited for partners for this long, the page shows it.
 const LONG: Duration = Duration::from_secs(1);
 
-/// What the page says of a saved session with others.
+/// The page's note on a saved session with partners.
 const APART: &str = "The scenario causes the same faults at the same times. What others did in this run is not in it: \
                      it ends and expects what the original does, and need not go as this run did.";
 
-/// A session that goes on at the pilot's pace, or at that of the others who take part.
+/// A session that goes on at the pilot's pace, or at that of the partners that take part.
 pub(crate) struct Steered {
     start: SessionStart,
     session: Session,
@@ -31,7 +31,7 @@ pub(crate) struct Steered {
     /// The lasting acts, by the page's names for them.
     acts: BTreeMap<String, usize>,
     last_scene: Instant,
-    /// Since when a step has waited for others.
+    /// Since when a step has waited for partners.
     waiting: Option<Instant>,
 }
 
@@ -49,10 +49,10 @@ impl Steered {
     /// Starts the session anew, at the same speed.
     ///
     /// # Errors
-    /// If its files have become wrong meanwhile: the session then goes on. One with others is over: they leave before
-    /// those of the next one join.
+    /// If its files have become wrong meanwhile: the session then goes on. One with partners is over: they leave
+    /// before those of the next one join.
     pub(crate) fn restart(&mut self) -> Result<(), scenarios::Error> {
-        if self.session.has_others() {
+        if self.session.has_partners() {
             self.session.end();
         }
         self.session = (self.start)()?;
@@ -70,7 +70,7 @@ impl Steered {
         &self.clock
     }
 
-    /// Whether nothing happens until somebody asks for it.
+    /// Whether nothing happens until the pilot requests it.
     pub(crate) fn rests(&self) -> bool {
         self.clock.is_paused() || self.session.view().end().is_some()
     }
@@ -80,7 +80,7 @@ impl Steered {
         match self.rests() {
             true => most,
             // Its steps take as long as they should.
-            false if self.session.has_others() => Duration::ZERO,
+            false if self.session.has_partners() => Duration::ZERO,
             false => self.clock.wait(self.next(), most.min(FRAME)),
         }
     }
@@ -98,7 +98,7 @@ impl Steered {
         let waited = self.is_waiting();
         while self.is_due() && now() < deadline {
             // One scene per frame is enough.
-            let is_slow = !self.session.has_others() && self.clock.speed().is_some_and(|speed| speed <= 1.0);
+            let is_slow = !self.session.has_partners() && self.clock.speed().is_some_and(|speed| speed <= 1.0);
             let detail = if is_slow || self.last_scene.elapsed() >= FRAME / 2 { Detail::Scenes } else { Detail::Full };
             match self.session.step(detail) {
                 Ok(true) => self.waiting = None,
@@ -117,7 +117,7 @@ impl Steered {
             self.clock.stepped(self.session.view().ticks());
             self.send(shown)?;
         }
-        // What others were still awaited for, when they had to leave.
+        // The rest of a step that waited for partners when they had to leave.
         self.send(shown)?;
         self.clock.arrive(self.session.view().time());
         if self.is_waiting() != waited {
@@ -126,14 +126,14 @@ impl Steered {
         Ok(failure)
     }
 
-    /// Whether a step has waited for others for long.
+    /// Whether a step has waited for partners for long.
     fn is_waiting(&self) -> bool {
         !self.rests() && self.waiting.is_some_and(|since| since.elapsed() >= LONG)
     }
 
     fn is_due(&self) -> bool {
         let view = self.session.view();
-        let is_paced = self.session.has_others() && self.clock.is_running();
+        let is_paced = self.session.has_partners() && self.clock.is_running();
         view.end().is_none() && (is_paced || self.clock.allows(self.next(), view.ticks()))
     }
 
@@ -147,7 +147,7 @@ impl Steered {
     /// If a record cannot be stored.
     pub(crate) fn obey(&mut self, command: Command, shown: &mut ShownRun) -> io::Result<Value> {
         let (time, ticks) = (self.session.view().time(), self.session.view().ticks());
-        if matches!(command, Command::Speed { .. }) && self.session.has_others() {
+        if matches!(command, Command::Speed { .. }) && self.session.has_partners() {
             return Ok(json!({ "refused": "the others who take part in this run set its pace" }));
         }
         if self.clock.is_paused() && command.is_of_pace() {
@@ -165,7 +165,7 @@ impl Steered {
             },
             Command::Save => Ok(json!({
                 "scenario": self.session.saved(),
-                "note": self.session.has_others().then_some(APART),
+                "note": self.session.has_partners().then_some(APART),
             })),
             Command::End => {
                 self.session.end();
@@ -188,7 +188,7 @@ impl Steered {
         Ok(json!({ "act": act }))
     }
 
-    /// The lasting acts, and whether others are awaited.
+    /// The lasting acts, and whether a step waits for partners.
     pub(crate) fn describe(&self, frame: &mut Map<String, Value>) {
         frame.insert("waits".to_owned(), self.is_waiting().into());
         frame.insert("lasting".to_owned(), things::lasting(&self.session, &self.acts));

@@ -4,7 +4,7 @@
 
 mod access;
 mod browser;
-mod others;
+mod partners;
 mod recordings;
 mod sessions;
 

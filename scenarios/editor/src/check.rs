@@ -8,7 +8,7 @@ use bags::Described;
 use bt::Tree;
 use campaigns::{Error, Plan};
 use channels::Symbol;
-use diagnostics::Disk;
+use diagnostics::{Disk, counted, parts};
 use interfaces::Interface;
 use maps::Cell;
 use miette::Diagnostic;
@@ -17,10 +17,8 @@ use scenarios::processes::HEARERS;
 use scenarios::scenario::{Conduct, Found, Scenario, find};
 use skills::{Chart, Strictness};
 
-use crate::counted::counted;
 use crate::file_kind::FileKind;
 use crate::named_files;
-use crate::parts::parts;
 use crate::system::System;
 use crate::toml_subject::Toml;
 

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use campaigns::Error;
-use diagnostics::Reads;
+use diagnostics::{PartsOfText, Reads, parts_by_text};
 use miette::{Diagnostic, LabeledSpan, MietteDiagnostic, Severity};
 
 use crate::check::Checked;
-use crate::parts::{PartsOfText, parts_by_text};
 
 /// One thing that is wrong with a file, or looks wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

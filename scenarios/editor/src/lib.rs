@@ -2,7 +2,6 @@
 
 mod answers;
 pub mod check;
-mod counted;
 mod expressions;
 mod file_kind;
 pub mod findings;
@@ -12,7 +11,6 @@ mod leaf_words;
 mod machine_words;
 mod name_index;
 pub mod named_files;
-mod parts;
 mod paths;
 mod project;
 pub mod proposal;
@@ -29,11 +27,9 @@ mod tree_words;
 mod xml_place;
 
 pub use answers::EditedFile;
-pub use counted::counted;
 pub use file_kind::FileKind;
 pub use language::Language;
 pub use name_index::{Mention, NameIndex, NameKind};
-pub use parts::{Part, PartsOfText, parts, parts_by_text};
 pub use project::{CheckedDocuments, Documents, FileContext, Project};
 pub use quick_fix::{QuickFix, quick_fix};
 pub use rename::{Renaming, rename};

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use bt::{Kind, Tree, builtin_ports};
+use bt::{Kind, PortForm, Tree, builtin_ports};
 use diagnostics::markup::attribute as attribute_text;
 
 use crate::expressions::word_in;
@@ -79,9 +79,14 @@ fn is_node(tag: &Tag, around: &[Tag]) -> bool {
     tag.name != "BehaviorTree" && around.iter().any(|open| open.name == "BehaviorTree")
 }
 
+/// The name of a node.
+fn node_of(tag: &Tag) -> &str {
+    tag.get("ID").unwrap_or(&tag.name)
+}
+
 /// The ports of a node, each with what it takes.
 fn ports_of(tag: &Tag, text: &str, known: &Knowledge) -> Vec<(String, String)> {
-    let node = tag.get("ID").unwrap_or(&tag.name);
+    let node = node_of(tag);
     if let Some(kind) = builtin(node) {
         let takes = |port: &bt::BuiltinPort| match port.default {
             _ if port.required => format!("{}; required", port.takes),
@@ -138,9 +143,10 @@ fn values(text: &str, at: usize, tag: &Tag, attribute: &str, known: &Knowledge, 
     let written = &text[word.start..at];
     let takes = ports_of(tag, text, known).into_iter().find(|(name, _)| name == attribute).map(|(_, takes)| takes);
     let takes = takes.as_deref().unwrap_or_default();
-    let is_script = takes.starts_with("a script") || hook(attribute).is_some();
-    let is_key = takes.starts_with("the name of an entry");
-    if is_script || is_key || written.rfind('{') > written.rfind('}') {
+    let port = builtin(node_of(tag)).and_then(|kind| builtin_ports(kind).find(|port| port.name == attribute));
+    let form = port.map(|port| port.form);
+    let is_code = matches!(form, Some(PortForm::Script | PortForm::Entry)) || hook(attribute).is_some();
+    if is_code || written.rfind('{') > written.rfind('}') {
         let word = word_in(text, word, at, |c| c.is_alphanumeric() || c == '_');
         let entry = |name: &String| Proposal::new(name, ProposalKind::Name, "an entry", &word);
         let others = entries(text, at);
@@ -155,7 +161,7 @@ fn values(text: &str, at: usize, tag: &Tag, attribute: &str, known: &Knowledge, 
         ("root", "BTCPP_format") => ["3", "4"].map(str::to_owned).into(),
         (_, "_autoremap") => ["false", "true"].map(str::to_owned).into(),
         (_, "ID") => declared_in(text),
-        _ if takes.starts_with("true or false") => ["false", "true"].map(str::to_owned).into(),
+        _ if form == Some(PortForm::Truth) => ["false", "true"].map(str::to_owned).into(),
         // A leaf's port takes what its machine expects: often a place.
         _ if !takes.is_empty() && builtin(&tag.name).is_none() && !text[word.clone()].contains('{') => {
             known.places().map(attribute_text).collect()

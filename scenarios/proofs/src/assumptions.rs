@@ -11,7 +11,8 @@ use scenarios::scenario::{
     Scenario, StandIn, TripAssumption,
 };
 
-use super::faults;
+use super::environment::{Changed, WorldState};
+use super::faults::{self, without_faults};
 
 /// Something that a proof assumes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,13 +110,12 @@ pub(super) fn left_out(properties: &[(String, String)]) -> Option<Assumption> {
 
 /// The assumptions of which a run makes use: what they allow happens in it.
 pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Switched]) -> Vec<Assumption> {
-    let words = run.steps().iter().filter_map(|step| match step {
-        PathStep::Environment { words, .. } => Some(words.as_str()),
+    let moves = run.steps().iter().filter_map(|step| match step {
+        PathStep::Environment { state, .. } => without_faults(state).get::<WorldState>(),
         _ => None,
     });
     // What the drivers report first is the start.
-    let moves: Vec<&str> = words.skip(1).collect();
-    let happens = |what: &[&str]| moves.iter().any(|words| what.iter().any(|what| words.contains(what)));
+    let moves: Vec<Changed> = moves.skip(1).map(|state| state.changed).collect();
     let topology = replay.system.topology();
     let speaks = |name: &str| {
         let is_from = |channel| topology.ends(channel).0 == name;
@@ -125,8 +125,8 @@ pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Sw
             .any(|(_, event)| matches!(event.kind, EventKind::Received { channel, .. } if is_from(channel)))
     };
     let is_used = |assumption: &&Assumption| match &assumption.about {
-        About::Battery => happens(&["the level is", "charging"]),
-        About::Trips => happens(&["the robot", "the trip"]),
+        About::Battery => moves.iter().any(|changed| changed.battery),
+        About::Trips => moves.iter().any(|changed| changed.trip),
         About::Messages => !replay.damaged.is_empty(),
         About::Faults => faults::changes(run, faults).iter().any(Option::is_some),
         About::Component(name) => speaks(name),

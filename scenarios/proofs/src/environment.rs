@@ -1,9 +1,10 @@
 //! What may happen around the tree, skills and components: the drivers of the built-in components, and the world behind
 //! them, as the environment of a proof.
 
+use std::hash::{Hash, Hasher};
 use std::time::Duration;
 
-use channels::{ChannelId, Message, Process, ProcessId, Value};
+use channels::{ChannelId, Message, Process, ProcessId, Symbol, Value};
 use components::{BatteryReader, Localization, Navigation, TripStatus};
 use explorer::{Environment, Instant, Move};
 use scenarios::scenario::schedule::DriverData;
@@ -11,7 +12,7 @@ use scenarios::scenario::{Fact, Truths};
 
 use super::battery::{BatteryModel, BatteryUpdate, Charge};
 use super::faults::{inside, is_out};
-use super::levels::Class;
+use super::levels::{Class, Levels};
 
 /// A robot's battery, Localization and Navigation, which may do anything that the assumptions allow.
 #[derive(Clone, Debug)]
@@ -71,12 +72,63 @@ pub(super) struct WorldState {
     charge: Charge,
     /// The class of the battery's level, and whether it is being charged, if monitors are shown the world.
     shown: Option<(Class, bool)>,
+    /// What the move to this state has changed.
+    pub(super) changed: Changed,
 }
 
 impl WorldState {
     /// The class of the battery's level, and whether the battery is being charged.
     pub(super) fn battery(self) -> (Class, bool) {
         (self.charge.level, self.charge.is_charging)
+    }
+}
+
+/// What a move changes for the processes. Nothing depends on it: states that differ only in it are the same state.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Changed {
+    /// The battery's level, whether it is being charged, or something at the station, where it may be charged.
+    pub(super) battery: bool,
+    /// The robot's place, or the end of its trip.
+    pub(super) trip: bool,
+}
+
+impl PartialEq for Changed {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Changed {}
+
+impl Hash for Changed {
+    fn hash<H: Hasher>(&self, _: &mut H) {}
+}
+
+/// Something that changes for the processes.
+#[derive(Clone, Copy, Debug)]
+enum Change<'a> {
+    /// The robot reaches the goal of its trip, which implies where it is.
+    Arrives(&'a str),
+    TripFails(&'a str),
+    IsAt(&'a str),
+    ComesTo(&'a str),
+    Leaves(&'a str),
+    Level(&'a Levels, Class),
+    Charging(bool),
+}
+
+impl Change<'_> {
+    fn in_words(self) -> String {
+        match self {
+            Self::Arrives(place) => format!("the robot arrives at {place}"),
+            Self::TripFails(place) => format!("the trip to {place} fails"),
+            Self::IsAt(place) => format!("the robot is at {place}"),
+            Self::ComesTo(place) => format!("the robot comes to {place}"),
+            Self::Leaves(place) => format!("the robot leaves {place}"),
+            Self::Level(levels, class) => format!("the level is {}", levels.words(class)),
+            Self::Charging(true) => "charging begins".to_owned(),
+            Self::Charging(false) => "charging ends".to_owned(),
+        }
     }
 }
 
@@ -189,11 +241,18 @@ impl RobotEnvironment {
         legs.flat_map(move |leg| self.battery_updates(state, leg, instant).into_iter().map(move |update| (leg, update)))
     }
 
-    fn made(&self, leg: Leg, update: Option<BatteryUpdate>) -> Move<WorldState> {
+    fn made(
+        &self,
+        before: WorldState,
+        leg: Leg,
+        update: Option<BatteryUpdate>,
+        driven: &Driven<'_>,
+    ) -> Move<WorldState> {
         let charge = update.map(|update| update.charge).unwrap_or_default();
         let battery = update.map(|BatteryUpdate { class, is_charging, .. }| (class, is_charging));
         let shown = self.world.as_ref().map(|_| battery.unwrap_or_default());
-        let state = WorldState { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge, shown };
+        let changed = self.changed(self.changes(before, leg, update, driven));
+        let state = WorldState { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge, shown, changed };
         let reports = [
             update.map(|BatteryUpdate { class, is_charging, .. }| 2 * class as u32 + u32::from(is_charging)),
             self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u32)),
@@ -202,44 +261,66 @@ impl RobotEnvironment {
         Move { state, reports: reports.into_iter().flatten().collect() }
     }
 
-    /// The changes for the processes, in words.
-    fn in_words(&self, before: WorldState, leg: Leg, update: Option<BatteryUpdate>, driven: &Driven<'_>) -> String {
-        let mut parts = Vec::new();
-        // Only what changes is worth mentioning. An arrival implies where the robot is.
+    /// The changes for the processes: only they are worth mentioning.
+    fn changes<'s>(
+        &'s self,
+        before: WorldState,
+        leg: Leg,
+        update: Option<BatteryUpdate>,
+        driven: &Driven<'s>,
+    ) -> [Option<Change<'s>>; 4] {
         let place = |at: Option<Spot>| at.map(|at| self.places[at].as_str());
-        let to = driven.navigation.and_then(Navigation::trip_place);
+        let to = driven.navigation.and_then(Navigation::trip_place).map(Symbol::name);
         let was_running = driven.navigation.and_then(Navigation::trip_status) == Some(TripStatus::Running);
-        match (leg.status, to) {
-            (Some(TripStatus::Success), Some(to)) if was_running => {
-                parts.push(format!("the robot arrives at {}", to.name()))
-            }
+        let [ended, moved] = match (leg.status.filter(|_| was_running), to) {
+            (Some(TripStatus::Success), Some(to)) => [Some(Change::Arrives(to)), None],
             (status, to) => {
-                if let (Some(TripStatus::Failure), true, Some(to)) = (status, was_running, to) {
-                    parts.push(format!("the trip to {} fails", to.name()));
-                }
-                match (place(leg.at), place(before.at)) {
-                    (Some(at), _) if !before.has_begun => parts.push(format!("the robot is at {at}")),
-                    (Some(at), was) if was != Some(at) => parts.push(format!("the robot comes to {at}")),
-                    (None, Some(was)) => parts.push(format!("the robot leaves {was}")),
-                    _ => {}
+                let failed = to.filter(|_| status == Some(TripStatus::Failure));
+                let moved = match (place(leg.at), place(before.at)) {
+                    (Some(at), _) if !before.has_begun => Some(Change::IsAt(at)),
+                    (Some(at), was) if was != Some(at) => Some(Change::ComesTo(at)),
+                    (None, Some(was)) => Some(Change::Leaves(was)),
+                    _ => None,
+                };
+                [failed.map(Change::TripFails), moved]
+            }
+        };
+        let [level, charging] = match (update, &self.battery) {
+            (Some(BatteryUpdate { class, is_charging, .. }), Some(BatteryModel { levels, .. })) => {
+                let was = driven.battery.and_then(BatteryReader::reading);
+                let is_new = was.is_none_or(|(was_pct, _)| was_pct.total_cmp(&levels.level_pct(class)).is_ne());
+                let was_charging = was.is_some_and(|(_, was_charging)| was_charging);
+                let charging = (was_charging != is_charging).then_some(Change::Charging(is_charging));
+                [is_new.then_some(Change::Level(levels, class)), charging]
+            }
+            _ => [None, None],
+        };
+        [ended, moved, level, charging]
+    }
+
+    /// What these changes are about. At the station, the battery may be charged or not.
+    fn changed(&self, changes: [Option<Change<'_>>; 4]) -> Changed {
+        let station = self.station.map(|station| self.places[station].as_str());
+        let mut changed = Changed::default();
+        for change in changes.into_iter().flatten() {
+            match change {
+                Change::Level(..) | Change::Charging(_) => changed.battery = true,
+                Change::Arrives(place)
+                | Change::TripFails(place)
+                | Change::IsAt(place)
+                | Change::ComesTo(place)
+                | Change::Leaves(place) => {
+                    changed.trip = true;
+                    changed.battery |= station == Some(place);
                 }
             }
         }
-        if let Some((BatteryUpdate { class, is_charging, .. }, BatteryModel { levels, .. })) =
-            update.zip(self.battery.as_ref())
-        {
-            let was = driven.battery.and_then(BatteryReader::reading);
-            let level_pct = levels.level_pct(class);
-            if was.is_none_or(|(was_pct, _)| was_pct.total_cmp(&level_pct).is_ne()) {
-                parts.push(format!("the level is {}", levels.words(class)));
-            }
-            match was.is_some_and(|(_, was_charging)| was_charging) {
-                false if is_charging => parts.push("charging begins".to_owned()),
-                true if !is_charging => parts.push("charging ends".to_owned()),
-                _ => {}
-            }
-        }
-        parts.join(", ")
+        changed
+    }
+
+    fn components<'p>(&self, driven: &[&'p dyn Process]) -> Driven<'p> {
+        let battery = self.battery.as_ref().map(|battery| battery.process);
+        Driven { battery: self.process(driven, battery), navigation: self.process(driven, self.trips.process) }
     }
 }
 
@@ -257,12 +338,19 @@ impl Environment for RobotEnvironment {
     }
 
     fn start(&self) -> WorldState {
-        WorldState { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default(), shown: None }
+        WorldState {
+            has_begun: false,
+            at: self.start,
+            elapsed: 0,
+            charge: Charge::default(),
+            shown: None,
+            changed: Changed::default(),
+        }
     }
 
     fn moves(&self, state: &WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<Move<WorldState>> {
-        let choices = self.choices(*state, driven, instant);
-        choices.map(|(leg, update)| self.made(leg, update)).collect()
+        let (choices, components) = (self.choices(*state, driven, instant), self.components(driven));
+        choices.map(|(leg, update)| self.made(*state, leg, update, &components)).collect()
     }
 
     /// The numbers are those of [`RobotEnvironment::made`].
@@ -281,11 +369,12 @@ impl Environment for RobotEnvironment {
     }
 
     fn words(&self, state: &WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<String> {
-        let navigation = self.process(driven, self.trips.process);
-        let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
-        let known = Driven { battery, navigation };
-        let choices = self.choices(*state, driven, instant);
-        choices.map(|(leg, update)| self.in_words(*state, leg, update, &known)).collect()
+        let (choices, components) = (self.choices(*state, driven, instant), self.components(driven));
+        let in_words = |(leg, update)| {
+            let changes = self.changes(*state, leg, update, &components).into_iter().flatten();
+            changes.map(Change::in_words).collect::<Vec<_>>().join(", ")
+        };
+        choices.map(in_words).collect()
     }
 
     /// As in a run, monitors are shown what has changed.

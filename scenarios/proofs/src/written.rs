@@ -1,6 +1,5 @@
 //! A run that was found, as files: a schedule, and a scenario that follows the schedule.
 
-use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
@@ -89,13 +88,12 @@ impl Proof {
         let mut text = format!("# It follows {SCHEDULE}, without physics: see `steward help prove`.\n");
         let more = self.long_enough(duration(run) + self.scenario.file.execution.tick);
         text += &self.based_on_it(about, &more, folder);
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
+        text += &format!("faults = []\nexecution.schedule = {}\n", quoted(SCHEDULE));
         // It ends with its schedule, and no sooner because of another property.
         let stop = &self.scenario.file.stop;
         for (key, properties) in [("on_violation", &stop.on_violation), ("when_settled", &stop.when_settled)] {
             if !matches!(properties, SomeProperties::None) {
-                let _ = writeln!(text, "stop.{key} = false");
+                text += &format!("stop.{key} = false\n");
             }
         }
         // A schedule takes the place of the world, of which some properties speak.
@@ -105,13 +103,13 @@ impl Proof {
                 continue;
             };
             let outcome = Outcome::of(monitor.as_ref());
-            let _ = writeln!(text, "expect.{} = {}", quoted(&watched.name), quoted(outcome.name()));
+            text += &format!("expect.{} = {}\n", quoted(&watched.name), quoted(outcome.name()));
         }
         // An error of the tree is known only until its next tick.
         let mut errors = coverage::failed(self.scenario.tree(), &self.system);
         self.replayed(answer, run, |_, system| errors.extend(coverage::failed(self.scenario.tree(), system)))?;
         let errors: Vec<String> = errors.iter().map(|name| quoted(name)).collect();
-        let _ = writeln!(text, "expect.errors = [{}]", errors.join(", "));
+        text += &format!("expect.errors = [{}]\n", errors.join(", "));
         Ok(text)
     }
 
@@ -129,10 +127,9 @@ impl Proof {
         let about = format!("{} is also violated in the simulation", question.property);
         let text = "# The levels and the lost messages of the run that was found, as faults.\n".to_owned();
         let mut text = text + &self.based_on_it(&about, &physical.overrides, folder);
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "stop.on_violation = [{}]\nstop.after_s = 0", quoted(&question.property));
+        text += &format!("stop.on_violation = [{}]\nstop.after_s = 0\n", quoted(&question.property));
         for (name, outcome) in &physical.outcomes {
-            let _ = writeln!(text, "expect.{} = {}", quoted(name), quoted(outcome.name()));
+            text += &format!("expect.{} = {}\n", quoted(name), quoted(outcome.name()));
         }
         Ok(diagnostics::write_whole(&folder.join(PHYSICS), text)?)
     }

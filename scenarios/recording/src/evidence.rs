@@ -1,5 +1,7 @@
 //! What a verdict rests on.
 
+use std::fmt;
+
 use monitors::Outcome;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +37,45 @@ impl Certainty {
             Self::Sure => None,
             Self::Unless(why) | Self::Unsure(why) | Self::Groundless(why) => Some(why),
         }
+    }
+
+    /// The verdict that may be shown for this outcome of a monitor.
+    #[must_use]
+    pub fn verdict(&self, outcome: Outcome) -> ShownVerdict {
+        match self {
+            Self::Sure | Self::Unless(_) => ShownVerdict::Of(outcome),
+            Self::Unsure(_) => ShownVerdict::Unsure,
+            Self::Groundless(_) => ShownVerdict::Groundless,
+        }
+    }
+}
+
+/// A verdict that may be shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShownVerdict {
+    /// The outcome of the monitor.
+    Of(Outcome),
+    /// Messages are missing that could change it.
+    Unsure,
+    /// There is none, since nothing could be judged.
+    Groundless,
+}
+
+impl ShownVerdict {
+    /// Its name in results: `satisfied`, `violated`, `inconclusive`, `unsure`, or `no verdict`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Of(outcome) => outcome.name(),
+            Self::Unsure => "unsure",
+            Self::Groundless => "no verdict",
+        }
+    }
+}
+
+impl fmt::Display for ShownVerdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 
@@ -75,17 +116,6 @@ impl Evidence {
     #[must_use]
     pub fn silent(&self) -> &[String] {
         &self.silent
-    }
-
-    /// The verdict that may be shown for this outcome of a monitor: `satisfied`, `violated`, `inconclusive`, `unsure`,
-    /// or `no verdict`.
-    #[must_use]
-    pub fn verdict(&self, outcome: Outcome) -> &'static str {
-        match self.certainty {
-            Certainty::Sure | Certainty::Unless(_) => outcome.name(),
-            Certainty::Unsure(_) => "unsure",
-            Certainty::Groundless(_) => "no verdict",
-        }
     }
 
     /// Whether an outcome may be shown at all.

@@ -55,7 +55,7 @@ pub struct Header {
     /// Those of them that were nodes of ROS 2, outside the program: another run need not be the same.
     #[serde(default)]
     pub remote: Vec<String>,
-    /// Whether somebody outside the program drove the robot: the same holds.
+    /// Whether a controller outside the program drove the robot: the same holds.
     #[serde(default)]
     pub is_piloted: bool,
     /// The machines of the skills and components that have one.
@@ -75,9 +75,9 @@ pub struct Header {
 }
 
 impl Header {
-    /// Whether anything took part from outside the program: another run need not be the same.
+    /// Whether partners outside the program took part: another run need not be the same.
     #[must_use]
-    pub fn has_others(&self) -> bool {
+    pub fn has_partners(&self) -> bool {
         self.is_piloted || !self.remote.is_empty()
     }
 

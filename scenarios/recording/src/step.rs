@@ -10,7 +10,7 @@ use monitors::{EventTime, Witness};
 use robot::LaserScan;
 use serde::{Deserialize, Serialize};
 
-use crate::{Fault, MonitorState, plain};
+use crate::{Fault, MonitorState, Navigation, plain};
 
 /// How much detail each step contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -289,33 +289,6 @@ impl From<&bt::Value> for EntryValue {
     }
 }
 
-/// The status of navigation, and its reason.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Navigation {
-    /// Its status: `waiting_obstacle`.
-    pub status: String,
-    /// Why it has given up or has no path, in words.
-    pub reason: Option<String>,
-    /// The recovery behavior that is running: `back_up`.
-    pub recovery: Option<String>,
-}
-
-impl Navigation {
-    /// The status with the reason and the recovery behavior, in words: `failing (back up): there is no path to the
-    /// goal`.
-    #[must_use]
-    pub fn words(&self) -> String {
-        let mut words = self.status.replace('_', " ");
-        if let Some(recovery) = &self.recovery {
-            words += &format!(" ({})", recovery.replace('_', " "));
-        }
-        if let Some(reason) = &self.reason {
-            words += &format!(": {reason}");
-        }
-        words
-    }
-}
-
 /// The visible scene at one moment of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
@@ -350,19 +323,4 @@ pub struct Body {
     /// The pose of its center, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_words_contain_the_reason_and_the_behavior() {
-        let mut navigation = Navigation { status: "preparing_before_move".to_owned(), reason: None, recovery: None };
-        assert_eq!(navigation.words(), "preparing before move");
-        navigation.status = "failing".to_owned();
-        navigation.reason = Some("there is no path to the goal".to_owned());
-        navigation.recovery = Some("back_up".to_owned());
-        assert_eq!(navigation.words(), "failing (back up): there is no path to the goal");
-    }
 }

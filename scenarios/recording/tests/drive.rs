@@ -8,7 +8,8 @@ use channels::{Capacity, Domain, Event, EventKind, FieldKind, Message, Shape, To
 use maps::{OccupancyGrid, Point, pose};
 use recording::{
     Archive, Battery, Body, Decision, Details, End, Ended, Fault, Follower, Happening, Header, Monitor, MonitorEnd,
-    MonitorState, Navigation, Node, Place, Premises, RobotBody, RobotState, RunView, Scene, Step, TREE, Truth,
+    MonitorState, Navigation, NavigationStatus, Node, Place, Premises, RobotBody, RobotState, RunView, Scene, Step,
+    TREE, Truth,
 };
 use robot::{LaserScan, LaserSpec};
 
@@ -123,7 +124,8 @@ fn step(number: u32) -> Step {
         details.events = vec![tick(time), level(time, charge_pct)];
         details.outcomes = vec![(1, Some(bt::Outcome::Answered(bt::Status::Running)))];
         details.scene = Some(Arc::new(scene(time)));
-        details.navigation = Some(Navigation { status: format!("driving {number}"), ..Navigation::default() });
+        let reason = Some(format!("since step {number}"));
+        details.navigation = Some(Navigation { status: NavigationStatus::Moving, reason, recovery: None });
     }
     if number == 100 {
         let position = Some(Point::new(x_m, 0.0));

@@ -60,7 +60,7 @@ fn a_view_has_the_present_state_and_the_history_that_readers_need() {
     // What a step does not mention stays as it was.
     view.apply(Step { time: 121 * DT, communications: 2, ..Step::default() }).unwrap();
     assert_eq!(view.robot().truth.unwrap().distance_m, 1.2);
-    assert_eq!(view.navigation().unwrap().status, "driving 110");
+    assert_eq!(view.navigation().unwrap().words(), "moving: since step 110");
     assert!(view.new_scene().is_none() && view.scene().bodies.len() == 1);
     assert_eq!(view.seen_from(), until(110).robot().pose());
 

@@ -36,7 +36,7 @@ use diagnostics::Staging;
 use drawing::{Renderer, Scene};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
-use recording::RunView;
+use recording::{RunView, ShownVerdict};
 use sha2::{Digest, Sha256};
 
 use crate::Error;
@@ -125,22 +125,23 @@ pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Pi
     let parts = [before.0.len(), between.0.len(), after.0.len(), STYLE.len()];
     let used: usize = parts.into_iter().chain(stories.iter().map(Story::len)).sum();
     let album = Album::new(pictures, MOST_BYTES.saturating_sub(used));
-    document(
-        &title,
-        &html! {
-            (before)
-            (violations::section(&stories, |story| album.violation(&story.name)))
-            (between)
-            (album.section())
-            (after)
-        },
-    )
+    let main = html! {
+        (before)
+        (violations::section(&stories, |story| album.violation(&story.name)))
+        (between)
+        (album.section())
+        (after)
+    };
+    document_with(SCRIPT, &title, &main)
 }
 
 /// A self-contained page with this title, in the colors and the style of all pages.
 pub fn document(title: &str, main: &Markup) -> String {
-    let has_timeline = main.0.contains("<figure class=\"panel timeline\"");
-    let script = if has_timeline { SCRIPT } else { "" };
+    document_with("", title, main)
+}
+
+/// The same, with a script unless that is empty.
+fn document_with(script: &str, title: &str, main: &Markup) -> String {
     let allowed = format!("'sha256-{}'", BASE64.encode(Sha256::digest(script)));
     let policy = format!("default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {allowed}");
     let page = html! {
@@ -157,7 +158,7 @@ pub fn document(title: &str, main: &Markup) -> String {
             }
             body {
                 main { (main) }
-                @if has_timeline { script { (PreEscaped(script)) } }
+                @if !script.is_empty() { script { (PreEscaped(script)) } }
             }
         }
     };
@@ -172,10 +173,9 @@ pub fn document(title: &str, main: &Markup) -> String {
 
 /// The verdicts for the page's title.
 fn in_a_word(report: &Report) -> String {
-    let verdict = |monitor: &MonitorReport| match monitor.certainty {
-        "none" => format!("{} without a verdict", monitor.name),
-        "unsure" => format!("{} unsure", monitor.name),
-        _ => format!("{} {}", monitor.name, monitor.verdict),
+    let verdict = |monitor: &MonitorReport| match monitor.found() {
+        ShownVerdict::Groundless => format!("{} without a verdict", monitor.name),
+        found => format!("{} {found}", monitor.name),
     };
     let verdicts: Vec<String> = report.monitors.iter().map(verdict).collect();
     if verdicts.is_empty() { "no property watched".to_owned() } else { verdicts.join(", ") }

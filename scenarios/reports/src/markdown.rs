@@ -4,7 +4,7 @@
 //! pages and pictures. Texts from files are escaped. A summary that is too long for GitHub ends where that is, and says
 //! so.
 
-use std::fmt::Write;
+use std::fmt::{self, Formatter};
 use std::path::{Component, Path, PathBuf};
 
 use crate::results::{Case, CaseResult, FileFinding, FindingKind, Results, Suite};
@@ -33,13 +33,11 @@ pub(crate) fn begins(text: &str) -> bool {
 /// limits, in words.
 #[must_use]
 pub(crate) fn document(results: &Results, folder: &Path) -> (String, Vec<String>) {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_table(&mut text, results);
-    for suite in &results.suites {
-        let _ = write_suite(&mut text, suite, folder);
-    }
-    cut(text)
+    let whole = fmt::from_fn(|text| {
+        write_table(text, results)?;
+        results.suites.iter().try_for_each(|suite| write_suite(text, suite, folder))
+    });
+    cut(whole.to_string())
 }
 
 /// The text as far as GitHub accepts it. Each line stands for itself, so it may end after any.
@@ -53,11 +51,11 @@ fn cut(mut text: String) -> (String, Vec<String>) {
     let kept = text[..text.floor_char_boundary(room)].rfind('\n').map_or(0, |end| end + 1);
     text.truncate(kept);
     let words = words(kept);
-    let _ = write!(text, "\n**Cut:** {words}.\n");
+    text += &format!("\n**Cut:** {words}.\n");
     (text, vec![words])
 }
 
-fn write_table(text: &mut String, Results { command, suites }: &Results) -> std::fmt::Result {
+fn write_table(text: &mut Formatter<'_>, Results { command, suites }: &Results) -> fmt::Result {
     let cases = || suites.iter().flat_map(|suite| &suite.cases);
     let count = |word: &str| cases().filter(|case| case.result.word() == word).count();
     writeln!(text, "{TITLE}{command}\n")?;
@@ -82,7 +80,7 @@ fn write_table(text: &mut String, Results { command, suites }: &Results) -> std:
     Ok(())
 }
 
-fn write_suite(text: &mut String, suite: &Suite, folder: &Path) -> std::fmt::Result {
+fn write_suite(text: &mut Formatter<'_>, suite: &Suite, folder: &Path) -> fmt::Result {
     let told: Vec<&Case> = suite.cases.iter().filter(|case| !suite.is_about_files() && is_told(case)).collect();
     if told.is_empty() && suite.findings.is_empty() && suite.notes.is_empty() && suite.page.is_none() {
         return Ok(());
@@ -126,7 +124,7 @@ fn is_told(case: &Case) -> bool {
     has_details || !case.story.is_empty()
 }
 
-fn write_case(text: &mut String, case: &Case, folder: &Path) -> std::fmt::Result {
+fn write_case(text: &mut Formatter<'_>, case: &Case, folder: &Path) -> fmt::Result {
     let reason = case.result.reason().unwrap_or(&case.found);
     let title = if reason.starts_with(&case.name) { reason.to_owned() } else { format!("{}: {reason}", case.name) };
     writeln!(text, "\n### {}\n", escaped(&title))?;
@@ -151,10 +149,10 @@ fn write_case(text: &mut String, case: &Case, folder: &Path) -> std::fmt::Result
 
 /// A paragraph of links; nothing if there are none.
 fn write_links<'l>(
-    text: &mut String,
+    text: &mut Formatter<'_>,
     links: impl Iterator<Item = (&'l str, &'l Path)>,
     folder: &Path,
-) -> std::fmt::Result {
+) -> fmt::Result {
     let links: Vec<String> = links.map(|(name, path)| link(name, path, folder)).collect();
     if links.is_empty() { Ok(()) } else { writeln!(text, "\n{}", links.join(" · ")) }
 }
@@ -224,7 +222,7 @@ fn prose(words: &str) -> String {
         } else {
             let shown: String = code.chars().map(|c| if is_control(c) { ' ' } else { c }).collect();
             let cut = &shown[..shown.floor_char_boundary(MOST_TEXT)];
-            let _ = write!(text, "`{cut}{}`", if cut.len() < shown.len() { "…" } else { "" });
+            text += &format!("`{cut}{}`", if cut.len() < shown.len() { "…" } else { "" });
         }
         rest = after;
     }

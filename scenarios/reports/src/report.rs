@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use diagnostics::seconds;
 use monitors::{Outcome, Violation, Violations};
-use recording::Provenance;
-use serde::Serialize;
+use recording::{Certainty, Provenance, ShownVerdict};
+use serde::{Serialize, Serializer};
 
 use crate::WitnessReport;
 
@@ -129,7 +129,8 @@ pub struct MonitorReport {
     /// How sure the verdict is: `sure`; `unless` a message was lost that could not be noticed yet; `unsure`, as
     /// messages are missing that could change it; or `none`, if nothing vouches that messages could have come. In the
     /// last two cases, `verdict` is `inconclusive`.
-    pub certainty: &'static str,
+    #[serde(serialize_with = "by_name")]
+    pub certainty: Certainty,
     /// Why it is not sure, in words; null if it is.
     pub unsure: Option<String>,
     /// What is assumed of the messages, in words, such as "the recorder wrote every message that was sent, once".
@@ -151,15 +152,15 @@ pub struct MonitorReport {
     pub story: Vec<String>,
 }
 
+fn by_name<S: Serializer>(certainty: &Certainty, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(certainty.name())
+}
+
 impl MonitorReport {
-    /// The verdict that may be shown: `satisfied`, `violated`, `inconclusive`, `unsure`, or `no verdict`.
+    /// The verdict that may be shown.
     #[must_use]
-    pub fn found(&self) -> &'static str {
-        match self.certainty {
-            "unsure" => "unsure",
-            "none" => "no verdict",
-            _ => self.verdict.name(),
-        }
+    pub fn found(&self) -> ShownVerdict {
+        self.certainty.verdict(self.verdict)
     }
 
     /// When it was violated, in words.

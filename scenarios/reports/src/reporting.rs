@@ -260,7 +260,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             time_s: decision.map(|decision| seconds(decision.at().time)),
             violations: ending.violations.as_ref().map(|all| ViolationsReport::of(all, view.time())),
             witness: decision.map(|decision| WitnessReport::of(decision, view.topology(), knows_ticks)),
-            certainty: ending.evidence.certainty().name(),
+            certainty: ending.evidence.certainty().clone(),
             unsure: ending.evidence.certainty().why().map(str::to_owned),
             assumptions: ending.evidence.assumptions().to_vec(),
             silent: ending.evidence.silent().to_vec(),

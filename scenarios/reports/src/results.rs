@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use monitors::{Outcome, Sighting, Witness};
-use recording::{Expected, InputFile, Provenance};
+use recording::{Expected, InputFile, Provenance, ShownVerdict};
 
 use crate::WitnessReport;
 use crate::file_place::FilePlace;
@@ -206,28 +206,25 @@ impl Case {
     pub fn of_property(monitor: &MonitorReport, expected: &Expected, places: &WrittenPlaces) -> Self {
         let failed = |message: String| CaseResult::failed(message, monitor);
         let is_as_expected = expected.admits(&monitor.name, monitor.verdict);
-        let result = match (expected.of(&monitor.name), monitor.verdict) {
-            _ if monitor.certainty == "none" => {
-                let why = monitor.unsure.as_deref().unwrap_or_default();
-                CaseResult::Error(format!("{} has no verdict: {why}", monitor.name))
+        let why = monitor.unsure.as_deref().unwrap_or_default();
+        let result = match (monitor.found(), expected.of(&monitor.name)) {
+            (ShownVerdict::Groundless, _) => CaseResult::Error(format!("{} has no verdict: {why}", monitor.name)),
+            (ShownVerdict::Unsure, _) => match expected.is_open(&monitor.name) {
+                true => CaseResult::Skipped(format!("it is unsure, and nothing is expected of it: {why}")),
+                false => failed(format!("{} is unsure: {why}", monitor.name)),
+            },
+            (ShownVerdict::Of(_), Some(_)) if is_as_expected => CaseResult::Passed,
+            (ShownVerdict::Of(found), Some(expected)) => {
+                failed(format!("{} was expected to be {expected} and is {found}", monitor.name))
             }
-            _ if monitor.certainty == "unsure" => {
-                let why = monitor.unsure.clone().unwrap_or_default();
-                match expected.is_open(&monitor.name) {
-                    true => CaseResult::Skipped(format!("it is unsure, and nothing is expected of it: {why}")),
-                    false => failed(format!("{} is unsure: {why}", monitor.name)),
-                }
-            }
-            (Some(_), _) if is_as_expected => CaseResult::Passed,
-            (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
-            (None, Outcome::Violated) if is_as_expected => {
+            (ShownVerdict::Of(Outcome::Violated), None) if is_as_expected => {
                 CaseResult::Skipped("it is violated, and nothing is expected of it".to_owned())
             }
-            (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
-            (None, Outcome::Inconclusive) => {
+            (ShownVerdict::Of(Outcome::Violated), None) => failed(format!("{} is violated", monitor.name)),
+            (ShownVerdict::Of(Outcome::Inconclusive), None) => {
                 CaseResult::Skipped("something was still pending when the run ended".to_owned())
             }
-            (None, Outcome::Satisfied) => {
+            (ShownVerdict::Of(Outcome::Satisfied), None) => {
                 match monitor.unsure.iter().chain(&monitor.vacuous).chain(&monitor.unheard).next() {
                     Some(open) => CaseResult::Skipped(open.clone()),
                     None => CaseResult::Passed,
@@ -242,7 +239,7 @@ impl Case {
             group: "properties",
             name: monitor.name.clone(),
             result,
-            found: monitor.found().to_owned(),
+            found: monitor.found().to_string(),
             about: monitor.property.clone(),
             place: places.properties.get(&monitor.name).cloned(),
             trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),

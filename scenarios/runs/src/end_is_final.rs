@@ -19,7 +19,7 @@ pub(crate) fn violation(monitor: &dyn Monitor, formula: &str, at: EventTime) -> 
         return None;
     }
     let open = scope_monitor(monitor).map(ScopeMonitor::open_obligations).unwrap_or_default();
-    // Any other monitor does not tell what it waits for.
+    // Any other monitor does not report what it waits for.
     let endless = match open.is_empty() {
         true => None,
         false => Some(open.into_iter().find(|owed| !owed.has_deadline)?),

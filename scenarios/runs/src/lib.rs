@@ -9,18 +9,18 @@
 //! (`components::Outages`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those that a
 //! proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense and
 //! move; a scenario without a map has a `World` that is only the time. `schedule_replay` performs the steps of a
-//! schedule instead of drivers and physics. `others` take part from outside: `pilot` is somebody who drives the robot,
-//! `outside` is where components are that are nodes of ROS 2. `ending` decides when a run ends.
+//! schedule instead of drivers and physics. `partners` are the other programs that take part: a `controller` drives the
+//! robot, and `remote_components` connects to components that are nodes of ROS 2. `ending` decides when a run ends.
 
 mod conduct;
+mod controller;
 mod end_is_final;
 mod ending;
 mod error;
 mod injector;
 mod machines;
-mod others;
-mod outside;
-mod pilot;
+mod partners;
+mod remote_components;
 mod run;
 mod schedule_replay;
 mod session;
@@ -33,14 +33,14 @@ mod truth;
 mod wiring;
 mod world;
 
-pub use conduct::{FITS, conduct};
+pub use conduct::conduct;
+pub use controller::{Controller, ControllerInput, ControllerOutput, Touched, TripCommand};
 pub use error::StepError;
 pub use injector::opposite;
 pub use machines::record as machine_record;
-pub use others::Others;
-pub use outside::{Delivery, Outside};
-pub use pilot::{Orders, Pilot, Sensed, Touched, TripOrder};
-pub use remote::FromNode;
+pub use partners::Partners;
+pub use remote::NodeMessage;
+pub use remote_components::{Delivery, RemoteComponents};
 pub use run::Run;
 pub use session::Session;
 pub use switched::{Switched, SwitchedEffect, restart};

@@ -4,7 +4,7 @@ mod judged;
 mod losses;
 mod record;
 mod recorded;
-mod with_others;
+mod with_partners;
 
 use std::any::Any;
 use std::collections::BTreeSet;
@@ -15,7 +15,7 @@ use bt::{Outcome, Status};
 use channels::{ChannelSystem, Event, ProcessId, Scheduler};
 use monitors::Warnings;
 use recording::{Grounds, Happening, SceneClock, TraceHash};
-use remote::{FromNode, Offered, RemoteProcess};
+use remote::{NodeMessage, Offered, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
@@ -27,7 +27,7 @@ use self::losses::Losses;
 use self::recorded::Recorded;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
-use crate::others::Others;
+use crate::partners::Partners;
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
@@ -46,25 +46,26 @@ pub struct Run {
     scenario: Arc<Scenario>,
     seed: u64,
     world: World,
-    /// What monitors are shown of the world, if anybody asks for it.
+    /// The truths about the world that monitors are shown, if any property needs them.
     truths: Option<TruthShow>,
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
     kind: RunKind,
-    /// Who takes part from outside, and the processes of components that are nodes of ROS 2.
-    others: Others,
+    partners: Partners,
+    /// The processes of components that are nodes of ROS 2.
     remote: Vec<ProcessId>,
-    /// What components have said to nodes of ROS 2 in the last step.
-    said: Vec<FromNode>,
-    /// Whether a step has begun that waits for them.
+    /// The components' responses and messages for nodes of ROS 2 in the last step.
+    outbox: Vec<NodeMessage>,
+    /// Whether a step has begun that waits for partners.
     is_waiting: bool,
     /// The events of the last step.
     events: Vec<Event>,
     /// What the run vouches for.
     grounds: Grounds,
-    /// What nodes of ROS 2 have said and did not come, and the monitors of a run beside such nodes, which know of it.
+    /// What nodes of ROS 2 have sent and was lost.
     losses: Losses,
+    /// The monitors of a run beside nodes of ROS 2, which take losses into account.
     judged: Option<Judged>,
     /// Whether a timer or a fault moved a process in the last step.
     stirred: bool,
@@ -200,9 +201,9 @@ impl Run {
             scheduler: wired.scheduler,
             ids: wired.ids,
             kind,
-            others: Others::Nobody,
+            partners: Partners::None,
             remote,
-            said: Vec::new(),
+            outbox: Vec::new(),
             is_waiting: false,
             events: Vec::new(),
             stirred: false,
@@ -215,7 +216,8 @@ impl Run {
         })
     }
 
-    /// Performs one step, and waits for others as long as it takes. The events of a failed step can still be recorded.
+    /// Performs one step, and waits for partners as long as it takes. The events of a failed step can still be
+    /// recorded.
     ///
     /// # Errors
     /// [`StepError`] if the processes cannot continue.
@@ -224,8 +226,8 @@ impl Run {
         Ok(())
     }
 
-    /// Performs one step, or what is left of it. Returns whether it is done: if it `waits` for others, it may not be
-    /// after a moment, and goes on with the next call.
+    /// Performs one step, or the rest of it. Returns whether it is done: if it `waits` for partners, it may not be
+    /// after a moment, and continues with the next call.
     pub(crate) fn advance(&mut self, waits: bool) -> Result<bool, StepError> {
         if !self.is_waiting {
             self.happenings.clear();
@@ -283,7 +285,7 @@ impl Run {
         self.stirred = true;
     }
 
-    /// Performs a step with faults, physics and drivers. Returns whether it is done, or waits for others.
+    /// Performs a step with faults, physics and drivers. Returns whether it is done, or waits for partners.
     fn act(&mut self, waits: bool) -> Result<bool, StepError> {
         if !std::mem::replace(&mut self.is_waiting, true) {
             self.apply_faults();
@@ -291,13 +293,13 @@ impl Run {
             if let RunKind::Model { begun, .. } = &mut self.kind {
                 *begun = true;
             }
-            let is_piloted = self.is_piloted();
-            self.world.step(now, &mut self.system, is_piloted);
+            let has_controller = self.has_controller();
+            self.world.step(now, &mut self.system, has_controller);
         }
         let now = self.time();
-        let Some(happened) = self.follow_others(now).or((!waits).then(Vec::new)) else { return Ok(false) };
+        let Some(notes) = self.receive_from_partners(now).or((!waits).then(Vec::new)) else { return Ok(false) };
         self.is_waiting = false;
-        self.happenings.extend(happened.into_iter().map(|words| Happening::Moved { words }));
+        self.happenings.extend(notes.into_iter().map(|words| Happening::Moved { words }));
         self.world.move_devices(&mut self.system);
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
@@ -309,7 +311,7 @@ impl Run {
         while self.kind.is_model() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
-        self.ask_outside();
+        self.send_to_partners();
         Ok(true)
     }
 
@@ -323,8 +325,8 @@ impl Run {
     }
 
     /// The time of the next step. The first step of a model is at the start, and each later one at the time of the next
-    /// event. If there are faults, or if somebody sees the details of the run, there is also a step at every multiple
-    /// of [`STEP`].
+    /// event. If there are faults, or if details of the run are recorded, there is also a step at every multiple of
+    /// [`STEP`].
     fn next_time(&self) -> Duration {
         let now = self.world.time();
         let is_fine = match self.kind {
@@ -384,7 +386,7 @@ impl Run {
             }
             tree_watch.tick_begins(system);
             let (event, delivered) = system.generate_tick(tick_generator);
-            self.overruns += u64::from(!delivered && !matches!(self.others, Others::Pilot(_)));
+            self.overruns += u64::from(!delivered && !matches!(self.partners, Partners::Controller(_)));
             enter(event);
         }
         let budget = self.scenario.file.execution.step_budget;

@@ -12,14 +12,14 @@ use scenarios::scenario::{Found, FoundKind, Scenario, ScenarioFile};
 use toml::{Table, Value};
 
 use crate::conduct::Conducted;
-use crate::others::Others;
+use crate::partners::Partners;
 use crate::run::Run;
 
 /// How much more than the largest error of localization a saved scenario allows, in meters. Chosen, not measured: the
 /// run is the same, so that any margin is enough.
 const MARGIN_M: f64 = 0.01;
 
-/// What a saved scenario says of a session with others.
+/// The comment at the start of a saved scenario of a session with partners.
 const APART: &str = "\
 # The faults of a session in which others took part from outside the program. What they did is not in this file: a run
 # of it need not be the same, and is expected to be only what the scenario on which it is based expects.
@@ -29,7 +29,7 @@ const APART: &str = "\
 ///
 /// Each act is a fault at the present moment; a lasting one lasts until it is [released](Self::release). The session is
 /// always a scenario, as it could be in a file, with all acts so far. So an act is checked like a fault in a file, and
-/// the [saved](Self::saved) scenario gives the same run, unless [others](Self::has_others) took part.
+/// the [saved](Self::saved) scenario gives the same run, unless [partners](Self::has_partners) took part.
 pub struct Session {
     found: Found,
     conducted: Conducted,
@@ -44,7 +44,7 @@ pub struct Session {
     audience: Option<Audience>,
 }
 
-/// Somebody else who is told about a session.
+/// Receives the view of a session at its start and after each step.
 type Audience = Box<dyn FnMut(&RunView) + Send>;
 
 impl Session {
@@ -54,32 +54,32 @@ impl Session {
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario.
     pub fn new(found: &Found, overrides: &[String], seed: Option<u64>) -> Result<Self, Error> {
-        Self::among(found, overrides, seed, |_| Ok(Others::Nobody))
+        Self::with_partners(found, overrides, seed, |_| Ok(Partners::None))
     }
 
-    /// The same, with the others whom `join` finds for the scenario.
+    /// The same, with the partners that `join` finds for the scenario.
     ///
     /// # Errors
-    /// As for [`new`](Self::new), if the scenario is none for them, and those of `join`.
-    pub fn among(
+    /// As for [`new`](Self::new); if the partners cannot take part in the scenario; and those of `join`.
+    pub fn with_partners(
         found: &Found,
         overrides: &[String],
         seed: Option<u64>,
-        join: impl FnOnce(&Scenario) -> Result<Others, Error>,
+        join: impl FnOnce(&Scenario) -> Result<Partners, Error>,
     ) -> Result<Self, Error> {
         let base = Scenario::load(found, overrides)?;
         let seed = seed.unwrap_or(base.file.seed);
         let (written, faults) = without_faults(found, overrides, seed).map_err(Error::bad_input)?;
         let given = faults.len();
         let scenario = load(&base, found, &written, &faults)?;
-        let others = join(&scenario)?;
-        let conducted = Conducted::begin(Run::among(Arc::new(scenario), seed, true, others)?, Detail::Scenes);
+        let partners = join(&scenario)?;
+        let conducted = Conducted::begin(Run::with_partners(Arc::new(scenario), seed, true, partners)?, Detail::Scenes);
         Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new(), audience: None })
     }
 
-    /// The same session, which also tells somebody else: at once, and after each step.
+    /// The same session, with an audience that receives its view: at once, and after each step.
     #[must_use]
-    pub fn told_to(mut self, mut audience: impl FnMut(&RunView) + Send + 'static) -> Self {
+    pub fn with_audience(mut self, mut audience: impl FnMut(&RunView) + Send + 'static) -> Self {
         audience(self.view());
         self.audience = Some(Box::new(audience));
         self
@@ -103,15 +103,15 @@ impl Session {
         &self.conducted.view
     }
 
-    /// Whether others take part, who set its pace.
+    /// Whether partners take part, which set its pace.
     #[must_use]
-    pub fn has_others(&self) -> bool {
-        self.view().header().has_others()
+    pub fn has_partners(&self) -> bool {
+        self.view().header().has_partners()
     }
 
     /// Performs one step; does nothing if the run has ended. The scenario ends the run as it would without acts.
-    /// Returns whether the step is done: if others take part, it may still wait for them after a moment, and goes on
-    /// with the next call.
+    /// Returns whether the step is done: if partners take part, it may still wait for them after a moment, and
+    /// continues with the next call.
     ///
     /// # Errors
     /// The reason why the run cannot continue.
@@ -122,15 +122,15 @@ impl Session {
         self.go_on(detail, false)
     }
 
-    /// Tells others that the run goes on after a pause, in which its time has stood still.
+    /// Continues after a pause, in which the time of the run stood still: its partners are notified.
     pub fn resume(&mut self) {
         self.conducted.run.resume();
     }
 
-    /// Ends the run here, if it has not ended; a step that has begun no longer waits for others. They leave.
+    /// Ends the run here, if it has not ended. A step that has begun no longer waits for partners, and these leave.
     pub fn end(&mut self) {
         if self.view().end().is_none() && self.conducted.run.is_waiting() {
-            // If it fails, that is the end, too.
+            // If it fails, that is the end as well.
             let _ = self.go_on(Detail::Full, true);
         }
         if self.view().end().is_none() {
@@ -143,8 +143,8 @@ impl Session {
         let stepped = self.conducted.step(detail, is_stopped);
         if !matches!(stepped, Ok(false)) {
             self.records.push(Record::Step(self.view().step().clone()));
-            if let Some(tell) = &mut self.audience {
-                tell(&self.conducted.view);
+            if let Some(audience) = &mut self.audience {
+                audience(&self.conducted.view);
             }
             self.record_end();
         }
@@ -161,7 +161,7 @@ impl Session {
         std::mem::take(&mut self.records)
     }
 
-    /// The lasting faults that somebody caused during the run and that are still active, each with its index.
+    /// The lasting faults that were caused by acts during the run and are still active, each with its index.
     pub fn lasting(&self) -> impl Iterator<Item = (usize, &Fault)> {
         let acts = self.conducted.run.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
         acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none())
@@ -235,18 +235,18 @@ impl Session {
 
     /// The text of a scenario that repeats the session up to now, and expects its results. It names the scenario on
     /// which it is based: one that is shipped by its name, so that it can be stored anywhere, and a user's own by the
-    /// name of its file, so that it belongs into the same folder. What others did cannot be repeated: a session with
-    /// them is saved without its end and its results, and the text says so.
+    /// name of its file, so that it belongs into the same folder. What partners did cannot be repeated: a session
+    /// with them is saved without its end and its results, and a comment in the text explains that.
     #[must_use]
     pub fn saved(&self) -> String {
         let mut written = self.written.clone();
-        if !self.has_others() {
+        if !self.has_partners() {
             self.expect_results(&mut written);
         }
         if let Some(Value::String(model)) = written.get_mut("model") {
             *model = file_name(model);
         }
-        let about = if self.has_others() { APART } else { "" };
+        let about = if self.has_partners() { APART } else { "" };
         about.to_owned() + &text(&written, &self.faults)
     }
 

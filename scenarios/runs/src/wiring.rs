@@ -40,7 +40,7 @@ pub struct Wired {
     pub scheduler: Box<dyn Scheduler>,
     /// The processes that the run must know.
     pub ids: Ids,
-    /// What monitors are shown of the world, if anybody asks for it.
+    /// The truths about the world that monitors are shown, if any property needs them.
     pub truths: Option<Truths>,
 }
 

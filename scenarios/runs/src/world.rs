@@ -8,14 +8,14 @@ use components::{Processes, Software};
 use devices::{DeviceProcess, Surroundings};
 use maps::{Point, Shape, pose};
 use nav::{GiveUpReason, InitialPose};
-use recording::{Battery, Body, Navigation, RobotState, Scene, TraceHash, Truth};
-use remote::FromNode;
+use recording::{Battery, Body, Navigation, NavigationStatus, RobotState, Scene, TraceHash, Truth};
+use remote::NodeMessage;
 use robot::{Reading, Robot, Streams, VelocityCommand};
 use scenarios::Error;
 use scenarios::scenario::Premises;
 use sim::{Contact, ObstacleConfig, ObstacleMotion, Simulation};
 
-use crate::pilot::{Orders, Passenger, Pilot, Sensed, Touched, TripOrder};
+use crate::controller::{Controller, ControllerInput, ControllerOutput, PassiveRobot, Touched, TripCommand};
 
 /// A robot slower than this counts as at rest, in m/s and rad/s. Chosen, not measured.
 const AT_REST: f64 = 1e-3;
@@ -54,43 +54,43 @@ impl World {
     }
 
     /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software, which
-    /// drives it unless somebody else does.
-    pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem, is_piloted: bool) {
+    /// drives it unless a controller does.
+    pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem, has_controller: bool) {
         self.now = to;
         let Some(SimulatedRobot { sim, software, advice, .. }) = &mut self.robot else { return };
         sim.step();
-        if !is_piloted {
+        if !has_controller {
             return software.step(sim, system, self.now);
         }
-        let mut passenger = Passenger { sim, advice: VelocityCommand::STOP };
-        software.step(&mut passenger, system, self.now);
-        *advice = passenger.advice;
+        let mut passive = PassiveRobot { sim, advice: VelocityCommand::STOP };
+        software.step(&mut passive, system, self.now);
+        *advice = passive.advice;
     }
 
-    /// Lets somebody else drive the robot after a step, who is told what components have said. Returns what was
-    /// ordered; none while it is not known what the robot does.
+    /// Has a controller drive the robot after a step. The outbox has the components' responses and messages for nodes
+    /// of ROS 2. Returns the controller's output; `None` while that is not ready.
     pub(crate) fn obey(
         &mut self,
-        pilot: &mut dyn Pilot,
-        said: &[FromNode],
+        controller: &mut dyn Controller,
+        outbox: &[NodeMessage],
         system: &mut ChannelSystem,
-    ) -> Option<Orders> {
+    ) -> Option<ControllerOutput> {
         let SimulatedRobot { sim, software, advice, .. } = self.robot.as_mut()?;
         let truth = sim.truth();
         let new = truth.contacts().iter().skip_while(|contact| contact.time < self.now);
         let touched: Vec<Touched<'_>> = new.map(touched).collect();
         let doors: Vec<(&str, f64)> = truth.doors().collect();
-        let sensed = Sensed { now: self.now, software, touched: &touched, doors: &doors, said };
-        let mut orders = pilot.drive(&sensed)?;
-        sim.drive(orders.velocity.unwrap_or(*advice));
-        orders.pose.iter().for_each(|pose| software.believe(pose));
-        match orders.trip.take() {
-            // One that has been frozen meanwhile does nothing, and its trip does not begin.
-            Some(TripOrder::Start(goal)) => drop(software.drive_to(goal, system)),
-            Some(TripOrder::End) => software.end_trip(),
+        let input = ControllerInput { now: self.now, software, touched: &touched, doors: &doors, outbox };
+        let mut output = controller.drive(&input)?;
+        sim.drive(output.velocity.unwrap_or(*advice));
+        output.pose.iter().for_each(|pose| software.believe(pose));
+        match output.trip.take() {
+            // A navigation that has been frozen meanwhile ignores the command, and no trip begins.
+            Some(TripCommand::Start(goal)) => drop(software.drive_to(goal, system)),
+            Some(TripCommand::End) => software.end_trip(),
             None => {}
         }
-        Some(orders)
+        Some(output)
     }
 
     /// Lets devices sense and act after a step.
@@ -110,9 +110,9 @@ impl World {
         let mut new = Vec::new();
         for Device { process, speech, last } in &mut self.devices {
             let device = system.process::<DeviceProcess>(*process).filter(|_| !system.is_suspended(*process));
-            let heard = device.and_then(DeviceProcess::speech);
-            *speech = heard.map(|(_, text)| text.to_owned());
-            if let Some((since, text)) = heard.filter(|(since, _)| *last != Some(*since)) {
+            let audible = device.and_then(DeviceProcess::speech);
+            *speech = audible.map(|(_, text)| text.to_owned());
+            if let Some((since, text)) = audible.filter(|(since, _)| *last != Some(*since)) {
                 *last = Some(since);
                 new.push((*process, text.to_owned()));
             }
@@ -149,7 +149,7 @@ impl World {
 pub(crate) struct SimulatedRobot {
     pub(crate) sim: Simulation,
     pub(crate) software: Software,
-    /// How its software would drive, if somebody else does.
+    /// The last command of its software, while a controller drives.
     advice: VelocityCommand,
     /// How many trips navigation had given up in the last step.
     trips_given_up: u64,
@@ -249,18 +249,14 @@ impl SimulatedRobot {
     }
 
     /// The status of navigation, if it differs from the last report.
-    pub(crate) fn new_navigation(&self, recorded: &Navigation) -> Option<Navigation> {
+    pub(crate) fn new_navigation(&self, recorded: Option<&Navigation>) -> Option<Navigation> {
         let software = &self.software;
-        let (status, reason, recovery) =
-            (software.navigation_status().name(), software.navigation_reason(), software.recovery());
-        let same = recorded.status == status
-            && recorded.recovery.as_deref() == recovery.map(nav::Recovery::name)
-            && recorded.reason == reason.map(|reason| reason.to_string());
-        (!same).then(|| Navigation {
-            status: status.to_owned(),
-            reason: reason.map(|reason| reason.to_string()),
-            recovery: recovery.map(|recovery| recovery.name().to_owned()),
-        })
+        let new = Navigation {
+            status: status_record(software.navigation_status()),
+            reason: software.navigation_reason().map(|reason| reason.to_string()),
+            recovery: software.recovery().map(|recovery| recovery.name().to_owned()),
+        };
+        (recorded != Some(&new)).then_some(new)
     }
 
     /// The radius of the robot, in meters.
@@ -274,7 +270,7 @@ impl SimulatedRobot {
         bodies.find(|body| body.name == name).map(|body| body.pose.translation.vector.into())
     }
 
-    /// The distance between the robot's edge and the nearest person, in meters; infinite if there is nobody.
+    /// The distance between the robot's edge and the nearest person, in meters; infinite without people.
     pub(crate) fn person_m(&self) -> f64 {
         let (truth, described) = (self.sim.truth(), self.described());
         let center = truth.pose().translation.vector.into();
@@ -409,6 +405,24 @@ impl Surroundings for Around<'_> {
 fn touched(Contact { obstacle, at, normal, depth_m, .. }: &Contact) -> Touched<'_> {
     let body = obstacle.as_deref().unwrap_or("walls");
     Touched { body, at: *at, normal: (*normal).into(), depth_m: *depth_m }
+}
+
+/// The record of navigation's status.
+fn status_record(status: nav::NavigationStatus) -> NavigationStatus {
+    use nav::NavigationStatus as Status;
+
+    match status {
+        Status::Idle => NavigationStatus::Idle,
+        Status::PreparingBeforeMove => NavigationStatus::PreparingBeforeMove,
+        Status::Moving => NavigationStatus::Moving,
+        Status::WaitingObstacle => NavigationStatus::WaitingObstacle,
+        Status::GoalReached => NavigationStatus::GoalReached,
+        Status::Aborted => NavigationStatus::Aborted,
+        Status::Failing => NavigationStatus::Failing,
+        Status::Paused => NavigationStatus::Paused,
+        Status::Thinking => NavigationStatus::Thinking,
+        Status::Error => NavigationStatus::Error,
+    }
 }
 
 /// The record of a body.

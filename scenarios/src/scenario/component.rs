@@ -18,11 +18,11 @@ use skills::{Chart, Datum};
 
 use super::component_entry::{ComponentEntry, RunsEntry};
 use super::data::Data;
-use super::file_reader::{FileReader, unreadable};
+use super::file_reader::{FileReader, FileRole, unreadable};
 use super::stand_in::{Listeners, Samples, StandIns};
 use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
-use crate::files::named;
+use crate::files::{Kind, named};
 use crate::names::unknown;
 use crate::processes::{BUILTIN, SUBSCRIBER, TICK_GENERATOR};
 
@@ -173,7 +173,7 @@ impl FileReader<'_> {
             (None, _) => Some(entry.stands_for.map_or_else(Interface::default, DeviceKind::interface)),
             (Some(file), _) => {
                 let interface = Interface::load(&file.value, places, &self.files.reading(&file.value));
-                self.loaded(file, "interface", interface)
+                self.loaded(file, FileRole::Interface, interface)
             }
         }
     }
@@ -191,7 +191,7 @@ impl FileReader<'_> {
             // Reading a file makes it one of the scenario's files, so that it counts in their fingerprint.
             match self.files.read(&path) {
                 Err(error) if diagnostics::would_be_overwritten(&error) => {
-                    self.complaints.push(unreadable(&command.span, "program", &path, &error));
+                    self.complaints.push(unreadable(&command.span, FileRole::Program, &path, &error));
                     Word::Text(text.clone())
                 }
                 Ok(contents) if !path.is_absolute() && self.files.on_disk(&path).is_none() => {
@@ -284,7 +284,7 @@ impl FileReader<'_> {
     }
 
     fn component_machine(&mut self, path: &Spanned<PathBuf>, data: &Data) -> Option<Skill> {
-        let text = self.text(&path.span, "machine", &path.value)?;
+        let text = self.text(&path.span, FileRole::Of(Kind::Skill), &path.value)?;
         let machine = self.complaints.note(Chart::load(&path.value.display().to_string(), &text))?;
         let mut skill = Skill { path: path.value.clone(), machine, place: None, data: BTreeMap::new() };
         skill.set_data(data).into_iter().for_each(|problem| self.complaints.push(problem));

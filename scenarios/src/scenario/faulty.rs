@@ -9,9 +9,10 @@ use maps::OccupancyGrid;
 use roaml::Model;
 use skills::{Chart, Mutation, SkillError, find_mutation, mutate_all, mutations};
 
-use super::file_reader::FileReader;
+use super::file_reader::{FileReader, FileRole};
 use super::{Component, STEP, ScenarioFile, Skill};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
+use crate::files::Kind;
 use crate::names::unknown;
 
 /// The machines that a skill runs while faults change it, by the sorted indices of these faults: one for each set that
@@ -72,7 +73,7 @@ impl FileReader<'_> {
             let translated = model.and_then(|model| model.processes().find(|process| process.name == skill));
             let text = match (&translated, file.behavior.files()) {
                 (Some(process), _) => Some(process.machine.scxml().to_owned()),
-                (None, files) => files.and_then(|files| self.text(&files.skills.span, "machine", path)),
+                (None, files) => files.and_then(|files| self.text(&files.skills.span, FileRole::Of(Kind::Skill), path)),
             };
             let Some(text) = text else { continue };
             let sound = (path.display().to_string(), text);
@@ -96,7 +97,8 @@ impl FileReader<'_> {
     ) -> Option<LoadedChange> {
         Some(match change {
             MachineChange::Replaced(Spanned { value: path, span }) => {
-                let (name, mut text) = (path.display().to_string(), self.text(&span, "machine", &path)?);
+                let name = path.display().to_string();
+                let mut text = self.text(&span, FileRole::Of(Kind::Skill), &path)?;
                 // A machine of a model is written in RoAML's SCXML: the new one is translated as the old one was.
                 if let Some(machine) = of_model {
                     match machine.load_instead(&name, &text) {
@@ -204,7 +206,7 @@ impl FileReader<'_> {
                 continue;
             }
             let map = maps::load_map_with_concerns(&path.value, &self.files.reading(&path.value));
-            loaded = self.loaded(&path, "map", map);
+            loaded = self.loaded(&path, FileRole::Of(Kind::Map), map);
         }
         loaded
     }

@@ -1,12 +1,13 @@
 //! Reads the files that a scenario names.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use diagnostics::{Problem, Span, Spanned};
 
 use super::schedule::Schedule;
 use crate::error::Complaints;
-use crate::files::{Files, shipped_as};
+use crate::files::{Files, Kind};
 
 /// Reads the files that a scenario names, and records their problems.
 pub(super) struct FileReader<'a> {
@@ -15,17 +16,42 @@ pub(super) struct FileReader<'a> {
     pub(super) complaints: &'a mut Complaints,
 }
 
+/// What a file is that a scenario names.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum FileRole {
+    /// One of a kind of which some are shipped.
+    Of(Kind),
+    Interface,
+    Program,
+    Schedule,
+}
+
+impl fmt::Display for FileRole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Of(Kind::Tree) => "tree",
+            Self::Of(Kind::Skill) => "machine",
+            Self::Of(Kind::Properties) => "property file",
+            Self::Of(Kind::Map) => "map",
+            Self::Of(Kind::Places) => "places",
+            Self::Interface => "interface",
+            Self::Program => "program",
+            Self::Schedule => "schedule",
+        })
+    }
+}
+
 impl FileReader<'_> {
     /// The loaded file. A file that cannot be read is reported at the line that names it.
     pub(super) fn loaded<T>(
         &mut self,
         path: &Spanned<PathBuf>,
-        what: &str,
+        role: FileRole,
         result: Result<T, diagnostics::Error>,
     ) -> Option<T> {
         match result {
             Err(diagnostics::Error::Read { path: file, source }) => {
-                self.complaints.push(self.files.hinted(&path.value, unreadable(&path.span, what, &file, &source)));
+                self.complaints.push(self.files.hinted(&path.value, unreadable(&path.span, role, &file, &source)));
                 None
             }
             result => self.complaints.note(result),
@@ -34,26 +60,26 @@ impl FileReader<'_> {
 
     /// The schedule in a file.
     pub(super) fn schedule(&mut self, path: &Spanned<PathBuf>) -> Option<Schedule> {
-        let text = self.text(&path.span, "schedule", &path.value)?;
+        let text = self.text(&path.span, FileRole::Schedule, &path.value)?;
         self.complaints.note(Schedule::parse(&path.value.display().to_string(), &text))
     }
 
     /// The text of the file named at `span`.
-    pub(super) fn text(&mut self, span: &Span, what: &str, path: &Path) -> Option<String> {
+    pub(super) fn text(&mut self, span: &Span, role: FileRole, path: &Path) -> Option<String> {
         let text = self.files.read_text(path);
-        text.map_err(|error| self.complaints.push(self.files.hinted(path, unreadable(span, what, path, &error)))).ok()
+        text.map_err(|error| self.complaints.push(self.files.hinted(path, unreadable(span, role, path, &error)))).ok()
     }
 }
 
 /// The problem of an unreadable file, at the location of its name.
-pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
-    let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
+pub(super) fn unreadable(span: &Span, role: FileRole, path: &Path, error: &std::io::Error) -> Problem {
+    let problem = span.problem(format!("cannot read the {role} {}: {error}", path.display()));
     if diagnostics::would_be_overwritten(error) {
         return problem.with_label("named here");
     }
     let help = "a path is looked up beside the file that names it, or that of a `--set` in the current folder; and then among \
                 the shipped files";
-    let shipped = shipped_as(what, span.text());
-    let help = shipped.map_or_else(|| help.to_owned(), |shipped| format!("the shipped {what} is `{shipped}`"));
+    let shipped = if let FileRole::Of(kind) = role { kind.shipped_as(span.text()) } else { None };
+    let help = shipped.map_or_else(|| help.to_owned(), |shipped| format!("the shipped {role} is `{shipped}`"));
     problem.with_label("named here").with_help(help)
 }

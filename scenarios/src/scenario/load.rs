@@ -14,7 +14,7 @@ use recording::{InputFile, Origin};
 use roaml::Model;
 use skills::Chart;
 
-use super::file_reader::FileReader;
+use super::file_reader::{FileReader, FileRole};
 use super::stand_in::{Listeners, Samples};
 use super::stop::SomeProperties;
 use super::{
@@ -24,7 +24,7 @@ use super::{
 };
 use crate::error::{Complaints, Error, Recorded};
 use crate::faults::Effect;
-use crate::files::hash_of;
+use crate::files::{Kind, hash_of};
 use crate::names::unknown;
 use crate::processes::BUILTIN;
 
@@ -173,12 +173,12 @@ fn property(name: &str, formula: &str) -> String {
 /// Leaves out the properties that speak of the world, whose place a schedule takes, and what is expected of them.
 fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)]) {
     let mut gone: Vec<String> = Vec::new();
-    for (_, text) in properties.iter_mut().filter(|(_, text)| text.contains(WORLD)) {
+    for (_, text) in properties {
         let parsed = syntax::parse_file(text);
         if parsed.problems.iter().any(diagnostics::Problem::is_error) {
             continue;
         }
-        let mut kept = parsed.file;
+        let (mut kept, before) = (parsed.file, gone.len());
         kept.items.retain(|item| match item {
             syntax::Item::Property(property) if speaks_of_world(&property.constraint) => {
                 gone.push(property.name.text.clone());
@@ -186,7 +186,9 @@ fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)])
             }
             _ => true,
         });
-        *text = kept.to_string();
+        if gone.len() > before {
+            *text = kept.to_string();
+        }
     }
     file.monitors.retain(|entry| match &entry.kind {
         ReadyMadeKind::Zone(zone) => {
@@ -462,7 +464,7 @@ impl<'a> Loader<'a> {
             return Some((Arc::clone(&like.map), like.map_concerns.clone()));
         }
         let map = maps::load_map_with_concerns(&entry.map.value, &self.reader.files.reading(&entry.map.value));
-        self.reader.loaded(&entry.map, "map", map).map(|(map, concerns)| (Arc::new(map), concerns))
+        self.reader.loaded(&entry.map, FileRole::Of(Kind::Map), map).map(|(map, concerns)| (Arc::new(map), concerns))
     }
 
     fn places(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<PlacesFile>> {
@@ -471,7 +473,7 @@ impl<'a> Loader<'a> {
         }
         let Some(path) = &entry.places else { return Some(Arc::default()) };
         let places = PlacesFile::load(&path.value, &self.reader.files.reading(&path.value));
-        self.reader.loaded(path, "places", places).map(Arc::new)
+        self.reader.loaded(path, FileRole::Of(Kind::Places), places).map(Arc::new)
     }
 
     /// The part of the map that the robot can reach without entering an area to keep out of.
@@ -499,7 +501,7 @@ impl<'a> Loader<'a> {
         if let Some(like) = self.like.filter(is_same) {
             return like.tree().cloned();
         }
-        let text = self.reader.text(&files.tree.span, "tree", &files.tree.value)?;
+        let text = self.reader.text(&files.tree.span, FileRole::Of(Kind::Tree), &files.tree.value)?;
         let loader = bt::Loader::default().constants(file.constants.iter().cloned());
         self.reader.complaints.note(loader.load(&files.tree.value, &text)).map(Arc::new)
     }
@@ -587,7 +589,7 @@ impl<'a> Loader<'a> {
             Some(like) => like.properties[..file.properties.len()].to_vec(),
             None => {
                 let read = |path: &Spanned<PathBuf>| {
-                    let text = self.reader.text(&path.span, "property file", &path.value)?;
+                    let text = self.reader.text(&path.span, FileRole::Of(Kind::Properties), &path.value)?;
                     // One with mistakes is reported when its properties are loaded.
                     let parsed = syntax::parse_file(&text);
                     let is_property = |item: &syntax::Item| matches!(item, syntax::Item::Property(_));
@@ -635,7 +637,8 @@ impl<'a> Loader<'a> {
         let mut charts = BTreeMap::new();
         for (index, entry) in file.monitors.iter().enumerate() {
             let ReadyMadeKind::Machine(WatchingMachine { machine, .. }) = &entry.kind else { continue };
-            let Some(text) = self.reader.text(&machine.span, "machine", &machine.value) else { continue };
+            let role = FileRole::Of(Kind::Skill);
+            let Some(text) = self.reader.text(&machine.span, role, &machine.value) else { continue };
             let chart = self.reader.complaints.note(Chart::load(&machine.value.display().to_string(), &text));
             charts.extend(chart.map(|chart| (index, chart)));
         }

@@ -5,7 +5,6 @@
 
 mod driven;
 
-use std::fmt::Write;
 use std::time::Duration;
 
 use channels::{ChannelSystem, Enabled, EnabledKind, Topology};
@@ -149,13 +148,12 @@ impl Schedule {
                     ScheduleStep::Take(Taken::of(enabled, *damage, held, system.topology()))
                 }
             };
-            // Writing to a string cannot fail.
-            let _ = if matches!(step, ScheduleStep::Tick(_)) {
+            text += &format!("  {},", line(&step));
+            if matches!(step, ScheduleStep::Tick(_)) {
+                text += &format!(" # tick {tick}");
                 tick += 1;
-                writeln!(text, "  {}, # tick {}", line(&step), tick - 1)
-            } else {
-                writeln!(text, "  {},", line(&step))
-            };
+            }
+            text.push('\n');
         }
         text + "]\n"
     }

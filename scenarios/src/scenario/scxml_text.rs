@@ -1,7 +1,5 @@
 //! Writes machines as SCXML.
 
-use std::fmt::Write as _;
-
 use diagnostics::markup::attribute;
 
 /// The text of a machine.
@@ -13,8 +11,7 @@ pub(super) struct Text {
 
 impl Text {
     pub(super) fn line(&mut self, line: &str) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.written, "{:1$}{line}", "", 2 * self.depth);
+        self.written += &format!("{:1$}{line}\n", "", 2 * self.depth);
     }
 
     /// Begins the machine with this name.

@@ -11,9 +11,10 @@ use diagnostics::{Problem, Span};
 use skills::{Chart, Datum};
 
 use super::data::Data;
-use super::file_reader::{FileReader, unreadable};
+use super::file_reader::{FileReader, FileRole, unreadable};
 use super::leaves::entry_of;
 use super::{LeafEntry, ScenarioFile};
+use crate::files::Kind;
 use crate::names::unknown;
 use crate::processes::RESERVED;
 
@@ -157,7 +158,7 @@ impl FileReader<'_> {
                     return Some((path.clone(), machines.entry(path.clone()).or_insert(chart).clone()?));
                 }
                 (Err(error), Some(named)) => {
-                    self.complaints.push(unreadable(&named.span, "machine", path, &error));
+                    self.complaints.push(unreadable(&named.span, FileRole::Of(Kind::Skill), path, &error));
                     machines.insert(path.clone(), None);
                     return None;
                 }

@@ -1,4 +1,4 @@
-//! The accuracy of localization: a table over ten noisy drives of some 50 m through the house.
+//! The accuracy of localization: a table over ten noisy drives of about 50 m through the house.
 //!
 //! ```sh
 //! cargo bench -p trials --bench accuracy

@@ -39,7 +39,7 @@ pub struct Settings {
 /// Which trips keep their last scene, for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scenes {
-    /// Those that did not arrive, or touched a wall or something that stood still.
+    /// Those that did not arrive, or touched a wall, or a person or box that stood still.
     Failed,
     /// All.
     All,
@@ -159,7 +159,7 @@ impl Benchmark {
         }
     }
 
-    /// The trips that did not arrive, or touched a wall or something that stood still.
+    /// The trips that did not arrive, or touched a wall, or a person or box that stood still.
     pub fn failures(&self) -> impl Iterator<Item = &Trip> {
         self.trips.iter().filter(|trip| !trip.good)
     }

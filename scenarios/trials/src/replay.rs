@@ -1,19 +1,19 @@
 //! Localization of recorded robots: a log is played back through the robot interface into the same localization that
 //! scenarios use, and the estimates are compared with the poses of a SLAM program.
 //!
-//! [`replay`] returns a [`Course`]: the estimated and the correct pose at each scan. A [`Score`] says how accurate the
-//! estimates were. [`mapping`] makes a map from a log, and [`fit`] checks whether a map shows the place where a log was
-//! recorded.
+//! [`replay`] returns a [`Course`]: the estimated and the correct pose at each scan. A [`Score`] contains the errors of
+//! the estimates. [`mapping`] makes a map from a log, and [`fit`] checks whether a map shows the place where a log was
+//! recorded. [`trajectory`] and [`live_pose`] read the poses of robots from bags and from running robots.
 
 pub mod accuracy;
 pub mod bag;
 pub mod drive;
 pub mod fit;
+pub mod live_pose;
 pub mod mapping;
 mod score;
-pub mod sight;
 pub mod starts;
-pub mod way;
+pub mod trajectory;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -84,7 +84,7 @@ pub struct Course {
 /// Plays a recording back into localization on a map.
 #[must_use]
 pub fn replay(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions) -> Course {
-    replay_part(recording, atlas, conditions, RecordingPart { first: 0, way_m: f64::INFINITY })
+    replay_part(recording, atlas, conditions, RecordingPart { first: 0, driven_m: f64::INFINITY })
 }
 
 /// A part of a log.
@@ -93,7 +93,7 @@ pub struct RecordingPart {
     /// The scan at which it begins, among those with a corrected pose, counted from 0.
     pub first: usize,
     /// It ends when the robot has driven this far, in meters.
-    pub way_m: f64,
+    pub driven_m: f64,
 }
 
 /// Plays a part of a recording back into localization on a map.
@@ -114,15 +114,15 @@ pub fn replay_part(
     let mut readings = Vec::new();
     let mut odom_to_map = None;
     let mut course = Course { from_nothing: conditions.global, ..Course::default() };
-    let mut way_m = 0.0;
+    let mut driven_m = 0.0;
     while let Some(record) = robot.advance() {
         let (line, time, corrected) = (record.line, record.time, record.corrected);
         robot.read(&mut readings);
         let odometry = take(&mut localization, &mut readings);
         if let (Some(corrected), Some(odometry)) = (corrected, odometry) {
             let before = course.waypoints.last().map_or(corrected, |before| before.corrected);
-            way_m += (corrected.translation.vector - before.translation.vector).norm();
-            if way_m > part.way_m {
+            driven_m += (corrected.translation.vector - before.translation.vector).norm();
+            if driven_m > part.driven_m {
                 break;
             }
             // For comparison: where the robot would be by odometry alone, from the first corrected pose on.

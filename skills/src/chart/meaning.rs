@@ -1,6 +1,5 @@
 //! What a machine does, apart from where that is written.
 
-use std::fmt::Write;
 use std::sync::Arc;
 
 use diagnostics::Source;
@@ -29,7 +28,7 @@ impl Chart {
         let warnings: Vec<String> = self.warnings.iter().map(ToString::to_string).collect();
         let Self { ids, binding, states, transitions, data, scripts, events, foreign, mentions, .. } = self;
         let parts = (ids, binding, states, transitions, data, scripts, events, foreign, mentions, warnings);
-        write!(text, "{parts:?}").expect("writing to a string succeeds");
+        *text += &format!("{parts:?}");
     }
 }
 

@@ -1,7 +1,5 @@
 //! A chart as text: an outline, or a graph for Graphviz.
 
-use std::fmt::Write as _;
-
 use super::{Chart, HistoryKind, StateKind, Transition};
 use crate::ids::StateId;
 
@@ -34,18 +32,17 @@ impl Chart {
             let state = self.state(child);
             let is_default = around.kind == StateKind::Compound && self.enters_first(parent, child);
             let mark = if is_default { "* " } else { "" };
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{:indent$}{mark}{}{}", "", prefix(state.kind), state.id(), indent = 2 * depth);
+            *text += &format!("{:indent$}{mark}{}{}\n", "", prefix(state.kind), state.id(), indent = 2 * depth);
             if let StateKind::History(_) = state.kind {
-                let _ = writeln!(text, "{:indent$}-> {}", "", self.ids(state.initial()), indent = 2 * depth + 4);
+                *text += &format!("{:indent$}-> {}\n", "", self.ids(state.initial()), indent = 2 * depth + 4);
             }
             for invoke in &state.invokes {
                 let id = invoke.id.as_deref().unwrap_or("a machine");
-                let _ = writeln!(text, "{:indent$}invokes {id}", "", indent = 2 * depth + 4);
+                *text += &format!("{:indent$}invokes {id}\n", "", indent = 2 * depth + 4);
             }
             for transition in state.transitions() {
                 let label = self.label(self.transition(*transition));
-                let _ = writeln!(text, "{:indent$}{label}", "", indent = 2 * depth + 4);
+                *text += &format!("{:indent$}{label}\n", "", indent = 2 * depth + 4);
             }
             self.outline_children(child, depth + 1, text);
         }
@@ -110,12 +107,12 @@ impl Chart {
                 _ => "",
             };
             let label = if let StateKind::History(kind) = state.kind { quoted(history(kind)) } else { name };
-            let _ = writeln!(text, "{indent}s{number} [label={label}{shape}];");
+            *text += &format!("{indent}s{number} [label={label}{shape}];\n");
         } else {
             let style = if state.kind == StateKind::Parallel { "dashed" } else { "rounded" };
-            let _ = writeln!(text, "{indent}subgraph cluster_{number} {{\n{indent}  label={name}; style={style};");
+            *text += &format!("{indent}subgraph cluster_{number} {{\n{indent}  label={name}; style={style};\n");
             state.children().iter().chain(state.histories()).for_each(|child| self.dot_state(*child, depth + 1, text));
-            let _ = writeln!(text, "{indent}}}");
+            *text += &format!("{indent}}}\n");
             self.dot_start(id, text);
         }
     }
@@ -124,10 +121,10 @@ impl Chart {
     fn dot_start(&self, id: StateId, text: &mut String) {
         if self.state(id).kind == StateKind::Compound {
             let number = id.index();
-            let _ = writeln!(text, "  i{number} [shape=point, width=0.12, label=\"\"];");
+            *text += &format!("  i{number} [shape=point, width=0.12, label=\"\"];\n");
             for target in self.state(id).initial() {
                 let (end, head) = self.dot_end(*target);
-                let _ = writeln!(text, "  i{number} -> s{end} [style=dotted{}];", cluster("lhead", head));
+                *text += &format!("  i{number} -> s{end} [style=dotted{}];\n", cluster("lhead", head));
             }
         }
     }
@@ -135,7 +132,7 @@ impl Chart {
     fn dot_edge(&self, source: StateId, target: StateId, label: &str, text: &mut String) {
         let ((start, tail), (end, head)) = (self.dot_end(source), self.dot_end(target));
         let (tail, head) = (cluster("ltail", tail), cluster("lhead", head));
-        let _ = writeln!(text, "  s{start} -> s{end} [label={}{tail}{head}];", quoted(label));
+        *text += &format!("  s{start} -> s{end} [label={}{tail}{head}];\n", quoted(label));
     }
 
     /// Graphviz draws edges only between nodes. Returns the first node inside a state, and the state itself if it is

@@ -1,7 +1,5 @@
 //! Values as JSON.
 
-use std::fmt::Write as _;
-
 use super::Datum;
 
 impl Datum {
@@ -63,8 +61,7 @@ pub(crate) fn write_string(text: &str, json: &mut String) {
             '\r' => json.push_str("\\r"),
             '\t' => json.push_str("\\t"),
             control if control < ' ' => {
-                // Writing to a string cannot fail.
-                let _ = write!(json, "\\u{:04x}", u32::from(control));
+                *json += &format!("\\u{:04x}", u32::from(control));
             }
             other => json.push(other),
         }

@@ -1,7 +1,5 @@
 //! XML as data: stand-alone text.
 
-use std::fmt::Write as _;
-
 use diagnostics::markup;
 use roxmltree::Node;
 
@@ -22,18 +20,17 @@ fn write_node(node: Node<'_, '_>, namespace: Option<&str>, text: &mut String) {
     }
     let own = node.tag_name().namespace().filter(|namespace| !namespace.is_empty());
     let name = node.tag_name().name();
-    // Writing to a string cannot fail.
-    let _ = write!(text, "<{name}");
+    *text += &format!("<{name}");
     if own != namespace {
-        let _ = write!(text, " xmlns=\"{}\"", markup::attribute(own.unwrap_or_default()));
+        *text += &format!(" xmlns=\"{}\"", markup::attribute(own.unwrap_or_default()));
     }
     for attribute in node.attributes() {
-        let _ = write!(text, " {}=\"{}\"", attribute.name(), markup::attribute(attribute.value()));
+        *text += &format!(" {}=\"{}\"", attribute.name(), markup::attribute(attribute.value()));
     }
     if node.has_children() {
         text.push('>');
         node.children().for_each(|child| write_node(child, own, text));
-        let _ = write!(text, "</{name}>");
+        *text += &format!("</{name}>");
     } else {
         text.push_str("/>");
     }

@@ -30,6 +30,14 @@ pub enum Undelivered {
     /// A mistake: there is no such receiver, or the event does not fit.
     #[error("{0}")]
     Unfit(String),
+    /// A mistake: a field cannot have this value.
+    #[error("{refusal}, and {value}")]
+    Value {
+        /// The message and the field, and what it can have, in words: the same for all such values.
+        refusal: String,
+        /// The value, and why it is not among them, in words.
+        value: String,
+    },
     /// Nobody waits for it any longer, as happens to answers that come late.
     #[error("{0}")]
     Late(String),

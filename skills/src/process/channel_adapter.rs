@@ -220,8 +220,9 @@ impl ChannelAdapter {
     pub fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
         let wiring = Arc::clone(&self.wiring);
         let Some(peer) = target else {
-            let refused = |problem| Undelivered::Unfit(format!("{} cannot publish <{head}>: {problem}", wiring.name));
-            let message = wiring.published(head, data).map_err(refused)?;
+            let message = wiring
+                .published(head, data)
+                .map_err(|problem| problem.undelivered(&format!("{} cannot publish <{head}>", wiring.name)))?;
             for out in wiring.subscribers(head) {
                 // A newer message replaces an older one here as it does in the channel.
                 let is_older = |older: &&mut Envelope| older.message.head() == Some(head);
@@ -240,7 +241,7 @@ impl ChannelAdapter {
         let out = out.ok_or_else(|| Undelivered::Unfit(format!("there is no channel {} → {peer}", wiring.name)))?;
         let (message, role) = wiring.outgoing[out]
             .message(head, data)
-            .map_err(|problem| Undelivered::Unfit(format!("<{head}> cannot be sent to {peer}: {problem}")))?;
+            .map_err(|problem| problem.undelivered(&format!("<{head}> cannot be sent to {peer}")))?;
         self.check_room(out)?;
         let request = self.request_number(out, head, role)?;
         self.outboxes[out].push_back(Envelope { message, request });

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use channels::{FieldKind, Message, Shape, Value};
 
 use crate::Datum;
+use crate::machine::Undelivered;
 
 /// Integers up to this size are exact as numbers.
 const MAX_EXACT: f64 = 9_007_199_254_740_991.0;
@@ -18,10 +19,21 @@ pub(super) enum Unsendable {
     Missing { field: String },
     #[error("there is no field {field}")]
     Unknown { field: String },
-    #[error("the field {field} is {kind}, and {value} is not")]
-    Kind { field: String, kind: String, value: String },
-    #[error("the field {field} is int, and {value} is beyond {MAX_EXACT}, up to which integers in machines are exact")]
-    Inexact { field: String, value: String },
+    /// The value is given with why it is not of this kind: `0.5 is not`.
+    #[error("the field {field} is {kind}, and {value}")]
+    Value { field: String, kind: String, value: String },
+}
+
+impl Unsendable {
+    /// Why a message is not delivered. `attempt` says which: `Go cannot publish <level>`.
+    pub(super) fn undelivered(self, attempt: &str) -> Undelivered {
+        match self {
+            Self::Value { field, kind, value } => {
+                Undelivered::Value { refusal: format!("{attempt}: the field {field} is {kind}"), value }
+            }
+            problem => Undelivered::Unfit(format!("{attempt}: {problem}")),
+        }
+    }
 }
 
 /// A message's fields as an object, with the names of its shape, or `m1`, `m2`, … if it has none. An optional field
@@ -75,9 +87,10 @@ pub(super) fn message(head: &str, shape: &Shape, fields: &Datum) -> Result<Vec<V
         };
         let unfit = || match given {
             Datum::Number(number) if number.fract() == 0.0 && kind.contains(&Value::Int(0)) => {
-                Unsendable::Inexact { field: field.clone(), value: given.to_string() }
+                let value = format!("{given} is beyond {MAX_EXACT}, up to which integers in machines are exact");
+                Unsendable::Value { field: field.clone(), kind: FieldKind::Int.to_string(), value }
             }
-            _ => Unsendable::Kind { field: field.clone(), kind: kind.to_string(), value: given.to_string() },
+            _ => Unsendable::Value { field: field.clone(), kind: kind.to_string(), value: format!("{given} is not") },
         };
         values.push(field_value(given, kind).ok_or_else(unfit)?);
     }

@@ -1,4 +1,4 @@
-//! What a simulated robot is told: messages for its base and its localization.
+//! The messages that a simulated robot obeys: commands for its base, and poses for its localization.
 
 use std::time::Duration;
 
@@ -14,15 +14,15 @@ pub(super) const LARGEST: f64 = 1e6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Command {
     pub(super) velocity: VelocityCommand,
-    /// Its stamp, if messages of its type have one.
+    /// The stamp, if messages of this type have one.
     pub(super) stamp: Option<Duration>,
-    /// Whether the base cannot do all that it says, and does what it can.
+    /// Whether it contains velocities that the base ignores: sideways, up, roll or pitch.
     pub(super) is_partial: bool,
 }
 
 impl Command {
-    /// A message of one of the types that a base understands. None if it is not one: too short, or with numbers that
-    /// are not finite.
+    /// Reads a message of one of the [known](Self::is_known) types. `None` if it is too short, or has numbers that are
+    /// not finite.
     pub(super) fn read(kind: &str, message: &[u8]) -> Option<Self> {
         let is_stamped = kind == "geometry_msgs/msg/TwistStamped";
         let read = || -> Result<_, Mismatch> {
@@ -45,8 +45,8 @@ impl Command {
     }
 }
 
-/// The pose in a `geometry_msgs/msg/PoseWithCovarianceStamped`. None if it is not one, or not a pose in the plane of
-/// the map: without a frame, it is one.
+/// The pose in a `geometry_msgs/msg/PoseWithCovarianceStamped`. `None` if the message is not one, or its pose is not in
+/// the plane of the map. Without a frame, it counts as one on the map.
 pub(super) fn initial_pose(message: &[u8], map: &str) -> Option<InitialPose> {
     let read = || -> Result<_, Mismatch> {
         let mut reader = CdrReader::new(message)?;
@@ -57,7 +57,7 @@ pub(super) fn initial_pose(message: &[u8], map: &str) -> Option<InitialPose> {
     let is_on_map = frame.is_empty() || frame == map.as_bytes();
     let covariance = [0, 1, 5].map(|row| [0, 1, 5].map(|column| covariance[6 * row + column]));
     let is_sound = is_on_map && [x, y].iter().chain(covariance.iter().flatten()).all(|number| number.abs() <= LARGEST);
-    // A covariance of zeros, which some programs send, says that nothing is known of it.
+    // Some programs send a covariance of zeros, which means that it is unknown.
     let is_exact = covariance.iter().flatten().all(|number| *number == 0.0);
     let there = seen_from_above([x, y], [a, b, c, w]);
     (is_sound && there.rotation.re.is_finite())

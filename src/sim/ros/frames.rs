@@ -11,7 +11,7 @@ use scenarios::Error;
 pub(super) struct Frames {
     pub(super) map: String,
     pub(super) odom: String,
-    /// Where the robot stands on the floor.
+    /// The projection of the base onto the floor.
     pub(super) footprint: String,
     pub(super) base: String,
     pub(super) lasers: Vec<String>,
@@ -56,7 +56,7 @@ impl Frames {
         [map, odom, footprint, base].into_iter().chain(lasers)
     }
 
-    /// Where the parts of the robot are, which do not move.
+    /// The transforms of the robot's fixed parts.
     pub(super) fn fixed(&self, lasers: &[LaserSpec]) -> ros::Transforms {
         let at = |of: &str, frame: &str, pose: &maps::Pose| {
             ros::TransformStamped::new(Duration::ZERO, of.to_owned(), frame.to_owned(), pose)

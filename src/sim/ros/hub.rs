@@ -1,5 +1,5 @@
-//! The robots of one process in a DDS domain: what comes is handed to the robot that it is for, and their steps are
-//! held together.
+//! The robots of one process in a DDS domain: distributes messages and requests to the robots, and keeps their steps
+//! together.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,25 +8,25 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use bags::{Received, Source as _};
-use network::{Domain, Live as _, Served, Voice};
+use network::{Domain, IncomingRequest, Live as _, Publisher};
 
 use crate::output::note;
 
-/// How long one look for messages takes at most.
+/// The longest wait for a message in one call.
 const PATIENCE: Duration = Duration::from_millis(10);
 
-/// The most that waits for a robot, of each kind: beyond that, the oldest is left out.
+/// The most messages that wait for a robot, and the most requests. Beyond that, the oldest are left out.
 const MOST: usize = 2000;
 
-/// The most bytes of a message or a request: a robot is told nothing that is long.
+/// The most bytes of a message or a request: those for a robot are short.
 const LARGEST: usize = 1 << 16;
 
-/// A robot's place in a domain. The domain is left when all are gone.
+/// A robot's connection to a domain, which is left with the last of its stations.
 pub(super) struct Station {
     shared: Arc<Shared>,
     place: usize,
     has_left: bool,
-    pub(super) voice: Voice,
+    pub(super) publisher: Publisher,
 }
 
 /// A message for a robot.
@@ -38,39 +38,41 @@ pub(super) struct Incoming {
 }
 
 struct Shared {
-    /// How many robots are left, and who hands on what comes until there is none.
+    /// How many robots are left.
     left: AtomicUsize,
+    /// The thread that receives, until no robot is left.
     thread: Mutex<Option<JoinHandle<()>>>,
     state: Mutex<Traffic>,
-    /// Something has come for a robot.
-    rings: Vec<Condvar>,
-    /// All robots have come as far as the last.
+    /// For each robot: a message has come.
+    arrivals: Vec<Condvar>,
+    /// The last robot has completed a step.
     steps: Condvar,
 }
 
 #[derive(Default)]
 struct Traffic {
     robots: Vec<Robot>,
-    /// The time that has been told.
-    told: Duration,
-    /// What has been left out, which is mentioned once.
+    /// The time that has been published.
+    clock: Duration,
+    /// The topics and services with something left out, each of which has been noted.
     left_out: BTreeSet<String>,
-    /// The topics of theirs that somebody reads, and those on which others publish.
+    /// The topics of the robots that have subscribers.
     read: BTreeSet<String>,
+    /// The topics that have publishers.
     published: BTreeSet<String>,
 }
 
 struct Robot {
-    /// What it listens to, and its services.
+    /// The topics to which it subscribes, and its services.
     topics: BTreeSet<String>,
     services: BTreeSet<String>,
     messages: VecDeque<Incoming>,
-    requests: VecDeque<Served>,
-    /// How far it is; none once it has left.
+    requests: VecDeque<IncomingRequest>,
+    /// Its time; `None` once it has left.
     time: Option<Duration>,
 }
 
-/// What a robot listens to: its topics, and its services.
+/// The topics to which a robot subscribes, and its services.
 pub(super) struct Wanted {
     pub(super) topics: BTreeSet<String>,
     pub(super) services: BTreeSet<String>,
@@ -82,9 +84,9 @@ impl Shared {
     }
 }
 
-/// A station for each robot, in this order, in a domain that has begun. None if it has been left.
+/// A station for each robot, in this order, in a domain that has begun. `None` if the domain has been left.
 pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Station>> {
-    let voices = wanted.iter().map(|_| node.voice()).collect::<Option<Vec<Voice>>>()?;
+    let publishers = wanted.iter().map(|_| node.publisher()).collect::<Option<Vec<Publisher>>>()?;
     let robot = |Wanted { topics, services }| {
         let (messages, requests) = (VecDeque::new(), VecDeque::new());
         Robot { topics, services, messages, requests, time: Some(Duration::ZERO) }
@@ -92,9 +94,9 @@ pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Stat
     let robots: Vec<Robot> = wanted.into_iter().map(robot).collect();
     let count = robots.len();
     let state = Mutex::new(Traffic { robots, ..Traffic::default() });
-    let rings = (0..count).map(|_| Condvar::new()).collect();
+    let arrivals = (0..count).map(|_| Condvar::new()).collect();
     let (left, thread) = (AtomicUsize::new(count), Mutex::new(None));
-    let shared = Arc::new(Shared { left, thread, state, rings, steps: Condvar::new() });
+    let shared = Arc::new(Shared { left, thread, state, arrivals, steps: Condvar::new() });
     let thread = std::thread::spawn({
         let shared = Arc::clone(&shared);
         move || {
@@ -110,12 +112,12 @@ pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Stat
         }
     });
     *shared.thread.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread);
-    let station = |(place, voice)| Station { shared: Arc::clone(&shared), place, has_left: false, voice };
-    Some(voices.into_iter().enumerate().map(station).collect())
+    let station = |(place, publisher)| Station { shared: Arc::clone(&shared), place, has_left: false, publisher };
+    Some(publishers.into_iter().enumerate().map(station).collect())
 }
 
 impl Shared {
-    /// Hands on what has come.
+    /// Distributes what has come.
     fn take(&self, node: &mut Domain, received: Received, body: &mut Vec<u8>) {
         let mut state = self.state();
         if let Received::Message(head) = received {
@@ -126,7 +128,7 @@ impl Shared {
                 let incoming = Incoming { topic, kind, body: std::mem::take(body) };
                 let Traffic { robots, left_out, .. } = &mut *state;
                 keep(&mut robots[place].messages, incoming, &name, size, left_out);
-                self.rings[place].notify_one();
+                self.arrivals[place].notify_one();
             }
         }
         while let Some(request) = node.request() {
@@ -160,9 +162,9 @@ impl Shared {
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
         (!is_behind(&mut state)).then(|| {
-            let tells = state.told < now;
-            state.told = now;
-            tells
+            let is_first = state.clock < now;
+            state.clock = now;
+            is_first
         })
     }
 
@@ -177,8 +179,8 @@ impl Shared {
     }
 }
 
-/// Keeps what has come under a name, unless it is too large; the oldest gives way if there is too much. That is
-/// mentioned once, which `left_out` remembers.
+/// Queues what has come under a name, unless it is too large. The oldest is left out if there is too much. Either is
+/// noted once per name, which `left_out` remembers.
 fn keep<T>(waiting: &mut VecDeque<T>, new: T, name: &str, size: usize, left_out: &mut BTreeSet<String>) {
     let why = if size > LARGEST {
         format!("{size} bytes are too many")
@@ -204,36 +206,36 @@ impl Station {
         let mut state = self.shared.state();
         if state.robots[self.place].messages.is_empty() && !patience.is_zero() {
             let is_empty = |state: &mut Traffic| state.robots[self.place].messages.is_empty();
-            let waited = self.shared.rings[self.place].wait_timeout_while(state, patience, is_empty);
+            let waited = self.shared.arrivals[self.place].wait_timeout_while(state, patience, is_empty);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
         state.robots[self.place].messages.pop_front()
     }
 
-    /// The next request to one of the robot's services that are `meant`, if one has come.
-    pub(super) fn request(&self, is_meant: impl Fn(&str) -> bool) -> Option<Served> {
+    /// The next request to a service of the robot for which `is_meant` is true, if one has come.
+    pub(super) fn request(&self, is_meant: impl Fn(&str) -> bool) -> Option<IncomingRequest> {
         let requests = &mut self.shared.state().robots[self.place].requests;
         let place = requests.iter().position(|request| is_meant(&request.service))?;
         requests.remove(place)
     }
 
-    /// Whether somebody reads a topic of the robot.
+    /// Whether a topic of the robot has subscribers.
     pub(super) fn is_read(&self, topic: &str) -> bool {
         self.shared.state().read.contains(topic)
     }
 
-    /// Whether somebody publishes a topic that the robot listens to.
+    /// Whether a topic to which the robot subscribes has publishers.
     pub(super) fn is_published(&self, topic: &str) -> bool {
         self.shared.state().published.contains(topic)
     }
 
-    /// The robot has come so far: waits for a moment until all have. Returns whether it is to tell the time, as the
-    /// first one to know that; none if somebody is still behind.
+    /// The robot has completed its step to this time: waits for a moment until all robots have. Returns whether it is
+    /// the first to notice, which is to publish the time; `None` if a robot is still behind.
     pub(super) fn keep_step(&self, now: Duration) -> Option<bool> {
         self.shared.keep_step(self.place, now)
     }
 
-    /// Goes without the others; the last one leaves the domain.
+    /// Leaves the other robots. The last one leaves the domain.
     pub(super) fn leave(&mut self) {
         if !std::mem::replace(&mut self.has_left, true) {
             self.shared.leave(self.place);
@@ -268,13 +270,13 @@ mod tests {
             left: AtomicUsize::new(count),
             thread: Mutex::new(None),
             state: Mutex::new(state),
-            rings: (0..count).map(|_| Condvar::new()).collect(),
+            arrivals: (0..count).map(|_| Condvar::new()).collect(),
             steps: Condvar::new(),
         })
     }
 
     #[test]
-    fn no_robot_goes_on_before_all_have_come_as_far_and_one_tells_the_time() {
+    fn no_robot_goes_on_before_all_have_completed_a_step_and_one_publishes_the_time() {
         let shared = shared(3);
         let (sender, passed) = channel();
         std::thread::scope(|scope| {
@@ -288,7 +290,7 @@ mod tests {
                                 break first;
                             }
                         };
-                        sender.send((step, place, first)).expect("somebody counts");
+                        sender.send((step, place, first)).expect("the receiver lives");
                     }
                     shared.leave(place);
                 });
@@ -297,24 +299,24 @@ mod tests {
         drop(sender);
         let passed: Vec<(u32, usize, bool)> = passed.iter().collect();
         assert_eq!(passed.len(), 250);
-        let (mut last, mut told) = ([0; 3], Vec::new());
+        let (mut last, mut published) = ([0; 3], Vec::new());
         for (step, place, is_first) in passed {
             last[place] = step;
             let slowest =
                 last.iter().enumerate().filter(|(place, _)| *place > 0 || step <= 50).map(|(_, step)| *step).min();
             assert!(slowest.is_some_and(|slowest| slowest + 1 >= step), "{last:?}");
-            told.extend(is_first.then_some(step));
+            published.extend(is_first.then_some(step));
         }
     }
 
     #[test]
-    fn a_robot_alone_waits_for_nobody_and_one_of_two_only_for_a_moment() {
+    fn a_single_robot_does_not_wait_and_one_of_two_waits_only_for_a_moment() {
         assert_eq!(shared(1).keep_step(0, STEP), Some(true));
         assert_eq!(shared(2).keep_step(0, STEP), None);
     }
 
     #[test]
-    fn what_nobody_takes_makes_room_for_what_is_newer_and_nothing_long_is_kept() {
+    fn the_oldest_makes_room_for_the_newest_and_nothing_long_is_kept() {
         let (mut waiting, mut left_out) = (VecDeque::new(), BTreeSet::new());
         for number in 0..MOST + 5 {
             keep(&mut waiting, number, "/a", 4, &mut left_out);

@@ -1,12 +1,12 @@
-//! The states of the nodes of Nav2 whose work the robot's own software does: others wait until these are active.
+//! The states of the nodes of Nav2 whose work the robot's own software does: clients wait until these are active.
 
-use remote::{Call, FromNode};
+use remote::{NodeMessage, ServiceRequest};
 use ros_messages::{CdrWriter, RosType as _};
-use runs::Sensed;
+use runs::ControllerInput;
 
 use crate::sim::SimArgs;
 
-/// The type of the service that tells a node's state.
+/// The type of the service that returns a node's state.
 pub(super) const KIND: &str = "lifecycle_msgs/srv/GetState";
 
 /// The states of `lifecycle_msgs/msg/State`, by number and label.
@@ -25,7 +25,7 @@ pub(super) enum ManagedNode {
 impl ManagedNode {
     pub(super) const ALL: [Self; 2] = [Self::Localizer, Self::Navigator];
 
-    /// The service that tells its state, in a namespace.
+    /// The service that returns its state, in a namespace.
     pub(super) fn service(self) -> &'static str {
         match self {
             Self::Localizer => "amcl/get_state",
@@ -41,15 +41,15 @@ impl ManagedNode {
         }
     }
 
-    /// The node whose state a service tells, by what this is called within.
-    pub(super) fn asked_by(service: &str) -> Option<Self> {
+    /// The node whose state a service returns, by the service's name within the program.
+    pub(super) fn of_service(service: &str) -> Option<Self> {
         let name = service.strip_prefix('/')?;
         Self::ALL.into_iter().find(|node| node.service() == name)
     }
 
-    /// Whether it answers nothing, because what does its work is frozen.
-    pub(super) fn is_frozen(self, sensed: &Sensed<'_>) -> bool {
-        let outages = sensed.software.outages();
+    /// Whether it does not respond, because the software that does its work is frozen.
+    pub(super) fn is_frozen(self, input: &ControllerInput<'_>) -> bool {
+        let outages = input.software.outages();
         match self {
             Self::Localizer => outages.localization,
             Self::Navigator => outages.navigation,
@@ -57,14 +57,14 @@ impl ManagedNode {
     }
 }
 
-/// The answer to a request for the state of a node: it is active once the run has begun. The response is a
-/// `lifecycle_msgs/srv/GetState_Response`.
-pub(super) fn answer(request: &Call, has_begun: bool) -> FromNode {
+/// The response to a request for the state of a node, a `lifecycle_msgs/srv/GetState_Response`: the node is active once
+/// the run has begun.
+pub(super) fn response(request: &ServiceRequest, has_begun: bool) -> NodeMessage {
     let (number, label) = if has_begun { ACTIVE } else { INACTIVE };
     let mut cdr = CdrWriter::reusing(Vec::new());
     number.write(&mut cdr);
     cdr.text(label);
-    FromNode::Response { number: request.number, body: cdr.bytes() }
+    NodeMessage::Response { number: request.number, body: cdr.bytes() }
 }
 
 #[cfg(test)]
@@ -74,9 +74,9 @@ mod tests {
     #[test]
     fn a_node_is_inactive_until_the_run_begins() {
         let service = "/amcl/get_state".to_owned();
-        let request = Call { service, kind: KIND.to_owned(), number: 7, body: Vec::new() };
-        let body = |has_begun| match answer(&request, has_begun) {
-            FromNode::Response { number: 7, body } => body[4..].to_vec(),
+        let request = ServiceRequest { service, kind: KIND.to_owned(), number: 7, body: Vec::new() };
+        let body = |has_begun| match response(&request, has_begun) {
+            NodeMessage::Response { number: 7, body } => body[4..].to_vec(),
             other => panic!("{other:?}"),
         };
         assert_eq!(body(false), b"\x02\0\0\0\x09\0\0\0inactive\0");
@@ -84,8 +84,8 @@ mod tests {
     }
 
     #[test]
-    fn a_service_asks_for_the_state_of_one_node() {
-        assert_eq!(ManagedNode::asked_by("/amcl/get_state"), Some(ManagedNode::Localizer));
-        assert_eq!(ManagedNode::asked_by("/Door/get_state"), None);
+    fn a_service_returns_the_state_of_one_node() {
+        assert_eq!(ManagedNode::of_service("/amcl/get_state"), Some(ManagedNode::Localizer));
+        assert_eq!(ManagedNode::of_service("/Door/get_state"), None);
     }
 }

@@ -5,23 +5,23 @@ use std::time::Duration;
 use maps::{Point, heading, seen_from_above};
 use nav::{GiveUpReason, Goal, NavigationStatus, Navigator, PlanError, Recovery};
 use recording::ros::{PoseStamped, Span};
-use remote::{ActionServer, Call, Demand, Ending, FromNode, GoalId, action};
+use remote::{ActionServer, Demand, Ending, GoalId, NodeMessage, ServiceRequest, action};
 use ros_messages::{CdrReader, CdrWriter, Mismatch, RosType as _};
-use runs::{Sensed, TripOrder};
+use runs::{ControllerInput, TripCommand};
 
 use super::commands::{LARGEST, header, reals};
 
-/// Its name in a namespace, and its type.
+/// The action's name in a namespace, and its type.
 pub(super) const NAME: &str = "navigate_to_pose";
 pub(super) const KIND: &str = "nav2_msgs/action/NavigateToPose";
 
-/// How often it tells how a trip is going, and how far the way is, in simulated time.
+/// The interval of feedback, in simulated time.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Slower than this, a robot does not say when it will arrive, in m/s.
+/// Below this speed, in m/s, the feedback has no estimated time of arrival.
 const SLOW_MPS: f64 = 0.01;
 
-/// The errors of Nav2's planners and controllers that fit, and any other one, by their numbers.
+/// The error codes of Nav2's planners and controllers that apply here, and `UNKNOWN` for any other error.
 const NONE: u16 = 0;
 const NO_PROGRESS: u16 = 105;
 const UNKNOWN: u16 = 200;
@@ -32,26 +32,27 @@ const START_OCCUPIED: u16 = 205;
 const GOAL_OCCUPIED: u16 = 206;
 const NO_PATH: u16 = 208;
 
-/// Gives the robot's own navigation the goals that come from outside.
+/// The server of the action: passes goals on to the robot's own navigation.
 #[derive(Debug)]
 pub(super) struct NavigationServer {
     server: ActionServer,
-    /// The frame in which goals are given.
+    /// The frame of the goals.
     map: String,
     trip: Option<Pursued>,
-    /// How often the navigator has been started again.
+    /// How often the navigator has been restarted.
     restarts: u64,
 }
 
-/// A trip to a goal that came from outside.
+/// A trip to a goal of a client.
 #[derive(Debug)]
 struct Pursued {
-    /// Which trip of the navigator it is, counted from 1.
+    /// The number of the navigator's trip, counted from 1.
     number: u64,
     since: Duration,
     is_canceled: bool,
-    /// How often the navigator has begun to recover, and what it did last.
+    /// How often the navigator has begun to recover.
     recoveries: i16,
+    /// Its current recovery.
     recovery: Option<Recovery>,
 }
 
@@ -60,73 +61,73 @@ impl NavigationServer {
         Self { server: ActionServer::new(format!("/{NAME}")), map, trip: None, restarts: 0 }
     }
 
-    /// Whether it serves what is called so within.
+    /// Whether a service is one of the action, by its name within the program.
     pub(super) fn serves(service: &str) -> bool {
         service.strip_prefix('/').is_some_and(|name| name.starts_with(&action::service(NAME, "")))
     }
 
-    /// What it has said since the last call.
-    pub(super) fn take_said(&mut self) -> Vec<FromNode> {
-        self.server.take_said()
+    /// The responses and messages since the last call.
+    pub(super) fn take_outbox(&mut self) -> Vec<NodeMessage> {
+        self.server.take_outbox()
     }
 
-    /// Tells how a trip is going, and hears what is requested, unless the robot's navigation is frozen. Returns what
-    /// that is told. One that has been started again has forgotten all goals, and what was requested before.
+    /// Updates the current goal and handles requests, unless the robot's navigation is frozen. Returns the command for
+    /// the navigation. A restarted navigation has forgotten all goals and earlier requests.
     pub(super) fn act(
         &mut self,
-        sensed: &Sensed<'_>,
-        mut requested: impl FnMut() -> Option<Call>,
-    ) -> Option<TripOrder> {
-        if sensed.software.outages().navigation {
+        input: &ControllerInput<'_>,
+        mut requested: impl FnMut() -> Option<ServiceRequest>,
+    ) -> Option<TripCommand> {
+        if input.software.outages().navigation {
             return None;
         }
-        let navigator = sensed.software.navigator();
+        let navigator = input.software.navigator();
         if std::mem::replace(&mut self.restarts, navigator.restarts()) != self.restarts {
             while requested().is_some() {}
             self.trip = None;
             self.server.restart();
         }
-        self.follow(sensed);
-        let mut told = None;
+        self.update_trip(input);
+        let mut command = None;
         while let Some(request) = requested() {
-            told = self.hear(&request, sensed.now, navigator).or(told);
+            command = self.receive(&request, input.now, navigator).or(command);
         }
-        told
+        command
     }
 
-    /// The run is over: nobody pursues a goal any more.
+    /// The run is over: gives up the current goal.
     pub(super) fn leave(&mut self) {
         self.server.end(Ending::GivenUp, |status| result(status, UNKNOWN, "the run is over"));
     }
 
-    fn hear(&mut self, request: &Call, now: Duration, navigator: &Navigator) -> Option<TripOrder> {
+    fn receive(&mut self, request: &ServiceRequest, now: Duration, navigator: &Navigator) -> Option<TripCommand> {
         let Self { server, map, trip, .. } = self;
-        match server.hear(request, |reader| read_goal(reader, map), |status| result(status, NONE, ""))? {
+        match server.receive(request, |reader| read_goal(reader, map), |status| result(status, NONE, ""))? {
             Demand::Pursue(id, goal) => {
                 server.accept(id, now, |status| result(status, UNKNOWN, "another goal has come"));
-                // It begins with the navigator's next trip.
+                // The navigator's next trip is the one to this goal.
                 let number = navigator.trips_started() + 1;
                 *trip = Some(Pursued { number, since: now, is_canceled: false, recoveries: 0, recovery: None });
-                Some(TripOrder::Start(goal))
+                Some(TripCommand::Start(goal))
             }
             Demand::Cancel => trip.as_mut().map(|trip| {
                 trip.is_canceled = true;
-                TripOrder::End
+                TripCommand::End
             }),
         }
     }
 
-    /// Tells how the trip is going, and how it has ended.
-    fn follow(&mut self, sensed: &Sensed<'_>) {
+    /// Publishes feedback on the trip, or ends the goal as the trip has ended.
+    fn update_trip(&mut self, input: &ControllerInput<'_>) {
         let Some(trip) = &mut self.trip else { return };
-        let navigator = sensed.software.navigator();
+        let navigator = input.software.navigator();
         let status = navigator.status();
         let aborted = |code, why: &str| (Ending::GivenUp, code, why.to_owned());
         let is_its_own = navigator.trips_started() == trip.number;
         let (how, code, why) = if navigator.trips_started() > trip.number {
             aborted(UNKNOWN, "the robot was sent elsewhere")
         } else if is_its_own && status.is_under_way() {
-            return self.feed_back(sensed);
+            return self.publish_feedback(input);
         } else if is_its_own && status == NavigationStatus::GoalReached {
             (Ending::Succeeded, NONE, String::new())
         } else if trip.is_canceled {
@@ -144,15 +145,15 @@ impl NavigationServer {
     }
 
     /// `nav2_msgs/action/NavigateToPose_Feedback`
-    fn feed_back(&mut self, sensed: &Sensed<'_>) {
+    fn publish_feedback(&mut self, input: &ControllerInput<'_>) {
         let Some(trip) = &mut self.trip else { return };
-        let (software, navigator) = (sensed.software, sensed.software.navigator());
+        let (software, navigator) = (input.software, input.software.navigator());
         let recovery = navigator.recovery();
         if recovery != trip.recovery {
             trip.recoveries = trip.recoveries.saturating_add(i16::from(recovery.is_some()));
             trip.recovery = recovery;
         }
-        if !sensed.now.as_nanos().is_multiple_of(PERIOD.as_nanos()) {
+        if !input.now.as_nanos().is_multiple_of(PERIOD.as_nanos()) {
             return;
         }
         let left_m = navigator.remaining_m().unwrap_or_default();
@@ -160,11 +161,11 @@ impl NavigationServer {
         let left_s = if speed_mps > SLOW_MPS { left_m / speed_mps } else { 0.0 };
         let (estimate, recoveries, since) = (software.estimate(), trip.recoveries, trip.since);
         let map = self.map.clone();
-        self.server.feed_back(|id: GoalId| {
+        self.server.publish_feedback(|id: GoalId| {
             let mut cdr = CdrWriter::reusing(Vec::new());
             cdr.numbers(id.iter().map(|byte| [*byte]));
             PoseStamped::new(estimate.time, map, &estimate.pose).write(&mut cdr);
-            span(sensed.now.saturating_sub(since)).write(&mut cdr);
+            span(input.now.saturating_sub(since)).write(&mut cdr);
             span(Duration::try_from_secs_f64(left_s).unwrap_or(Duration::MAX)).write(&mut cdr);
             recoveries.write(&mut cdr);
             // The message has single precision.
@@ -174,8 +175,8 @@ impl NavigationServer {
     }
 }
 
-/// The goal in a `nav2_msgs/action/NavigateToPose_Goal`. An orientation of zeros asks for none. None if it is in
-/// another frame, or nowhere, or asks for a tree of Nav2.
+/// The goal in a `nav2_msgs/action/NavigateToPose_Goal`. With an orientation of zeros, any heading is right. `None` if
+/// it is in another frame, has coordinates that are not finite or too large, or names a behavior tree of Nav2.
 fn read_goal(reader: &mut CdrReader<'_>, map: &str) -> Option<Goal> {
     let mut read = || -> Result<_, Mismatch> {
         let (_, frame) = header(reader)?;
@@ -226,76 +227,76 @@ mod tests {
     use std::sync::Arc;
 
     use remote::action::{CANCEL_GOAL, SEND_GOAL, STATUS_ABORTED, STATUS_CANCELED, STATUS_EXECUTING, STATUS_SUCCEEDED};
-    use runs::{Orders, Others, Pilot, Run};
+    use runs::{Controller, ControllerOutput, Partners, Run};
     use scenarios::scenario::{Scenario, find};
 
     use super::*;
 
-    type Said = Vec<(String, Vec<u8>)>;
+    type Sent = Vec<(String, Vec<u8>)>;
 
-    /// Who sends requests at times, in seconds, and what the server has said by then.
-    struct Giver {
+    /// Sends requests at times, in seconds, and keeps what the server sends.
+    struct GoalSender {
         server: NavigationServer,
-        requests: Vec<(u64, Call)>,
-        said: Rc<RefCell<Said>>,
+        requests: Vec<(u64, ServiceRequest)>,
+        sent: Rc<RefCell<Sent>>,
     }
 
-    impl Pilot for Giver {
-        fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
-            let Self { server, requests, said } = self;
-            let is_due = |(at_s, _): &mut (u64, Call)| sensed.now >= Duration::from_secs(*at_s);
+    impl Controller for GoalSender {
+        fn drive(&mut self, input: &ControllerInput<'_>) -> Option<ControllerOutput> {
+            let Self { server, requests, sent } = self;
+            let is_due = |(at_s, _): &mut (u64, ServiceRequest)| input.now >= Duration::from_secs(*at_s);
             let mut due = requests.extract_if(.., is_due);
-            let trip = server.act(sensed, || due.next().map(|(_, request)| request));
-            said.borrow_mut().extend(server.take_said().into_iter().map(|said| match said {
-                FromNode::Response { body, .. } => ("response".to_owned(), body[4..].to_vec()),
-                FromNode::Message { topic, body } => {
+            let trip = server.act(input, || due.next().map(|(_, request)| request));
+            sent.borrow_mut().extend(server.take_outbox().into_iter().map(|message| match message {
+                NodeMessage::Response { body, .. } => ("response".to_owned(), body[4..].to_vec()),
+                NodeMessage::Message { topic, body } => {
                     (topic.rsplit('/').next().unwrap_or_default().to_owned(), body[4..].to_vec())
                 }
             }));
-            Some(Orders { trip, ..Orders::default() })
+            Some(ControllerOutput { trip, ..ControllerOutput::default() })
         }
     }
 
-    fn request(part: &str, id: u8, more: impl FnOnce(&mut CdrWriter)) -> Call {
+    fn request(part: &str, id: u8, more: impl FnOnce(&mut CdrWriter)) -> ServiceRequest {
         let mut cdr = CdrWriter::reusing(Vec::new());
         cdr.numbers([id; 16].iter().map(|byte| [*byte]));
         more(&mut cdr);
         let service = format!("/{NAME}/_action/{part}");
-        Call { service, kind: String::new(), number: id.into(), body: cdr.bytes() }
+        ServiceRequest { service, kind: String::new(), number: id.into(), body: cdr.bytes() }
     }
 
-    fn goal(id: u8, frame: &'static str, [x, y]: [f64; 2], tree: &str) -> Call {
+    fn goal(id: u8, frame: &'static str, [x, y]: [f64; 2], tree: &str) -> ServiceRequest {
         request(SEND_GOAL, id, |cdr| {
             PoseStamped::new(Duration::ZERO, frame, &maps::pose(x, y, 1.0)).write(cdr);
             cdr.text(tree);
         })
     }
 
-    /// The statuses of all goals at the end, and everything that was said, after so many seconds in the paper's house.
-    fn statuses(requests: Vec<(u64, Call)>, faults: &str, seconds: u64) -> (Vec<i8>, Said) {
+    /// The statuses of all goals after some seconds in the paper's house, and everything that the server has sent.
+    fn statuses(requests: Vec<(u64, ServiceRequest)>, faults: &str, seconds: u64) -> (Vec<i8>, Sent) {
         let set = [format!("faults=[{faults}]"), "execution.max_time_s=600".to_owned()];
         let scenario = Arc::new(Scenario::load(&find::find("nominal").expect("shipped"), &set).expect("sound"));
-        let said = Rc::default();
+        let sent = Rc::default();
         let server = NavigationServer::new("map".to_owned());
-        let giver = Giver { server, requests, said: Rc::clone(&said) };
-        let mut run = Run::among(scenario, 1, true, Others::Pilot(Box::new(giver))).expect("a robot");
+        let sender = GoalSender { server, requests, sent: Rc::clone(&sent) };
+        let mut run = Run::with_partners(scenario, 1, true, Partners::Controller(Box::new(sender))).expect("a robot");
         while run.time() < Duration::from_secs(seconds) {
             run.step().expect("a step");
         }
-        let said = said.take();
-        let (_, last) = said.iter().rev().find(|(name, _)| name == "status").expect("a status");
-        (last[4..].chunks(28).map(|goal| goal[24] as i8).collect(), said)
+        let sent = sent.take();
+        let (_, last) = sent.iter().rev().find(|(name, _)| name == "status").expect("a status");
+        (last[4..].chunks(28).map(|goal| goal[24] as i8).collect(), sent)
     }
 
     const NEAR: [f64; 2] = [-10.0, 1.0];
     const FAR: [f64; 2] = [-11.7, 14.2];
 
     #[test]
-    fn the_robot_drives_to_goals_from_outside() {
-        let (ended, said) = statuses(vec![(1, goal(1, "map", NEAR, ""))], "", 90);
+    fn the_robot_drives_to_the_goals_of_clients() {
+        let (ended, sent) = statuses(vec![(1, goal(1, "map", NEAR, ""))], "", 90);
         assert_eq!(ended, [STATUS_SUCCEEDED]);
-        // How far it is still to go, at first and at last.
-        let left: Vec<f32> = said
+        // The remaining distance, at first and at last.
+        let left: Vec<f32> = sent
             .iter()
             .filter(|(name, body)| name == "feedback" && !body.is_empty())
             .map(|(_, body)| f32::from_le_bytes(*body.last_chunk().expect("a number")))
@@ -305,11 +306,11 @@ mod tests {
     }
 
     #[test]
-    fn a_trip_is_canceled_replaced_and_taken_over() {
+    fn a_trip_is_canceled_replaced_or_taken_over() {
         let cancel = || request(CANCEL_GOAL, 1, |cdr| cdr.numbers([[0_u8]; 8].into_iter()));
         assert_eq!(statuses(vec![(1, goal(1, "map", FAR, "")), (5, cancel())], "", 7).0, [STATUS_CANCELED]);
-        let (ended, said) = statuses(vec![(1, goal(1, "map", FAR, "")), (1, cancel())], "", 3);
-        assert_eq!((ended, said.len()), (vec![STATUS_CANCELED], 6), "{said:?}");
+        let (ended, sent) = statuses(vec![(1, goal(1, "map", FAR, "")), (1, cancel())], "", 3);
+        assert_eq!((ended, sent.len()), (vec![STATUS_CANCELED], 6), "{sent:?}");
         let two = vec![(1, goal(1, "map", FAR, "")), (5, goal(2, "map", NEAR, ""))];
         assert_eq!(statuses(two, "", 7).0, [STATUS_ABORTED, STATUS_EXECUTING]);
         let elsewhere = r#"{ kind = "operator_goal", at_s = 3, to = [-10, 1, 0] }"#;
@@ -317,10 +318,10 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_nobody_can_reach_is_aborted_and_one_that_is_none_is_rejected() {
-        let (ended, said) = statuses(vec![(1, goal(1, "map", [500.0, 0.0], ""))], "", 3);
+    fn an_unreachable_goal_is_aborted_and_an_invalid_one_is_rejected() {
+        let (ended, sent) = statuses(vec![(1, goal(1, "map", [500.0, 0.0], ""))], "", 3);
         assert_eq!(ended, [STATUS_ABORTED]);
-        assert!(said.iter().all(|(name, body)| name != "feedback" || body.is_empty()));
+        assert!(sent.iter().all(|(name, body)| name != "feedback" || body.is_empty()));
         for none in [
             goal(1, "odom", NEAR, ""),
             goal(1, "map", NEAR, "tree.xml"),
@@ -332,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_navigation_that_was_started_again_has_forgotten_its_goals() {
+    fn a_restarted_navigation_has_forgotten_its_goals() {
         let crash = r#"{ kind = "component_crash", at_s = 3, component = "Navigation", lasts_s = 1 }"#;
         let cancel = request(CANCEL_GOAL, 1, |cdr| cdr.numbers([[0_u8]; 8].into_iter()));
         for requests in [vec![], vec![(3, cancel)], vec![(3, goal(2, "map", NEAR, ""))]] {

@@ -1,4 +1,4 @@
-//! When a simulated robot goes on, and with which command.
+//! The pace of a simulated robot, and the command of each step.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -9,27 +9,27 @@ use super::commands::Command;
 use crate::moment::moment;
 use crate::sim::SimArgs;
 
-/// A base stops if no command has come for so long, and stamps that are older are those of an earlier time.
+/// The base stops if no command has come for this long. A command is too old if its stamp is older.
 pub(super) const STALE: Duration = Duration::from_millis(500);
 
 /// The most commands that wait for their periods.
 const MOST_WAITING: usize = 1000;
 
-/// How far a simulation may fall behind real time before it gives that up.
+/// How far a simulation may fall behind real time and still catch up.
 const BEHIND: Duration = Duration::from_millis(200);
 
 /// How time passes.
 #[derive(Debug)]
 pub(super) enum Pace {
-    /// So many simulated seconds in a second, since a moment; later than at first if it has fallen behind.
+    /// `speed` simulated seconds per second, since a moment. That moment is moved if the simulation falls behind.
     Steady { speed: f64, since: Option<Instant>, is_late: bool },
-    /// A command for each period, or its deadline.
+    /// One command per period, or none after a deadline.
     LockStep { period: Duration, deadline: Duration },
 }
 
 impl Pace {
     pub(super) fn of(args: &SimArgs) -> Self {
-        // What is longer than any run is as good as for ever.
+        // A span longer than any run counts as infinite.
         let span = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         match args.lock_step {
             true => Self::LockStep { period: span(args.period), deadline: span(args.deadline) },
@@ -37,7 +37,7 @@ impl Pace {
         }
     }
 
-    /// How much time is left until the simulated time `now` is due.
+    /// The time left until the simulated time `now` is due.
     pub(super) fn left(&mut self, now: Duration) -> Duration {
         let Self::Steady { speed, since, is_late } = self else { return Duration::ZERO };
         if speed.is_infinite() {
@@ -47,14 +47,14 @@ impl Pace {
         let begun = since.get_or_insert_with(|| moment().checked_sub(passed).unwrap_or_else(moment));
         let elapsed = begun.elapsed();
         if elapsed > passed.saturating_add(BEHIND) {
-            // What was missed is not made up for: whoever drives could not react.
+            // The simulation does not catch up: the nodes that drive could not react in time.
             *is_late = true;
             *begun += elapsed.saturating_sub(passed);
         }
         passed.saturating_sub(elapsed)
     }
 
-    /// Goes on after a pause: what has passed meanwhile does not count.
+    /// Continues after a pause, whose time does not count.
     pub(super) fn resume(&mut self) {
         if let Self::Steady { since, .. } = self {
             *since = None;
@@ -66,12 +66,12 @@ impl Pace {
         matches!(self, Self::Steady { is_late: true, .. })
     }
 
-    /// Whether others are told that it is `now`.
-    pub(super) fn tells(&self, now: Duration) -> bool {
+    /// Whether the time `now` is published.
+    pub(super) fn publishes(&self, now: Duration) -> bool {
         matches!(self, Self::Steady { .. }) || self.awaits(now)
     }
 
-    /// Whether a command is to come at the simulated time `now`.
+    /// Whether a period begins at the simulated time `now`, which needs a command.
     pub(super) fn awaits(&self, now: Duration) -> bool {
         matches!(self, Self::LockStep { period, .. } if now.as_nanos().is_multiple_of(period.as_nanos()))
     }
@@ -85,27 +85,27 @@ pub(super) struct Commands {
     last: Option<(VelocityCommand, Duration)>,
 }
 
-/// What is odd about a command.
+/// An irregularity of the commands, which is noted once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Oddity {
-    /// It is no command that can be read.
+    /// A message cannot be read.
     Unreadable,
-    /// The base can only drive forwards and turn.
+    /// A command has velocities that the base ignores: it only drives forwards and turns.
     Sideways,
-    /// Its stamp is of an earlier time.
+    /// The stamp is too old.
     Old,
-    /// Its stamp is of a later time.
+    /// The stamp is too far in the future.
     Ahead,
-    /// More have come than there are periods.
+    /// There are more commands than periods.
     TooMany,
     /// The simulation is too slow.
     Behind,
-    /// Nobody is there who sends one.
+    /// The topic has no publisher.
     Missing,
 }
 
 impl Commands {
-    /// Takes a command that has come at a simulated time. Without lock step, it holds at once.
+    /// Takes a command that has come at a simulated time. Without lock step, it takes effect at once.
     pub(super) fn take(&mut self, command: Command, now: Duration, is_in_step: bool) -> Result<(), Oddity> {
         if is_in_step {
             self.waiting.push_back(command);
@@ -136,7 +136,7 @@ impl Commands {
         })
     }
 
-    /// The velocity that was commanded last. None if that is too long ago, which is said once.
+    /// The velocity that was commanded last; `None` if that is too long ago.
     pub(super) fn last(&mut self, now: Duration) -> Option<VelocityCommand> {
         self.last.filter(|(_, since)| now.saturating_sub(*since) <= STALE).map(|(velocity, _)| velocity)
     }
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn in_step_each_period_has_the_command_with_its_stamp_or_the_next_without_one() {
+    fn in_lock_step_each_period_has_the_command_with_its_stamp_or_the_next_without_one() {
         let mut commands = Commands::default();
         for one in [command(0.1, Some(100)), command(0.2, Some(300)), command(0.3, Some(200)), command(0.4, None)] {
             assert_eq!(commands.take(one, ms(200), true), Ok(()));
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn otherwise_a_command_holds_at_once_until_it_is_stale() {
+    fn without_lock_step_a_command_takes_effect_at_once_until_it_is_stale() {
         let mut commands = Commands::default();
         assert_eq!(commands.take(command(0.1, Some(400)), ms(1000), false), Err(Oddity::Old));
         assert_eq!(commands.take(command(0.1, Some(1600)), ms(1000), false), Err(Oddity::Ahead));
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_passed_during_a_pause_does_not_count() {
+    fn the_time_of_a_pause_does_not_count() {
         let mut pace = Pace::Steady { speed: 1.0, since: moment().checked_sub(ms(5000)), is_late: false };
         pace.resume();
         assert!(pace.left(ms(1020)).is_zero() && !pace.is_late(), "the first step is due at once");

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use maps::Pose;
 use network::{Domain, Live as _, Publication};
 use recording::ros;
-use remote::FromNode;
+use remote::NodeMessage;
 use robot::{LaserSpec, Reading, VelocityCommand};
 use ros_messages::{CdrWriter, RosMessage, RosType as _};
-use runs::{Orders, Pilot, Sensed, Touched};
+use runs::{Controller, ControllerInput, ControllerOutput, Touched};
 use scenarios::Error;
 use scenarios::scenario::{OfferedComponents, Scenario};
 
@@ -23,23 +23,22 @@ use super::pace::{Commands, Oddity, Pace, STALE};
 use super::topics::Topics;
 use crate::moment::moment;
 use crate::output::note;
-use crate::run::Driver;
+use crate::run::BoxedController;
 use crate::sim::SimArgs;
 
-/// How long one look for messages takes at most.
+/// The longest wait for a message in one call.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// How long to wait after whoever drives has been found: it may not have found this node.
+/// How long to wait once the node that drives has been discovered: it may not have discovered this node yet.
 const SETTLING: Duration = Duration::from_secs(1);
 
 /// The most cells of a map that is published.
 const MOST_CELLS: usize = 60_000_000;
 
-/// The most messages that are taken in a step: what comes faster waits, or is lost.
+/// The most messages that are taken in a step. Others wait, or are lost.
 const MOST: usize = 1000;
 
-/// Who comes later is told at once where a localized robot believes that it is, as by AMCL: clients of Nav2 ask for
-/// that.
+/// Whether a late subscriber gets the last estimated pose at once, as from AMCL: clients of Nav2 request it.
 const POSE_IS_LATCHED: bool = true;
 
 /// The types of messages that no recording has.
@@ -47,8 +46,8 @@ const PARTICLES: &str = "nav2_msgs/msg/ParticleCloud";
 const CONTACTS: &str = "ros_gz_interfaces/msg/Contacts";
 const JOINTS: &str = "sensor_msgs/msg/JointState";
 
-/// Joins the domain as a scenario's robot, or as several in namespaces. They are in the order of these.
-pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, Error> {
+/// Joins the domain as a scenario's robot, or as one in each namespace, in their order.
+pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<BoxedController>, Error> {
     let spaces = spaces(args)?;
     let OfferedComponents { offered, left_out } = scenario.offered();
     let topics = spaces.iter().map(|space| Topics::of(args, space, &offered)).collect::<Result<Vec<_>, _>>()?;
@@ -58,7 +57,7 @@ pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<Driver>, E
     let names: Vec<String> = spaces.iter().map(|space| format!("{space}/steward")).collect();
     let stations = enter(args, &names, &topics)?;
     left_out.iter().for_each(|why| note(why));
-    let mut robots: Vec<Driver> = Vec::new();
+    let mut robots: Vec<BoxedController> = Vec::new();
     for ((station, topics), name) in stations.into_iter().zip(topics).zip(names) {
         note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
         let robot = RosRobot::new(args, station, topics, &model);
@@ -95,7 +94,7 @@ fn check_period(args: &SimArgs, scenario: &Scenario) -> Result<(), Error> {
     Ok(())
 }
 
-/// What does not change of a scenario's robot and its world.
+/// The parts of a scenario's robot and its world that do not change.
 struct FixedParts {
     map: ros::OccupancyGrid,
     lasers: Vec<LaserSpec>,
@@ -119,7 +118,7 @@ impl FixedParts {
     }
 }
 
-/// Enters the domain with nodes of these names, which listen and serve.
+/// Enters the domain with nodes of these names, which subscribe to topics and offer services.
 fn enter(args: &SimArgs, names: &[String], topics: &[Topics]) -> Result<Vec<Station>, Error> {
     let wanted = topics.iter().map(|topics| {
         let read = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)];
@@ -138,56 +137,56 @@ fn enter(args: &SimArgs, names: &[String], topics: &[Topics]) -> Result<Vec<Stat
 struct RosRobot {
     station: Station,
     topics: Topics,
-    /// What it has with those who ask its action and the scenario's components.
+    /// The requests of other nodes to its action and the scenario's components.
     exchange: Exchange,
     frames: Frames,
     pace: Pace,
     lasers: Vec<LaserSpec>,
-    /// What gives the robot's own navigation goals, if that drives.
+    /// The action server of the robot's own navigation, if that drives.
     navigation: Option<NavigationServer>,
     is_localized: bool,
-    /// Since when somebody has been there, and whether they may know of this node.
-    met: Option<Instant>,
+    /// Since when the run could begin: in lock step, once the node that drives has been discovered.
+    found: Option<Instant>,
     has_begun: bool,
-    /// The time of what was published last.
+    /// The time of the readings that were published last.
     shown: Option<Duration>,
-    /// Whether all robots have come as far.
+    /// Whether all robots have completed this step.
     is_together: bool,
     /// Since when a command has been awaited.
-    asked: Option<Instant>,
-    /// What is known of the orders until the next step.
-    orders: Orders,
+    waiting_since: Option<Instant>,
+    /// The output for this step, as far as it is known.
+    output: ControllerOutput,
     commands: Commands,
     /// In lock step, the command of this period.
     held: VelocityCommand,
-    /// What has been told of commands.
-    told: BTreeSet<Oddity>,
-    /// How far doors were open when that was published last.
+    /// The irregularities of commands that have been noted.
+    noted: BTreeSet<Oddity>,
+    /// How far doors were open when this was published last.
     doors: Vec<f64>,
 }
 
-impl Pilot for RosRobot {
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
-        let now = sensed.now;
-        let has_begun = self.await_others();
-        self.tell_states(sensed, has_begun);
+impl Controller for RosRobot {
+    fn drive(&mut self, input: &ControllerInput<'_>) -> Option<ControllerOutput> {
+        let now = input.now;
+        let has_begun = self.await_partner();
+        self.serve_states(input, has_begun);
         if !has_begun {
             return None;
         }
         if self.shown.replace(now) != Some(now) {
-            self.tell(sensed);
-            self.tell_doors(sensed);
-            self.pass_on(sensed.said);
+            self.publish_readings(input);
+            self.publish_doors(input);
+            self.pass_on(input.outbox);
             self.is_together = false;
         }
         if !self.is_together {
-            let tells_time = self.station.keep_step(now)?;
-            if tells_time && self.pace.tells(now) {
+            let publishes_time = self.station.keep_step(now)?;
+            if publishes_time && self.pace.publishes(now) {
                 self.publish(&self.topics.clock, false, &ros::Clock { clock: now.into() });
             }
             self.is_together = true;
         }
-        let navigates = self.navigation.is_some() && sensed.software.navigation_status().is_under_way();
+        let navigates = self.navigation.is_some() && input.software.navigation_status().is_under_way();
         let commanded = if let Pace::LockStep { deadline, .. } = self.pace {
             if self.pace.awaits(now) {
                 self.held = self.await_command(now, deadline)?;
@@ -199,9 +198,9 @@ impl Pilot for RosRobot {
             }
             self.last_command(now, navigates)
         };
-        self.orders.velocity = (!navigates).then_some(commanded);
-        self.serve(sensed);
-        Some(std::mem::take(&mut self.orders))
+        self.output.velocity = (!navigates).then_some(commanded);
+        self.serve(input);
+        Some(std::mem::take(&mut self.output))
     }
 
     fn serves(&self) -> bool {
@@ -210,15 +209,15 @@ impl Pilot for RosRobot {
 
     fn resume(&mut self) {
         self.pace.resume();
-        self.asked = None;
+        self.waiting_since = None;
     }
 
-    fn leave(&mut self, said: &[FromNode]) {
-        self.pass_on(said);
+    fn leave(&mut self, outbox: &[NodeMessage]) {
+        self.pass_on(outbox);
         if let Some(navigation) = &mut self.navigation {
             navigation.leave();
-            let said = navigation.take_said();
-            self.pass_on(&said);
+            let outbox = navigation.take_outbox();
+            self.pass_on(&outbox);
         }
         self.station.leave();
     }
@@ -236,60 +235,60 @@ impl RosRobot {
             pace: Pace::of(args),
             lasers,
             is_localized: args.localize,
-            met: None,
+            found: None,
             has_begun: false,
             shown: None,
             is_together: false,
-            asked: None,
-            orders: Orders::default(),
+            waiting_since: None,
+            output: ControllerOutput::default(),
             commands: Commands::default(),
             held: VelocityCommand::STOP,
-            told: BTreeSet::new(),
+            noted: BTreeSet::new(),
             doors: Vec::new(),
         }
     }
 
-    /// Takes what others have asked of its navigation and of components.
-    fn serve(&mut self, sensed: &Sensed<'_>) {
-        let Self { navigation, exchange, station, orders, .. } = self;
+    /// Handles the requests of other nodes to its navigation, and takes those to components.
+    fn serve(&mut self, input: &ControllerInput<'_>) {
+        let Self { navigation, exchange, station, output, .. } = self;
         let mut request = |is_of_navigation: bool| {
             let is_meant = |service: &str| {
                 let within = exchange.within(service);
-                let is_state = ManagedNode::asked_by(within).is_some();
+                let is_state = ManagedNode::of_service(within).is_some();
                 !is_state && NavigationServer::serves(within) == is_of_navigation
             };
             let request = station.request(is_meant)?;
-            exchange.call(request)
+            exchange.accept(request)
         };
         if let Some(navigation) = navigation {
-            orders.trip = navigation.act(sensed, || request(true));
+            output.trip = navigation.act(input, || request(true));
         }
-        orders.calls.extend(std::iter::from_fn(|| request(false)));
-        let said = navigation.as_mut().map(NavigationServer::take_said);
-        self.pass_on(&said.unwrap_or_default());
+        output.requests.extend(std::iter::from_fn(|| request(false)));
+        let outbox = navigation.as_mut().map(NavigationServer::take_outbox);
+        self.pass_on(&outbox.unwrap_or_default());
     }
 
-    /// Tells others in which states the nodes of Nav2 are that it stands for.
-    fn tell_states(&mut self, sensed: &Sensed<'_>, has_begun: bool) {
+    /// Responds to requests for the states of the nodes of Nav2 that the robot replaces.
+    fn serve_states(&mut self, input: &ControllerInput<'_>, has_begun: bool) {
         let Self { station, exchange, .. } = self;
         loop {
             let is_answered = |service: &str| {
-                ManagedNode::asked_by(exchange.within(service)).is_some_and(|node| !node.is_frozen(sensed))
+                ManagedNode::of_service(exchange.within(service)).is_some_and(|node| !node.is_frozen(input))
             };
             let Some(request) = station.request(is_answered) else { return };
-            if let Some(request) = exchange.call(request) {
-                exchange.tell(lifecycle::answer(&request, has_begun), &station.voice);
+            if let Some(request) = exchange.accept(request) {
+                exchange.send(lifecycle::response(&request, has_begun), &station.publisher);
             }
         }
     }
 
-    /// Tells others what its navigation and components say.
-    fn pass_on(&mut self, said: &[FromNode]) {
-        said.iter().for_each(|said| self.exchange.tell(said.clone(), &self.station.voice));
+    /// Sends responses and messages of its navigation and of components to other nodes.
+    fn pass_on(&mut self, outbox: &[NodeMessage]) {
+        outbox.iter().for_each(|message| self.exchange.send(message.clone(), &self.station.publisher));
     }
 
     /// Publishes how far doors are open, if that has changed: as joints, which turn or slide.
-    fn tell_doors(&mut self, Sensed { now, doors, .. }: &Sensed<'_>) {
+    fn publish_doors(&mut self, ControllerInput { now, doors, .. }: &ControllerInput<'_>) {
         let places = || doors.iter().map(|(_, place)| *place);
         if places().eq(self.doors.iter().copied()) {
             return;
@@ -307,7 +306,7 @@ impl RosRobot {
         });
     }
 
-    /// Offers all topics that have messages later.
+    /// Announces all topics that get messages later.
     fn offer_all(&self) {
         let topics = &self.topics;
         self.offer::<ros::Clock>(&topics.clock);
@@ -326,17 +325,17 @@ impl RosRobot {
         if self.navigation.is_some() {
             self.offer::<ros::Path>(&topics.plan);
         }
-        self.exchange.offer(&self.station.voice);
+        self.exchange.offer(&self.station.publisher);
     }
 
-    /// Offers a topic, before there are messages.
+    /// Announces a topic before it has messages.
     fn offer<T: RosMessage>(&self, topic: &str) {
         self.offer_as(topic, &T::name().full(), false);
     }
 
     fn offer_as(&self, topic: &str, kind: &str, is_latched: bool) {
         let (topic, kind) = (topic.to_owned(), kind.to_owned());
-        self.station.voice.publish(Publication { topic, kind, is_latched, body: Vec::new() });
+        self.station.publisher.publish(Publication { topic, kind, is_latched, body: Vec::new() });
     }
 
     fn publish<T: RosMessage>(&self, topic: &str, is_latched: bool, message: &T) {
@@ -346,12 +345,13 @@ impl RosRobot {
     fn publish_as(&self, topic: &str, kind: String, is_latched: bool, write: impl FnOnce(&mut CdrWriter)) {
         let mut cdr = CdrWriter::reusing(Vec::new());
         write(&mut cdr);
-        self.station.voice.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
+        self.station.publisher.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
     }
 
-    /// Publishes what has been sensed. The time follows: whoever knows it can know the rest.
-    fn tell(&self, sensed: &Sensed<'_>) {
-        let (software, Frames { map, odom, footprint, .. }) = (sensed.software, &self.frames);
+    /// Publishes the readings of sensors. The time is published after them, so a node that has it can have the
+    /// readings.
+    fn publish_readings(&self, input: &ControllerInput<'_>) {
+        let (software, Frames { map, odom, footprint, .. }) = (input.software, &self.frames);
         let mut transforms = Vec::new();
         for reading in software.readings() {
             match reading {
@@ -385,21 +385,21 @@ impl RosRobot {
         if !transforms.is_empty() {
             self.publish(&self.topics.tf, false, &ros::Transforms { transforms });
         }
-        if !sensed.touched.is_empty() {
-            let header = ros::Header::new(sensed.now, self.frames.base.clone());
+        if !input.touched.is_empty() {
+            let header = ros::Header::new(input.now, self.frames.base.clone());
             self.publish_as(&self.topics.contacts, CONTACTS.to_owned(), false, |cdr| {
                 header.write(cdr);
-                cdr.length(sensed.touched.len());
-                sensed.touched.iter().for_each(|touched| write_contact(touched, cdr));
+                cdr.length(input.touched.len());
+                input.touched.iter().for_each(|touched| write_contact(touched, cdr));
             });
         }
         if software.readings().iter().any(|reading| matches!(reading, Reading::Scan(_))) {
-            self.tell_where(sensed);
+            self.publish_estimate(input);
         }
     }
 
-    /// Publishes where the robot believes that it is, and where it is going.
-    fn tell_where(&self, Sensed { now, software, .. }: &Sensed<'_>) {
+    /// Publishes the estimated pose, its particles, and the path.
+    fn publish_estimate(&self, ControllerInput { now, software, .. }: &ControllerInput<'_>) {
         let (estimate, map) = (software.estimate(), &self.frames.map);
         if self.is_localized {
             let (time, covariance) = (estimate.time, estimate.covariance.into());
@@ -429,18 +429,18 @@ impl RosRobot {
         }
     }
 
-    /// Waits until commands can come; in lock step, until somebody is there who sends them. Returns whether that is so
-    /// after a moment.
-    fn await_others(&mut self) -> bool {
+    /// Waits for a moment until commands can come; in lock step, until a node is there that sends them. Returns whether
+    /// they can.
+    fn await_partner(&mut self) -> bool {
         if self.has_begun {
             return true;
         }
         let is_in_step = matches!(self.pace, Pace::LockStep { .. });
-        if self.met.is_none() && is_in_step && !self.has_partner() {
-            self.tell_once(Oddity::Missing);
-        } else if self.met.get_or_insert_with(moment).elapsed() >= SETTLING {
-            // What came before the run is not for it.
-            (self.commands, self.orders, self.has_begun) = (Commands::default(), Orders::default(), true);
+        if self.found.is_none() && is_in_step && !self.has_partner() {
+            self.note_once(Oddity::Missing);
+        } else if self.found.get_or_insert_with(moment).elapsed() >= SETTLING {
+            // Discards what came before the run.
+            (self.commands, self.output, self.has_begun) = (Commands::default(), ControllerOutput::default(), true);
             return true;
         }
         self.receive(PATIENCE, Duration::ZERO);
@@ -451,9 +451,10 @@ impl RosRobot {
         self.station.is_read(&self.topics.clock) && self.station.is_published(&self.topics.command)
     }
 
-    /// Waits for a moment until the simulated time `now` is due, and takes what comes meanwhile. Returns whether it is.
+    /// Waits for a moment until the simulated time `now` is due, and receives messages meanwhile. Returns whether it is
+    /// due.
     fn listen(&mut self, now: Duration) -> bool {
-        let (asked, mut taken) = (moment(), 0);
+        let (begun, mut taken) = (moment(), 0);
         loop {
             let left = self.pace.left(now);
             let has_come = self.receive(left.min(PATIENCE), now);
@@ -461,81 +462,81 @@ impl RosRobot {
             if left.is_zero() && (!has_come || taken > MOST) {
                 break;
             }
-            if !left.is_zero() && asked.elapsed() >= PATIENCE {
+            if !left.is_zero() && begun.elapsed() >= PATIENCE {
                 return false;
             }
         }
         if self.pace.is_late() {
-            self.tell_once(Oddity::Behind);
+            self.note_once(Oddity::Behind);
         }
         true
     }
 
-    /// Waits for the command of the period that begins now. None if it has not come after a moment.
+    /// Waits for a moment for the command of the period that begins now. `None` if it has not come.
     fn await_command(&mut self, now: Duration, deadline: Duration) -> Option<VelocityCommand> {
-        let (asked, since) = (moment(), *self.asked.get_or_insert_with(moment));
+        let (begun, since) = (moment(), *self.waiting_since.get_or_insert_with(moment));
         loop {
             let is_over = since.elapsed() >= deadline;
             while let Some(command) = self.commands.of_period(now) {
                 match command {
                     Ok(velocity) => {
-                        self.asked = None;
+                        self.waiting_since = None;
                         return Some(velocity);
                     }
-                    Err(oddity) => self.tell_once(oddity),
+                    Err(oddity) => self.note_once(oddity),
                 }
             }
             if is_over {
                 let seconds = deadline.as_secs_f64();
                 let words = format!("no command came for the period at {} s in {seconds} s", now.as_secs_f64());
-                self.orders.happened.push(format!("{words}: the robot stops"));
-                self.asked = None;
+                self.output.notes.push(format!("{words}: the robot stops"));
+                self.waiting_since = None;
                 return Some(VelocityCommand::STOP);
             }
-            if asked.elapsed() >= PATIENCE {
+            if begun.elapsed() >= PATIENCE {
                 return None;
             }
             self.receive(PATIENCE.min(deadline), now);
         }
     }
 
-    /// The last command, unless it is too old: the robot stops then, unless it `navigates`.
+    /// The last command; a stop if it is too old, which is noted unless the robot `navigates`.
     fn last_command(&mut self, now: Duration, navigates: bool) -> VelocityCommand {
         let command = self.commands.last(now);
         if command.is_none() && self.commands.forget() && !navigates {
-            self.orders.happened.push(format!("no command came for {} s: the robot stops", STALE.as_secs_f64()));
+            self.output.notes.push(format!("no command came for {} s: the robot stops", STALE.as_secs_f64()));
         }
         command.unwrap_or_default()
     }
 
-    /// Takes a message, if one comes soon enough. Returns whether one has.
+    /// Receives a message, if one comes within this time. Returns whether one has.
     fn receive(&mut self, patience: Duration, now: Duration) -> bool {
         let Some(Incoming { topic, kind, body }) = self.station.receive(patience) else { return false };
         if topic == self.topics.command {
             self.take_command(&kind, &body, now);
         } else if let Some(pose) = commands::initial_pose(&body, &self.frames.map) {
-            self.orders.pose = Some(pose);
+            self.output.pose = Some(pose);
         } else {
-            self.tell_once(Oddity::Unreadable);
+            self.note_once(Oddity::Unreadable);
         }
         true
     }
 
     fn take_command(&mut self, kind: &str, body: &[u8], now: Duration) {
         let Some(command) = Command::is_known(kind).then(|| Command::read(kind, body)).flatten() else {
-            return self.tell_once(Oddity::Unreadable);
+            return self.note_once(Oddity::Unreadable);
         };
         if command.is_partial {
-            self.tell_once(Oddity::Sideways);
+            self.note_once(Oddity::Sideways);
         }
         let is_in_step = matches!(self.pace, Pace::LockStep { .. });
         if let Err(oddity) = self.commands.take(command, now, is_in_step) {
-            self.tell_once(oddity);
+            self.note_once(oddity);
         }
     }
 
-    fn tell_once(&mut self, oddity: Oddity) {
-        if !self.told.insert(oddity) {
+    fn note_once(&mut self, oddity: Oddity) {
+        if !self.noted.insert(oddity) {
             return;
         }
         let Topics { command, clock, initial_pose, .. } = &self.topics;
@@ -558,8 +559,8 @@ impl RosRobot {
     }
 }
 
-/// `ros_gz_interfaces/msg/Contact`: which bodies touch each other, and where. The robot is the first, and the normal is
-/// the direction in which it is pushed, as in Gazebo. Nothing is known of forces.
+/// `ros_gz_interfaces/msg/Contact`: which bodies touch each other, and where. The robot is the first body, and the
+/// normal is the direction in which it is pushed, as in Gazebo. Forces are unknown.
 fn write_contact(touched: &Touched<'_>, cdr: &mut CdrWriter) {
     /// The number of a model among entities.
     const MODEL: u8 = 2;

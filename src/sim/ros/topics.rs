@@ -25,28 +25,29 @@ pub(super) struct Topics {
     pub(super) estimate: String,
     pub(super) particles: String,
     pub(super) plan: String,
-    /// Those that it listens to.
+    /// The topics to which it subscribes.
     pub(super) command: String,
     pub(super) initial_pose: String,
-    /// What is served and published by its action and by the scenario's components.
+    /// The services and topics of its action and of the scenario's components.
     pub(super) offered: OfferedNames,
-    /// All topics but the clock, which robots share.
+    /// All topics except the clock, which robots share.
     names: Vec<String>,
 }
 
-/// The services and topics of components, and of the robot's action, which has the place of one.
+/// The services and topics of components and of the robot's action. A name *within* the program is that of the
+/// component's interface.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OfferedNames {
-    /// By their names outside: what they are called within, and their types.
+    /// By their names in the domain: their names within the program, and their types.
     pub(super) services: BTreeMap<String, (String, String)>,
-    /// By what they are called within.
+    /// By their names within the program.
     pub(super) topics: BTreeMap<String, OfferedTopic>,
 }
 
 /// A topic on which a component publishes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct OfferedTopic {
-    /// Its name outside.
+    /// Its name in the domain.
     pub(super) name: String,
     pub(super) kind: String,
     pub(super) is_latched: bool,
@@ -56,7 +57,7 @@ pub(super) struct OfferedTopic {
 struct UsedNames<'a> {
     space: &'a str,
     remapped: &'a [Remapping],
-    /// Which of the remappings are about a name.
+    /// Which of the remappings apply to a name.
     is_used: Vec<bool>,
     /// The topics.
     all: Vec<String>,
@@ -77,7 +78,8 @@ impl UsedNames<'_> {
 }
 
 impl OfferedNames {
-    /// Adds what is called so within, where names begin with `/`, which outside is the robot's namespace.
+    /// Adds services and topics by their names within the program. These begin with `/`, which the robot's namespace
+    /// replaces in the domain.
     fn add(
         &mut self,
         services: impl Iterator<Item = (String, String)>,
@@ -105,11 +107,11 @@ fn twice(name: &str) -> Error {
 }
 
 impl Topics {
-    /// The topics in a namespace, with those of components. Several robots have their transforms there, too: their
-    /// frames have the same names.
+    /// The topics in a namespace, with those of components. Several robots also have their transforms there, since
+    /// their frames have the same names.
     ///
     /// # Errors
-    /// If a remapping is about none of them, or if two would have one name.
+    /// If a remapping applies to none of them, or if two would have the same name.
     pub(super) fn of(args: &SimArgs, space: &str, components: &[Offered]) -> Result<Self, Error> {
         let [tf, tf_static] = if args.namespaces.len() > 1 { ["tf", "tf_static"] } else { ["/tf", "/tf_static"] };
         let is_used = vec![false; args.remapped.len()];
@@ -132,7 +134,7 @@ impl Topics {
             offered: OfferedNames::default(),
             names: Vec::new(),
         };
-        // As the others, they have names even if they are not there.
+        // These names can be remapped even if the services are not offered.
         names.resolve(navigation::NAME);
         for node in ManagedNode::ALL {
             let name = names.resolve(node.service());
@@ -170,7 +172,7 @@ impl Topics {
         }
     }
 
-    /// Refuses robots of which two would speak or listen in one place, or that have several clocks.
+    /// Refuses robots that would share a topic or a service, or that have several clocks.
     pub(super) fn check(robots: &[Self]) -> Result<(), Error> {
         for (place, robot) in robots.iter().enumerate() {
             let others = &robots[..place];
@@ -236,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_states_of_the_nodes_of_nav2_are_offered_whose_work_the_robot_does() {
+    fn the_states_of_those_nodes_of_nav2_are_offered_whose_work_the_robot_does() {
         let offered = |options: &[&str]| {
             let [robot] = &topics(options).expect("names")[..] else { panic!("one robot") };
             let states = robot.offered.services.iter().filter(|(_, (_, kind))| kind == lifecycle::KIND);
@@ -254,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn two_of_one_name_are_refused() {
+    fn names_that_are_used_twice_are_refused() {
         for (options, why) in [
             (&["--remap", "Door/open:=Door/close"][..], "two of them would have the name /Door/close"),
             (&["--remap", "Door/moved:=odom"], "two of them would have the name /odom"),

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes down what a program with BehaviorTree.CPP answers over Groot2's protocol: `capture.py FILE WRITER TREE NAME TICKS`
-(pip install pyzmq), with the writer of the captured logs, built, and what it takes. The first line has the bytes with
-which the program begins the connection, in hexadecimal; each other one a request without its number, and the bytes of
-the reply.
+"""Captures the replies of a program with BehaviorTree.CPP over Groot2's protocol: `capture.py FILE WRITER TREE NAME TICKS`
+(pip install pyzmq), with the compiled writer of the captured logs and its arguments. The first line contains the bytes
+with which the program begins the connection, in hexadecimal. Each other line contains a request without its number, and
+the bytes of the reply.
 """
 import socket, struct, subprocess, sys, threading, time
 
@@ -10,7 +10,7 @@ import zmq
 
 PORT = 16670
 program = subprocess.Popen([*sys.argv[2:], "show", str(PORT)], stdin=subprocess.PIPE)
-heard = bytearray()
+received = bytearray()
 
 
 def relay(source, sink, copy):
@@ -27,7 +27,7 @@ def through(here):
             break
         except ConnectionRefusedError:
             time.sleep(0.01)
-    for way in [(asked, answered, bytearray()), (answered, asked, heard)]:
+    for way in [(asked, answered, bytearray()), (answered, asked, received)]:
         threading.Thread(target=relay, args=way, daemon=True).start()
 
 
@@ -36,16 +36,16 @@ threading.Thread(target=through, args=(here,), daemon=True).start()
 client = zmq.Context().socket(zmq.REQ)
 client.connect(f"tcp://127.0.0.1:{here.getsockname()[1]}")
 client.setsockopt(zmq.RCVTIMEO, 3000)
-while not heard.endswith(b"\3REP"):
+while not received.endswith(b"\3REP"):
     time.sleep(0.01)
 with open(sys.argv[1], "w") as file:
-    file.write(heard.hex() + "\n")
+    file.write(received.hex() + "\n")
 
     def ask(kind, *more):
-        heard.clear()
+        received.clear()
         client.send_multipart([struct.pack("<BcI", 2, kind, 0), *more])
         client.recv_multipart()
-        file.write(b" ".join([kind, *more]).decode() + " " + heard.hex() + "\n")
+        file.write(b" ".join([kind, *more]).decode() + " " + received.hex() + "\n")
 
     for request in [(b"T",), (b"B", b"nobody"), (b"?",), (b"r", b"start"), (b"S",), (b"t",)]:
         ask(*request)

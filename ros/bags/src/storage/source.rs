@@ -104,8 +104,9 @@ pub enum Received {
     Message(Head),
     /// Nothing yet: more may come later.
     Idle,
-    /// Nothing now: every message received before this time, in nanoseconds since 1970, has been returned.
-    Quiet(i64),
+    /// Time has passed without a message, until this time, in nanoseconds since 1970: every message received before it
+    /// has been returned. This does not vouch for any topic.
+    ClockAdvanced(i64),
     /// Messages on a topic are missing, after the last one on it, and before the next, or until they are
     /// [resumed](Self::Resumed).
     Lost {
@@ -181,8 +182,8 @@ impl Wanted {
     }
 }
 
-/// The topic of a [`BagWriter`](super::BagWriter)'s note that everything has come which was received before it.
-pub(super) const QUIET: &str = "/steward/quiet";
+/// The topic of a [`BagWriter`](super::BagWriter)'s note that time has passed without a message.
+pub(super) const CLOCK_ADVANCED: &str = "/steward/quiet";
 
 /// The topic of its note that something is lost: a string that says what.
 pub(super) const LOST: &str = "/steward/lost";
@@ -220,7 +221,7 @@ pub(super) struct Vouched<'v> {
 
 /// Whether a topic has such notes.
 pub(crate) fn is_note(topic: &Topic) -> bool {
-    [QUIET, LOST, MISSING, GROUND, NOTE, VIOLATION].contains(&topic.name.as_str())
+    [CLOCK_ADVANCED, LOST, MISSING, GROUND, NOTE, VIOLATION].contains(&topic.name.as_str())
 }
 
 /// What a file tells beside its messages.
@@ -244,7 +245,7 @@ pub(super) fn received(
         text.map_or_else(|_| "something is lost".to_owned(), |text| String::from_utf8_lossy(&text).into())
     };
     match survey.topics[head.topic].name.as_str() {
-        QUIET => Some(Received::Quiet(head.log_ns)),
+        CLOCK_ADVANCED => Some(Received::ClockAdvanced(head.log_ns)),
         LOST => {
             aside.lost.push(text());
             None

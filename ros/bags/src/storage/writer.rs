@@ -10,10 +10,10 @@ use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use ros_messages::CdrWriter;
 
-use super::source::{GROUND, LOST, MISSING, Missing, NOTE, QUIET, Received, Source, VIOLATION, Vouched};
+use super::source::{CLOCK_ADVANCED, GROUND, LOST, MISSING, Missing, NOTE, Received, Source, VIOLATION, Vouched};
 use super::survey::{Head, Survey, Topic};
 
-/// An MCAP file of the messages that a source tells, of what it has lost, and of how long it was quiet at last.
+/// An MCAP file of the messages of a source, of what it has lost, and of the time that has passed without messages.
 ///
 /// Each message is a record of its own: the file can be [followed](super::Following), and a program that is killed
 /// loses only what it had not flushed.
@@ -130,8 +130,8 @@ impl<W: Write + Seek> BagWriter<W> {
 pub struct Recorder<S, W: Write + Seek> {
     source: S,
     writer: Rc<RefCell<BagWriter<W>>>,
-    /// Until when everything has come.
-    quiet_ns: Option<i64>,
+    /// Until when time has passed without a message, if that is not written yet.
+    clock_ns: Option<i64>,
     /// What the source has told beside its messages, and is not written yet: each with the topic of such notes.
     aside: Vec<(&'static str, String)>,
     /// How much of what is lost, and of what else is to be known, has been heard.
@@ -154,7 +154,7 @@ impl<S: Source, W: Write + Seek> Recorder<S, W> {
         Self {
             source,
             writer,
-            quiet_ns: None,
+            clock_ns: None,
             aside: Vec::new(),
             lost: 0,
             notes: 0,
@@ -189,16 +189,16 @@ impl<S: Source, W: Write + Seek> Recorder<S, W> {
     fn write_aside(&mut self, at_ns: i64) {
         if self.aside.iter().any(|(name, _)| ![NOTE, GROUND].contains(name)) {
             // What had come before it became known is judged without it.
-            self.write_quiet();
+            self.write_clock();
         }
         let aside = self.aside.drain(..);
         aside.for_each(|(name, text)| self.writer.borrow_mut().note(name, at_ns, &text));
     }
 
-    fn write_quiet(&mut self) {
+    fn write_clock(&mut self) {
         // Before the first message, no time passes.
-        if let Some(quiet_ns) = self.quiet_ns.take().filter(|_| self.has_begun) {
-            self.writer.borrow_mut().note(QUIET, quiet_ns, "");
+        if let Some(clock_ns) = self.clock_ns.take().filter(|_| self.has_begun) {
+            self.writer.borrow_mut().note(CLOCK_ADVANCED, clock_ns, "");
         }
     }
 }
@@ -232,15 +232,15 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
         match received {
             Received::Message(head) => {
                 self.newest_ns = self.newest_ns.max(head.log_ns);
-                // Silence makes ticks before the message, which need not become an event.
-                self.write_quiet();
+                // The time before the message makes ticks, even if the message does not become an event.
+                self.write_clock();
                 self.has_begun = true;
                 self.writer.borrow_mut().message(head, body);
             }
-            Received::Quiet(quiet_ns) => {
+            Received::ClockAdvanced(clock_ns) => {
                 self.writer.borrow_mut().flush();
-                self.newest_ns = self.newest_ns.max(quiet_ns);
-                self.quiet_ns = Some(quiet_ns);
+                self.newest_ns = self.newest_ns.max(clock_ns);
+                self.clock_ns = Some(clock_ns);
             }
             Received::Lost { .. }
             | Received::Late { .. }
@@ -255,7 +255,7 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
         self.source.end();
         self.hear_aside();
         self.write_aside(self.newest_ns);
-        self.write_quiet();
+        self.write_clock();
     }
 
     fn survey(&self) -> &Survey {

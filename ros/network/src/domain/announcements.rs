@@ -1,9 +1,11 @@
-//! The announcements of participants, seen beside rustdds.
+//! The announcements of participants, received independently of rustdds.
 //!
-//! rustdds forgets a participant that has not announced itself for as long as its lease, and takes an announcement with
-//! the same number as before for a repetition: it never hears such a participant again. With Cyclone DDS, one lost
-//! announcement is enough. And what a participant says that has begun anew with the GUID of an earlier one, as firmware
-//! with a fixed prefix does, has numbers that rustdds has heard: it leaves all of it out, until there are more.
+//! rustdds fails in two cases, and then another participant must take over.
+//! - It forgets a participant whose lease has ended. If the participant then announces itself with the same sequence
+//!   number as before, rustdds takes that for a repetition, and never discovers it again. With Cyclone DDS, one lost
+//!   announcement is enough.
+//! - A participant restarts with the GUID of an earlier one, as firmware with a fixed prefix does. rustdds has already
+//!   received its sequence numbers, and discards its messages until the numbers are greater.
 //!
 //! Source: OMG's DDSI-RTPS 2.5, 8.3.3.2 (header), 8.3.8.9 (`InfoTimestamp`), 9.4.5.4 (`Data`).
 
@@ -11,28 +13,28 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
 use std::time::{Duration, Instant};
 
-use super::heard::Prefix;
-use super::options::{EVERYBODY, Options};
+use super::exchange::Prefix;
+use super::options::{MULTICAST, Options};
 use crate::clock::now;
 
-/// How long rustdds may take to know a participant that has announced itself.
+/// How long rustdds may take to discover a participant that has announced itself.
 const RETURNING: Duration = Duration::from_secs(2);
 
-/// How long a datagram may take on another way than those after it.
-const ASTRAY: Duration = Duration::from_millis(100);
+/// How much later a datagram may arrive than those that were sent after it.
+const REORDERING: Duration = Duration::from_millis(100);
 
-/// The most datagrams that are looked at in one turn, and the most participants that are remembered.
+/// The most datagrams that are read in one call, and the most participants that are remembered.
 const MOST: usize = 64;
 const MOST_KNOWN: usize = 10_000;
 
-/// What participants announce to all.
+/// Receives the announcements of participants.
 pub(super) struct Announcements {
     socket: UdpSocket,
-    /// Who has announced itself although it had been given up, and since when.
-    heard: BTreeMap<Prefix, Instant>,
+    /// The participants that have announced themselves although rustdds has given them up, and since when.
+    returned: BTreeMap<Prefix, Instant>,
     known: BTreeMap<Prefix, Known>,
-    /// Those that have begun anew since the last look.
-    anew: BTreeSet<Prefix>,
+    /// The participants that have restarted since the last call.
+    restarted: BTreeSet<Prefix>,
 }
 
 /// The last announcement of a participant.
@@ -40,59 +42,63 @@ pub(super) struct Announcements {
 struct Known {
     announced: Announced,
     at: Instant,
-    /// Whether it was repeated as it is: then its stamp is not that of the datagram.
+    /// Whether it was repeated unchanged. Then its stamp is not that of the datagram.
     is_repeated: bool,
     has_left: bool,
 }
 
-/// An announcement: its number and its stamp. Without them, it is a farewell.
+/// What an announcement contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Announced {
+    /// The participant is there. The announcement has a sequence number, and may have a stamp.
     Here { number: i64, stamp: Option<u64> },
+    /// The participant leaves.
     Gone,
 }
 
 impl Announcements {
-    /// Listens to what is announced to all in a domain; none if that cannot be heard here.
+    /// Joins the multicast group of a domain's discovery. None if that is not possible here.
     pub(super) fn of(options: Options) -> Option<Self> {
         let socket = shared(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, u16::try_from(options.port()).ok()?))?;
         let interface = if options.is_local { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
-        socket.join_multicast_v4(&EVERYBODY, &interface).ok()?;
+        socket.join_multicast_v4(&MULTICAST, &interface).ok()?;
         socket.set_nonblocking(true).ok()?;
-        Some(Self { socket, heard: BTreeMap::new(), known: BTreeMap::new(), anew: BTreeSet::new() })
+        Some(Self { socket, returned: BTreeMap::new(), known: BTreeMap::new(), restarted: BTreeSet::new() })
     }
 
-    /// Hears what has been announced.
-    pub(super) fn look(&mut self, is_given_up: impl Fn(&Prefix) -> bool) {
+    /// Reads the announcements that have been received. `is_given_up` returns whether rustdds has given up a
+    /// participant.
+    pub(super) fn read(&mut self, is_given_up: impl Fn(&Prefix) -> bool) {
         let mut datagram = [0; 1 << 11];
         for _ in 0..MOST {
-            // A datagram that is longer is cut off.
+            // A longer datagram is truncated.
             let Ok(length) = self.socket.recv(&mut datagram) else { break };
             let datagram = &datagram[..length];
             if let (Some(b"RTPS"), Some(prefix)) = (datagram.get(..4), datagram.get(8..).and_then(<[u8]>::first_chunk))
             {
                 if is_given_up(prefix) {
-                    self.heard.entry(*prefix).or_insert_with(now);
+                    self.returned.entry(*prefix).or_insert_with(now);
                 }
                 if let Some(announced) = announced(datagram) {
-                    self.take(*prefix, announced, now());
+                    self.add(*prefix, announced, now());
                 }
             }
         }
-        self.heard.retain(|prefix, _| is_given_up(prefix));
+        self.returned.retain(|prefix, _| is_given_up(prefix));
     }
 
-    /// Whether a participant that has been given up goes on, and still is given up a while later.
+    /// Whether rustdds has not discovered a participant again that it had given up and that has announced itself since.
     pub(super) fn has_returned(&self) -> bool {
-        self.heard.values().any(|since| since.elapsed() > RETURNING)
+        self.returned.values().any(|since| since.elapsed() > RETURNING)
     }
 
-    /// Who has begun anew since the last call with the GUID of an earlier participant.
-    pub(super) fn take_anew(&mut self) -> BTreeSet<Prefix> {
-        std::mem::take(&mut self.anew)
+    /// The participants that have restarted since the last call.
+    pub(super) fn take_restarted(&mut self) -> BTreeSet<Prefix> {
+        std::mem::take(&mut self.restarted)
     }
 
-    fn take(&mut self, prefix: Prefix, announced: Announced, at: Instant) {
+    /// Compares an announcement with the last one of its participant.
+    fn add(&mut self, prefix: Prefix, announced: Announced, at: Instant) {
         if self.known.len() >= MOST_KNOWN {
             self.known.clear();
         }
@@ -102,20 +108,20 @@ impl Announcements {
         match (announced, known.announced) {
             (Announced::Gone, _) => (known.has_left, known.at) = (true, at),
             (Announced::Here { .. }, _) if known.has_left => {
-                if since > ASTRAY {
-                    self.anew.insert(prefix);
+                if since > REORDERING {
+                    self.restarted.insert(prefix);
                     *known = first;
                 }
             }
             (Announced::Here { number, stamp }, Announced::Here { number: last, stamp: last_stamp }) => {
-                // A repeated announcement keeps its stamp. A participant that stamps each datagram never repeats one.
+                // A repeated announcement keeps its stamp, unless its participant stamps each datagram.
                 let is_other = number == last && stamp != last_stamp && known.is_repeated;
-                if is_other || number < last && since > ASTRAY {
-                    self.anew.insert(prefix);
+                if is_other || number < last && since > REORDERING {
+                    self.restarted.insert(prefix);
                     *known = first;
                 } else if number >= last {
                     let is_repeated = number == last && stamp == last_stamp;
-                    *known = Known { is_repeated: is_repeated && (known.is_repeated || since > ASTRAY), ..first };
+                    *known = Known { is_repeated: is_repeated && (known.is_repeated || since > REORDERING), ..first };
                 }
             }
             (Announced::Here { .. }, Announced::Gone) => *known = first,
@@ -123,7 +129,7 @@ impl Announcements {
     }
 }
 
-/// What a datagram announces of the participant that it comes from, if it does.
+/// The announcement in a datagram, if there is one.
 fn announced(datagram: &[u8]) -> Option<Announced> {
     const INFO_TIMESTAMP: u8 = 0x09;
     const DATA: u8 = 0x15;
@@ -148,12 +154,12 @@ fn announced(datagram: &[u8]) -> Option<Announced> {
             }
             _ => {}
         }
-        // The last one may reach to the end.
+        // The last submessage may have the length 0: it extends to the end.
         rest = body.get(usize::from(length)..).filter(|_| length > 0)?;
     }
 }
 
-/// A socket at an address that others have, too.
+/// A socket at an address that other sockets may share.
 #[cfg(unix)]
 fn shared(address: SocketAddrV4) -> Option<UdpSocket> {
     use rustix::net::{AddressFamily, SocketType, bind, socket, sockopt};
@@ -184,57 +190,61 @@ mod tests {
         datagram
     }
 
-    /// After which announcements, made so many milliseconds after the one before, a participant is found to be another.
-    fn anew(announcements: &[(u64, u32, Option<u32>, bool)]) -> Vec<usize> {
+    /// The announcements that show a restart. Each is given with the milliseconds since the one before, and with its
+    /// number, its stamp, and whether the participant is there.
+    fn restarts(announcements: &[(u64, u32, Option<u32>, bool)]) -> Vec<usize> {
         let mut all = Announcements {
             socket: UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port"),
-            heard: BTreeMap::new(),
+            returned: BTreeMap::new(),
             known: BTreeMap::new(),
-            anew: BTreeSet::new(),
+            restarted: BTreeSet::new(),
         };
         let (mut at, mut found) = (now(), Vec::new());
         for (index, (later_ms, number, stamp, is_here)) in announcements.iter().enumerate() {
             at += Duration::from_millis(*later_ms);
-            all.take([7; 12], announced(&datagram(*number, *stamp, *is_here)).expect("an announcement"), at);
-            found.extend((!all.take_anew().is_empty()).then_some(index));
+            all.add([7; 12], announced(&datagram(*number, *stamp, *is_here)).expect("an announcement"), at);
+            found.extend((!all.take_restarted().is_empty()).then_some(index));
         }
         found
     }
 
     #[test]
-    fn a_participant_that_begins_anew_numbers_or_stamps_its_announcements_anew() {
+    fn new_numbers_or_stamps_show_that_a_participant_has_restarted() {
         let (here, gone) = (true, false);
         // It counts them, with and without stamps.
         assert_eq!(
-            anew(&[(0, 1, None, here), (3000, 2, None, here), (3000, 3, None, here), (900, 1, None, here)]),
+            restarts(&[(0, 1, None, here), (3000, 2, None, here), (3000, 3, None, here), (900, 1, None, here)]),
             [3]
         );
-        assert_eq!(anew(&[(0, 1, Some(5), here), (3000, 2, Some(8), here), (3000, 1, Some(11), here)]), [2]);
+        assert_eq!(restarts(&[(0, 1, Some(5), here), (3000, 2, Some(8), here), (3000, 1, Some(11), here)]), [2]);
         // It repeats one, as Fast DDS and Cyclone DDS do.
         let repeated = [(0, 1, Some(5), here), (3000, 1, Some(5), here), (3000, 1, Some(5), here)];
-        assert_eq!(anew(&repeated), [0; 0]);
-        assert_eq!(anew(&[&repeated[..], &[(900, 1, Some(12), here), (3000, 1, Some(12), here)]].concat()), [3]);
-        // It says goodbye.
-        assert_eq!(anew(&[(0, 1, Some(5), here), (900, 2, Some(6), gone), (900, 1, Some(7), here)]), [2]);
-        assert_eq!(anew(&[(0, 1, None, here), (900, 2, None, gone), (900, 3, None, here), (900, 4, None, here)]), [2]);
+        assert_eq!(restarts(&repeated), [0; 0]);
+        assert_eq!(restarts(&[&repeated[..], &[(900, 1, Some(12), here), (3000, 1, Some(12), here)]].concat()), [3]);
+        // It has announced its departure.
+        assert_eq!(restarts(&[(0, 1, Some(5), here), (900, 2, Some(6), gone), (900, 1, Some(7), here)]), [2]);
+        assert_eq!(
+            restarts(&[(0, 1, None, here), (900, 2, None, gone), (900, 3, None, here), (900, 4, None, here)]),
+            [2]
+        );
     }
 
     #[test]
-    fn what_repeats_or_changes_its_announcements_is_the_same() {
+    fn repeated_and_updated_announcements_show_no_restart() {
         let here = true;
-        // One on two ways, one that comes late, and one that is sent again and stamped again each time.
+        // They arrive twice, arrive late, or get a new stamp whenever they are sent again.
         for same in [
             &[(0, 1, Some(5), here), (0, 1, Some(5), here), (3000, 2, Some(8), here), (1, 2, Some(8), here)][..],
             &[(0, 1, None, here), (3000, 3, None, here), (1, 2, None, here), (3000, 4, None, here)],
             &[(0, 1, Some(5), here), (0, 1, Some(5), here), (3000, 1, Some(8), here), (3000, 1, Some(11), here)],
             &[(0, 1, Some(5), here), (900, 2, Some(6), false), (1, 1, Some(5), here)],
         ] {
-            assert_eq!(anew(same), [0; 0], "{same:?}");
+            assert_eq!(restarts(same), [0; 0], "{same:?}");
         }
     }
 
     #[test]
-    fn what_is_cut_off_announces_nothing() {
+    fn truncated_datagrams_announce_nothing() {
         let whole = datagram(1, Some(5), true);
         for length in 0..whole.len() {
             assert_eq!(announced(&whole[..length]), None, "{length}");

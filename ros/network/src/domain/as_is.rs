@@ -1,15 +1,15 @@
-//! Messages of DDS as they are encoded, and the quality of service with which they are read and written.
+//! Messages of DDS in their encoding, and the quality of service with which they are read and written.
 
 use rustdds::bytes::Bytes;
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter};
 use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
 use rustdds::{QosPolicies, QosPolicyBuilder, RepresentationIdentifier};
 
-/// The most samples of a topic that rustdds keeps; and, once it is known that they are small, the most small ones.
+/// The most samples of a topic that rustdds keeps: of any size, and of a topic whose samples are known to be small.
 pub(super) const KEPT: i32 = 16;
 pub(super) const KEPT_SMALL: i32 = 1024;
 
-/// What a reader asks for.
+/// The quality of service of a reader or writer.
 pub(super) fn qos(is_reliable: bool, is_latched: bool, kept: i32) -> QosPolicies {
     let zero = rustdds::Duration::ZERO;
     let reliability =
@@ -22,7 +22,7 @@ pub(super) fn qos(is_reliable: bool, is_latched: bool, kept: i32) -> QosPolicies
         .build()
 }
 
-/// Messages as they are encoded.
+/// Reads and writes messages in their encoding.
 pub(super) struct AsIs;
 
 impl DeserializerAdapter<Vec<u8>> for AsIs {
@@ -59,12 +59,12 @@ impl SerializerAdapter<Vec<u8>> for AsIs {
     }
 
     fn to_bytes(message: &Vec<u8>) -> Result<Bytes, Self::Error> {
-        // What a message begins with says how it is encoded.
+        // rustdds writes the encapsulation header itself.
         Ok(Bytes::copy_from_slice(message.get(4..).unwrap_or_default()))
     }
 }
 
-/// Puts the encoding before a message again.
+/// Restores the encapsulation header of a message.
 #[derive(Clone)]
 pub(super) struct Whole;
 

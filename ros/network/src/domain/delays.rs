@@ -1,28 +1,28 @@
-//! When messages were due: as soon after they were sent as others of their participant come.
+//! When messages were due: as soon after they were sent as the fastest messages of their participant arrive.
 //!
 //! A message is late if it had to be sent again, if it had to wait until one before it was sent again, or if the
-//! process that receives it stood still.
+//! receiving process was paused.
 
 use std::collections::BTreeMap;
 
-use super::heard::{Prefix, Sample, prefix};
+use super::exchange::{Prefix, Sample, prefix};
 
-/// How much longer than others a message may take, and so how exactly it is known when one was due; with best effort,
-/// nothing is sent again.
+/// How much longer than others a message may take, and so how exactly its due time is known. With best effort, nothing
+/// is sent again.
 const JITTER_NS: i64 = 50_000_000;
 const JITTER_OF_BEST_EFFORT_NS: i64 = 250_000_000;
 
-/// For how long the fastest message of a participant counts at least: its clock may be set.
+/// For how long the fastest message of a participant counts, at least. Its clock may be set.
 const WINDOW_NS: i64 = 10_000_000_000;
 
-/// The most participants of which it is known.
+/// The most participants whose delays are remembered.
 const MOST: usize = 10_000;
 
-/// The time between a participant's stamps and our receiving, its clock's difference included.
+/// The delay between a participant's stamps and the reception here. It includes the difference of the clocks.
 #[derive(Debug, Default)]
 pub(super) struct Delays(BTreeMap<Prefix, Least>);
 
-/// The least since the beginning of a window, and that of the window before.
+/// The least delay since the beginning of a window, and that of the window before.
 #[derive(Clone, Copy, Debug)]
 struct Least {
     since_ns: i64,
@@ -31,7 +31,7 @@ struct Least {
 }
 
 impl Delays {
-    /// Since when a sample may have been due, after another of its writer that was due at `last_ns`.
+    /// The earliest time at which a sample may have been due. The previous one of its writer was due at `last_ns`.
     pub(super) fn due_ns(&mut self, sample: &Sample, last_ns: i64, is_reliable: bool) -> i64 {
         let (received_ns, of) = (sample.received_ns, prefix(&sample.writer));
         let expected_ns = sample.sent_ns.and_then(|sent_ns| {
@@ -46,13 +46,13 @@ impl Delays {
             }
             None if sample.by_ns.is_some() => i64::MIN,
             None => sample.stalled_ns.unwrap_or(received_ns),
-            // It may have been held back here.
+            // It may have been held back by this process.
             Some(_) => received_ns,
         };
         since_ns.max(last_ns).min(received_ns)
     }
 
-    /// The least delay of a participant before this one; none before the first.
+    /// The least delay of a participant before this one. None before the first.
     fn least(&mut self, of: Prefix, delay_ns: i64, at_ns: i64) -> Option<i64> {
         if self.0.len() >= MOST {
             self.0.clear();
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_was_due_when_others_that_were_sent_then_would_have_come() {
+    fn a_message_was_due_when_others_would_have_arrived() {
         // Its clock is 7 s behind.
         let mut delays = Delays::default();
         assert_eq!(due_ms(&mut delays, &sample(Some(3000), 10_003, None), 0), 10_003);
@@ -94,9 +94,9 @@ mod tests {
         assert_eq!(due_ms(&mut delays, &sample(Some(3200), 10_500, None), 10_101), 10_201 - 50);
         // It follows the one before it.
         assert_eq!(due_ms(&mut delays, &sample(Some(3550), 10_900, None), 10_540), 10_540);
-        // One that had been received before tells that it had to be sent again.
+        // A later message was received before it: it had to be sent again.
         assert_eq!(due_ms(&mut delays, &sample(Some(4000), 11_020, Some(11_004)), 10_900), 11_001 - 50);
-        // Its clock is set back by an hour: for a while, it is not known when what follows was due.
+        // Its clock is set back by an hour. For a while, the due times of messages are not known.
         let mut due = |s: i64| {
             let sample = sample(Some(s * 1000 - 3_600_000), s * 1000, None);
             due_ms(&mut delays, &sample, s * 1000 - 900) - s * 1000
@@ -106,11 +106,11 @@ mod tests {
     }
 
     #[test]
-    fn without_stamps_what_came_before_it_tells() {
+    fn without_stamps_the_order_of_messages_shows_when_one_was_due() {
         let mut delays = Delays::default();
         assert_eq!(due_ms(&mut delays, &sample(None, 10_000, None), 9000), 10_000);
         assert_eq!(due_ms(&mut delays, &sample(None, 11_000, Some(10_900)), 10_000), 10_000);
-        // The process stood still.
+        // The process was paused.
         let stalled = Sample { stalled_ns: Some(12_000 * MS), ..sample(None, 15_000, None) };
         assert_eq!(due_ms(&mut delays, &stalled, 11_000), 12_000);
     }

@@ -1,143 +1,122 @@
-//! The process that takes part in a DDS domain. All that is known of rustdds is here, in its `readers` and its
-//! `writers`.
+//! The listener: a process of its own with a participant in a DDS domain. Only this module, `readers`, `writers` and
+//! `as_is` use rustdds.
 //!
-//! It only listens, unless it is to publish or to serve, and never asks for more than writers offer. It has no reader
-//! on a topic of requests, except for services of its own: with one, Fast DDS would report the robot's services as
-//! unavailable.
+//! It only subscribes, unless it is commanded to publish or to serve. It requests no policies that writers do not
+//! offer. It reads requests only of services that it offers itself: with a reader on the topic of requests of another
+//! service, Fast DDS would report that service as unavailable.
 //!
-//! It is a process of its own, because what others send can make rustdds panic, or take gigabytes for a message of
-//! which a fragment has come: it then ends, and [another](super::participant) takes its place.
+//! It is a separate process because of what others may send: it can make rustdds panic, or allocate gigabytes for a
+//! message of which one fragment has arrived. The listener then ends, and [another](super::participant) takes its
+//! place.
+
+mod service_messages;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufWriter, Write, stdin, stdout};
 use std::net::{IpAddr, Ipv4Addr};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use rustdds::discovery::PublicationBuiltinTopicData;
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
-    LostReason, RTPSEntity as _, SampleIdentity, SequenceNumber, StatusEvented as _, Timestamp,
+    LostReason, RTPSEntity as _, StatusEvented as _, Timestamp,
 };
 
 use super::announcements::Announcements;
 use super::as_is::{KEPT, qos};
 use super::correlation::Correlation;
-use super::goodbye;
-use super::heard::{
-    self, Ask, Heard, LEAVING, NODES, NodeNames, Offers, Prefix, Publication, Request, Response, Sample, Server,
-    Subscribed, Writer, participant, prefix, whole,
+use super::exchange::{
+    ListenerCommand, ListenerMessage, NODES, NodeNames, Offers, Prefix, Publication, Response, Sample, Server,
+    Subscribed, Writer, padded, participant, prefix,
 };
-use super::names::{self, RosName};
+use super::goodbye;
+use super::inbox::Inbox;
+use super::names;
+use super::nodes::nodes_message;
 use super::options::Options;
 use super::pulse::Pulse;
 use super::readers::{FromReader, Readers, nanoseconds};
 use super::requests::Requests;
-use super::services::{Services, served};
+use super::services::Services;
 use super::writers::Writers;
 use crate::clock::{Clock, now, sleep};
 
-/// How long the thread waits for something to happen.
+/// How long the thread waits until it is woken.
 const PATIENCE: Duration = Duration::from_millis(10);
 
-/// How long to wait for more once something has come: messages often come several at a time.
+/// How long to wait for more once something was received: messages often arrive several at a time.
 const GATHERING: Duration = Duration::from_millis(2);
 
-/// How often silence is reported, and how often it is that samples can be received, where there is none.
-const QUIET_NS: i64 = 10_000_000;
-const ALIVE_NS: i64 = 50_000_000;
+/// How often it is reported that the clock has advanced, while nothing is received; and that samples can be received,
+/// while some are.
+const CLOCK_PERIOD_NS: i64 = 10_000_000;
+const ALIVE_PERIOD_NS: i64 = 50_000_000;
 
-/// How often what others offer is looked at, if it has changed.
-const LOOK: Duration = Duration::from_millis(20);
+/// How often changes of what others offer are read.
+const DISCOVERY_PERIOD: Duration = Duration::from_millis(20);
 
 /// How long a participant stays after it has unsubscribed.
-const FAREWELL: Duration = Duration::from_millis(100);
+const GRACE: Duration = Duration::from_millis(100);
 
 /// How long it may take to read two clocks, in nanoseconds.
 const LONGEST_READING: i64 = 1_000_000;
 
-/// The most memory that the process may take, in bytes of addresses: with 4 MB maps, it takes a third of it.
+/// The most address space of the process, in bytes. While it receives maps of 4 MB, it uses a third of it.
 const MOST_MEMORY: u64 = 1 << 30;
 
-/// The exit status after a panic, and that of a process whose rustdds has ended.
+/// The exit statuses after a panic, and after a thread of rustdds has ended.
 const PANICKED: i32 = 101;
 const EXIT_DEAD: i32 = 1;
 
-/// How often a node says again which readers and writers it has, and how long it waits between that.
-const SAID_AGAIN: u32 = 3;
-const SAYING_AGAIN: Duration = Duration::from_millis(500);
+/// How often the announcement of nodes is repeated, and how long after the last one.
+const REPETITIONS: u32 = 3;
+const REPETITION_PERIOD: Duration = Duration::from_millis(500);
 
-/// How long others may take to say which nodes they have, and how often they are asked again, by a new reader. Of 100
-/// times, Fast DDS says it once or twice only after seconds.
+/// How long others may take to announce their nodes, and how often they are asked again, by a new reader. In one or two
+/// of 100 cases, Fast DDS announces them only after seconds.
 const NAMING: Duration = Duration::from_millis(600);
-const ASKED_AGAIN: u32 = 3;
+const MOST_RETRIES: u32 = 3;
 
-/// The most writers that are known of, and the longest name of a topic or type.
+/// The most writers, and the longest name of a topic or type.
 const MOST_WRITERS: usize = 20_000;
 const LONGEST_NAME: usize = 512;
 
-/// The most servers of a service that are known of.
+/// The most servers of a service.
 const MOST_SERVERS: usize = 100;
 
-/// The longest step back of the system's clock that does not matter: rustdds holds samples back until it has caught up.
+/// The longest step back of the system's clock that does not matter. rustdds holds samples back until the clock has
+/// caught up.
 const LONGEST_STEP: i64 = 50_000_000;
 
-/// Whether the process is to end, what else is to be read from now on, and what is left to publish.
-struct Asked {
-    is_to_end: AtomicBool,
-    subscribed: Mutex<Option<Subscribed>>,
-    messages: Mutex<Vec<Ask>>,
-}
-
-/// Does what the process that started this one asks for, until that one has gone.
+/// Executes the commands of the process that started this one, until its input ends.
 pub(super) fn work() -> ExitCode {
     std::panic::set_hook(Box::new(|info| {
-        // Whichever thread it is: a participant that lacks one is deaf. A line is what whoever started this one tells.
+        // A participant without one of its threads may receive nothing, so a panic in any thread ends the process. The
+        // process that started this one reports the first line.
         eprintln!("{:.1000}", info.payload_as_str().unwrap_or("a defect in rustdds"));
         std::process::exit(PANICKED);
     }));
-    // Each reader has four files.
+    // Each reader has four open files.
     #[cfg(unix)]
     {
         let files = rustix::process::getrlimit(rustix::process::Resource::Nofile);
         let all = rustix::process::Rlimit { current: files.maximum, ..files };
         let _ = rustix::process::setrlimit(rustix::process::Resource::Nofile, all);
     }
-    // What others send decides how much memory rustdds takes. If it cannot be limited, it is not.
+    // Messages of others determine how much memory rustdds allocates. If there can be no limit, there is none.
     #[cfg(unix)]
     let _ = rustix::process::setrlimit(
         rustix::process::Resource::As,
         rustix::process::Rlimit { current: Some(MOST_MEMORY), maximum: Some(MOST_MEMORY) },
     );
-    let Some(Ask::Join { options, ahead_ns, node }) = Ask::read(&mut stdin().lock()) else { return ExitCode::FAILURE };
-    let asked = Arc::new(Asked {
-        is_to_end: AtomicBool::new(false),
-        subscribed: Mutex::new(None),
-        messages: Mutex::new(Vec::new()),
-    });
-    let (listening, heard) = (std::thread::current(), Arc::clone(&asked));
-    std::thread::spawn(move || {
-        while let Some(ask) = Ask::read(&mut stdin().lock()) {
-            match ask {
-                Ask::Join { .. } => {}
-                Ask::Subscribe(to) => *heard.subscribed.lock().unwrap_or_else(PoisonError::into_inner) = Some(to),
-                Ask::Publish(_) | Ask::Request(_) | Ask::Serve(..) | Ask::Respond(_) => {
-                    heard.messages.lock().unwrap_or_else(PoisonError::into_inner).push(ask);
-                }
-            }
-            listening.unpark();
-        }
-        heard.is_to_end.store(true, Ordering::Relaxed);
-        listening.unpark();
-        // Whoever asked for it has gone: nothing may keep this process.
-        sleep(LEAVING);
-        std::process::exit(0);
-    });
+    let Some(ListenerCommand::Join { options, ahead_ns, node }) = ListenerCommand::read(&mut stdin().lock()) else {
+        return ExitCode::FAILURE;
+    };
+    let inbox = Inbox::open();
     let listener = Listener::join(options, Clock::ahead(ahead_ns), node);
-    match listener.and_then(|listener| listener.listen(&asked, &mut BufWriter::new(stdout()))) {
+    match listener.and_then(|listener| listener.listen(&inbox, &mut BufWriter::new(stdout()))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             eprintln!("{why}");
@@ -146,43 +125,47 @@ pub(super) fn work() -> ExitCode {
     }
 }
 
-/// A participant, with its readers.
+/// A participant with its readers and writers.
 struct Listener {
     participant: DomainParticipant,
     events: DomainParticipantStatusListener,
     readers: Readers,
     writers: Writers,
-    /// What is to be told.
-    untold: Vec<Heard>,
-    /// What services are asked, what those that are offered here respond, and the vendors of participants, which say
-    /// how that is written.
+    /// Messages that have not been sent.
+    unsent: Vec<ListenerMessage>,
+    /// The services that are called from here.
     requests: Requests,
+    /// The services that are offered here.
     services: Services,
+    /// The vendors of participants. They determine the form of requests and responses.
     vendors: BTreeMap<Prefix, [u8; 2]>,
-    /// Whether something has been noted that has not been looked at.
-    has_news: bool,
+    /// Whether there were events that have not led to a look at what others offer.
+    has_events: bool,
     options: Options,
     /// Its names, if this is a node.
     node: Option<NodeNames>,
-    /// When it last said which readers and writers it has, and how often it is still to say it: whoever has just come
-    /// may have missed it.
-    said: Option<Instant>,
-    again: u32,
+    /// When its nodes were last announced.
+    announced: Option<Instant>,
+    /// How often the announcement is still to be repeated: a participant that has just appeared may have missed it.
+    repetitions: u32,
     clock: Clock,
-    /// The system's clock minus ours; until when that has to catch up, as it went back a little.
+    /// The system's clock minus ours.
     offset_ns: i64,
+    /// The time of our clock at which the system's has caught up, if that was set back a little.
     behind_ns: i64,
-    /// The writers that are known to whoever is told of them.
+    /// The writers that have been reported.
     known: BTreeSet<[u8; 16]>,
     announcements: Option<Announcements>,
     pulse: Pulse,
-    /// The writers that have not said yet which nodes they belong to, until when they may, and how often they have been
-    /// asked again.
+    /// The writers that announce nodes and have not done so.
     unnamed: BTreeSet<[u8; 16]>,
+    /// Until when they may, before they are asked again.
     named_by: Instant,
-    asked_again: u32,
-    /// Those that said goodbye since it was told the last time, and the writers that ever did.
+    /// How often they have been asked again.
+    retries: u32,
+    /// The participants and writers whose departure has not been reported.
     goodbyes: BTreeSet<[u8; 16]>,
+    /// The writers that have ever left.
     departed: BTreeSet<[u8; 16]>,
 }
 
@@ -202,14 +185,14 @@ impl Listener {
             requests: Requests::of(&participant.guid().to_bytes()),
             services: Services::default(),
             vendors: BTreeMap::new(),
-            has_news: false,
+            has_events: false,
             participant,
             events,
-            untold: Vec::new(),
+            unsent: Vec::new(),
             options,
-            // A node without readers and writers is one, too.
-            again: if node.is_some() { SAID_AGAIN } else { 0 },
-            said: None,
+            // A node is announced even if it has no readers and writers.
+            repetitions: if node.is_some() { REPETITIONS } else { 0 },
+            announced: None,
             node,
             clock,
             offset_ns,
@@ -219,160 +202,163 @@ impl Listener {
             pulse,
             unnamed: BTreeSet::new(),
             named_by: now(),
-            asked_again: 0,
+            retries: 0,
             goodbyes: BTreeSet::new(),
             departed: BTreeSet::new(),
         })
     }
 
-    fn listen(mut self, asked: &Asked, out: &mut impl Write) -> Result<(), String> {
+    /// Executes commands and sends what is received, until the input ends.
+    fn listen(mut self, inbox: &Inbox, out: &mut impl Write) -> Result<(), String> {
         let (mut subscribed, mut looked, mut is_due) = (Subscribed::Nothing, None, true);
-        let (mut told, mut quiet_ns, mut alive_ns) = (Vec::new(), 0, 0);
-        while !asked.is_to_end.load(Ordering::Relaxed) {
+        let (mut messages, mut clock_ns, mut confirmed_ns) = (Vec::new(), 0, 0);
+        while !inbox.is_closed() {
             if let Some(why) = self.is_set_back() {
                 self.leave();
                 return Err(why);
             }
-            if self.take_note() | std::mem::take(&mut self.has_news) {
-                (is_due, self.again) = (true, SAID_AGAIN);
+            if self.process_events() | std::mem::take(&mut self.has_events) {
+                (is_due, self.repetitions) = (true, REPETITIONS);
             }
             if let Some(why) = self.pulse.is_dead() {
-                // What is left of rustdds need not end.
-                goodbye::say(self.options, &self.participant.guid().to_bytes());
+                // The remaining threads of rustdds need not end by themselves.
+                goodbye::send(self.options, &self.participant.guid().to_bytes());
                 eprintln!("{why}");
                 std::process::exit(EXIT_DEAD);
             }
             self.pulse.beat(self.clock.now_ns());
-            let (why, anew) = self.look_around();
+            let (why, restarted) = self.read_announcements();
             if let Some(why) = why {
-                return self.begin_anew(&anew, out, why);
+                return self.hand_over(&restarted, out, why);
             }
-            self.obey(asked)?;
+            self.execute(inbox)?;
             is_due |= self.ask_for_nodes();
-            let unanswered = self.requests.given_up().into_iter();
-            self.untold.extend(unanswered.map(|number| Heard::Response(Response { number, body: Vec::new() })));
-            if let Some(wanted) = asked.subscribed.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            let expired = self.requests.take_expired().into_iter();
+            let none = |number| ListenerMessage::Response(Response { number, body: Vec::new() });
+            self.unsent.extend(expired.map(none));
+            if let Some(wanted) = inbox.take_subscribed() {
                 (subscribed, is_due) = (wanted, true);
             }
-            // What a writer says last is taken before it is gone.
+            // The last samples of a writer are taken before its departure is noticed.
             let now_ns = self.clock.now_ns();
-            told.append(&mut self.untold);
-            told.append(&mut self.writers.untold);
-            self.take(&mut told);
-            let is_silent = told.is_empty();
-            if told.iter().any(|heard| matches!(heard, Heard::Sample(_))) {
+            messages.append(&mut self.unsent);
+            messages.append(&mut self.writers.unreported);
+            self.take(&mut messages);
+            let is_idle = messages.is_empty();
+            if messages.iter().any(|message| matches!(message, ListenerMessage::Sample(_))) {
                 self.pulse.note_message();
             }
+            let is_of_new = |of: &Sample| !self.known.contains(&of.writer);
             let has_new =
-                told.iter().any(|heard| matches!(heard, Heard::Sample(of) if !self.known.contains(&of.writer)));
-            if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > LOOK) {
+                messages.iter().any(|message| matches!(message, ListenerMessage::Sample(of) if is_of_new(of)));
+            if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > DISCOVERY_PERIOD) {
                 looked = Some(now());
                 let offers = self.offers()?;
                 let again = self.departed.iter().find(|guid| offers.writers.iter().any(|writer| writer.guid == **guid));
                 if let Some(again) = again.copied() {
                     let why = "a publisher has begun anew with the GUID of an earlier one".to_owned();
-                    return self.begin_anew(&[again], out, why);
+                    return self.hand_over(&[again], out, why);
                 }
-                // rustdds tells of a goodbye after it has forgotten who said it.
+                // rustdds reports that an entity has left only after it has forgotten the entity.
                 if self.lacks_goodbyes(&offers.writers) {
                     sleep(GATHERING);
-                    self.take_note();
+                    self.process_events();
                 }
-                self.requests.note(&offers, |of| Correlation::of(self.vendors.get(of).copied()));
+                self.requests.set_servers(&offers, |of| Correlation::of(self.vendors.get(of).copied()));
                 is_due = self.read(&offers.writers, &subscribed)?;
                 self.expect_nodes(&offers.writers);
                 self.known = offers.writers.iter().map(|writer| writer.guid).collect();
-                let heard = Heard::Others { offers, goodbyes: std::mem::take(&mut self.goodbyes) };
-                // Who has come is known before what it says, and who has gone after that.
-                told.insert(if has_new { 0 } else { told.len() }, heard);
+                let message = ListenerMessage::Discovered { offers, goodbyes: std::mem::take(&mut self.goodbyes) };
+                // A new writer is reported before its samples, and a departure after them.
+                messages.insert(if has_new { 0 } else { messages.len() }, message);
             }
-            for heard in &told {
-                if let Heard::Sample(of) = heard {
+            for message in &messages {
+                if let ListenerMessage::Sample(of) = message {
                     self.unnamed.remove(&of.writer);
                 }
             }
-            // Time that passes proves nothing, unless something could have come.
-            let lived_ns = self.pulse.lived_ns().map_or(0, |lived_ns| lived_ns.min(now_ns));
-            if is_silent && lived_ns.saturating_sub(quiet_ns) >= QUIET_NS {
-                (quiet_ns, alive_ns) = (lived_ns, lived_ns);
-                told.push(Heard::Quiet(lived_ns));
-            } else if lived_ns.saturating_sub(alive_ns) >= ALIVE_NS {
-                alive_ns = lived_ns;
-                told.push(Heard::Alive(lived_ns));
+            // The clock only advances as far as samples could have been received.
+            let alive_ns = self.pulse.alive_ns().map_or(0, |alive_ns| alive_ns.min(now_ns));
+            if is_idle && alive_ns.saturating_sub(clock_ns) >= CLOCK_PERIOD_NS {
+                (clock_ns, confirmed_ns) = (alive_ns, alive_ns);
+                messages.push(ListenerMessage::ClockAdvanced(alive_ns));
+            } else if alive_ns.saturating_sub(confirmed_ns) >= ALIVE_PERIOD_NS {
+                confirmed_ns = alive_ns;
+                messages.push(ListenerMessage::Alive(alive_ns));
             }
-            let written = told.drain(..).try_for_each(|heard| heard.write(out)).and_then(|()| out.flush());
+            let written = messages.drain(..).try_for_each(|message| message.write(out)).and_then(|()| out.flush());
             if written.is_err() {
-                // Nobody listens any more.
+                // The process that started this one has ended.
                 break;
             }
-            self.introduce()?;
-            if is_silent {
+            self.announce_nodes()?;
+            if is_idle {
                 std::thread::park_timeout(PATIENCE);
             } else if self.node.is_none() {
                 sleep(GATHERING);
             }
         }
-        // What was asked last is still sent.
-        self.obey(asked)?;
+        // The last commands are still executed.
+        self.execute(inbox)?;
         self.leave();
         Ok(())
     }
 
-    /// Tells who has begun anew. What they say has numbers that rustdds has heard, and leaves out: another participant
-    /// must hear them.
-    fn begin_anew(self, all: &[[u8; 16]], out: &mut impl Write, why: String) -> Result<(), String> {
-        // A process that does not listen any more need not be told.
-        let _ = all.iter().try_for_each(|guid| Heard::Anew(*guid).write(out)).and_then(|()| out.flush());
+    /// Ends, so that a new participant takes over: rustdds would discard the messages of those that have restarted, as
+    /// it has already received their sequence numbers.
+    fn hand_over(self, restarted: &[[u8; 16]], out: &mut impl Write, why: String) -> Result<(), String> {
+        let mut messages = restarted.iter().map(|guid| ListenerMessage::WriterRestarted(*guid));
+        // If this fails, the process that started this one has ended.
+        let _ = messages.try_for_each(|message| message.write(out)).and_then(|()| out.flush());
         self.leave();
         Err(why)
     }
 
-    /// Publishes, requests and responds what is asked.
-    fn obey(&mut self, asked: &Asked) -> Result<(), String> {
-        let messages = std::mem::take(&mut *asked.messages.lock().unwrap_or_else(PoisonError::into_inner));
-        messages.into_iter().try_for_each(|ask| match ask {
-            Ask::Publish(Publication { topic, kind, is_latched, body }) => {
+    /// Executes the commands that have been received, and sends what had to wait.
+    fn execute(&mut self, inbox: &Inbox) -> Result<(), String> {
+        inbox.take_commands().into_iter().try_for_each(|command| match command {
+            ListenerCommand::Publish(Publication { topic, kind, is_latched, body }) => {
                 self.writers.write(names::topic(&topic), names::dds_kind(&kind), is_latched, body)
             }
-            Ask::Request(request) => self.ask(request),
-            Ask::Serve(service, kind) => self.serve(&service, &kind),
-            Ask::Respond(reply) => {
+            ListenerCommand::Request(request) => self.request(request),
+            ListenerCommand::Serve(service, kind) => self.serve(&service, &kind),
+            ListenerCommand::Respond(reply) => {
                 self.services.respond(reply);
                 Ok(())
             }
-            Ask::Join { .. } | Ask::Subscribe(_) => Ok(()),
+            ListenerCommand::Join { .. } | ListenerCommand::Subscribe(_) => Ok(()),
         })?;
         self.writers.send();
-        self.request();
-        self.respond();
+        self.send_requests();
+        self.send_responses();
         Ok(())
     }
 
-    /// Looks for those that rustdds does not hear. Returns why another participant must hear them, if one must, and
-    /// which participants have begun anew.
-    fn look_around(&mut self) -> (Option<String>, Vec<[u8; 16]>) {
+    /// Finds participants that rustdds does not receive. Returns why a new participant must take over, if one must, and
+    /// which participants have restarted.
+    fn read_announcements(&mut self) -> (Option<String>, Vec<[u8; 16]>) {
         let Some(announcements) = &mut self.announcements else { return (None, Vec::new()) };
-        announcements.look(|of| self.readers.given_up.iter().any(|guid| prefix(guid) == *of));
+        announcements.read(|of| self.readers.given_up.iter().any(|guid| prefix(guid) == *of));
         let has_returned = announcements.has_returned();
-        let anew: Vec<[u8; 16]> = announcements.take_anew().iter().map(whole).collect();
-        let why = if anew.is_empty() {
+        let restarted: Vec<[u8; 16]> = announcements.take_restarted().iter().map(padded).collect();
+        let why = if restarted.is_empty() {
             has_returned.then(|| "a participant that was given up goes on".to_owned())
         } else {
             Some("a participant has begun anew with the GUID of an earlier one".to_owned())
         };
-        (why, anew)
+        (why, restarted)
     }
 
-    /// Takes note of what has happened in the domain. Returns whether anything has.
-    fn take_note(&mut self) -> bool {
-        let mut has_happened = false;
+    /// Processes what rustdds has discovered. Returns whether there was anything.
+    fn process_events(&mut self) -> bool {
+        let mut has_events = false;
         while let Some(event) = self.events.try_recv_status() {
             if let DomainParticipantStatusEvent::ParticipantLost { id, .. } = &event
                 && self.pulse.is_answer(&prefix(&GUID { prefix: *id, ..GUID::GUID_UNKNOWN }.to_bytes()))
             {
                 continue;
             }
-            has_happened = true;
+            has_events = true;
             match event {
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
                     self.vendors.insert(prefix(&dpd.guid.to_bytes()), dpd.vendor_id.vendor_id);
@@ -392,32 +378,32 @@ impl Listener {
                 _ => {}
             }
         }
-        has_happened
+        has_events
     }
 
-    /// Whether a writer is gone that has not said goodbye, as far as it has been noted.
+    /// Whether a writer is gone, and rustdds has not reported its departure.
     fn lacks_goodbyes(&mut self, writers: &[Writer]) -> bool {
-        self.take_note();
+        self.process_events();
         let there: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
-        let said = |guid: &[u8; 16]| [*guid, participant(guid)].iter().any(|guid| self.goodbyes.contains(guid));
-        self.known.difference(&there).any(|guid| !said(guid))
+        let has_left = |guid: &[u8; 16]| [*guid, participant(guid)].iter().any(|guid| self.goodbyes.contains(guid));
+        self.known.difference(&there).any(|guid| !has_left(guid))
     }
 
-    /// Leaves the domain. What is left to send is sent only while the participant is there.
+    /// Leaves the domain. rustdds sends what it has left to send only while the participant exists.
     fn leave(mut self) {
         self.readers.clear();
-        sleep(FAREWELL);
+        sleep(GRACE);
         let (options, guid) = (self.options, self.participant.guid().to_bytes());
         drop(self);
-        goodbye::say(options, &guid);
+        goodbye::send(options, &guid);
     }
 
-    /// Why samples would be held back for long, if they would: the system's clock was set back.
+    /// Why rustdds would hold samples back for long, if it would: the system's clock was set back.
     fn is_set_back(&mut self) -> Option<String> {
         let before_ns = self.clock.now_ns();
         let system_ns = nanoseconds(Timestamp::now());
         if self.clock.now_ns().saturating_sub(before_ns) > LONGEST_READING {
-            // Something came in between.
+            // The thread was interrupted between the two readings.
             return None;
         }
         let back_ns = self.offset_ns - (system_ns - before_ns);
@@ -426,14 +412,14 @@ impl Listener {
             self.behind_ns = before_ns.saturating_add(2 * back_ns);
         }
         if before_ns <= self.behind_ns {
-            // What is held back until then rings no more.
-            self.readers.look();
+            // Samples that rustdds holds back do not wake the thread once they can be read.
+            self.readers.wake_all();
         }
         let words = || format!("the clock of this machine was set back by {:.3} s", back_ns as f64 * 1e-9);
         (back_ns > LONGEST_STEP).then(words)
     }
 
-    /// What others offer. Takes note of who reads responses.
+    /// What others offer. Also updates the clients of services that are offered here.
     fn offers(&mut self) -> Result<Offers, String> {
         let found = self.participant.discovered_writers();
         if found.len() > MOST_WRITERS {
@@ -444,7 +430,7 @@ impl Listener {
             let data = writer.publication_topic_data;
             is_named(&data.topic_name, &data.type_name).then(|| Writer {
                 guid: data.key.to_bytes(),
-                // Without a word, it is.
+                // Reliable is the default of writers.
                 is_reliable: data.reliability.is_none_or(|offered| offered != Reliability::BestEffort),
                 is_latched: data.durability.is_some_and(|durability| durability >= Durability::TransientLocal),
                 unfit: unfit(&data),
@@ -469,156 +455,70 @@ impl Listener {
                 clients.extend(topic.starts_with("rr/").then(|| (topic.clone(), prefix(&reader))));
             }
         }
-        self.services.note(clients);
+        self.services.set_readers(clients);
         Ok(Offers { writers: writers.collect(), requests, read })
     }
 
-    /// Makes the readers fit the writers. Returns whether some are left to make.
+    /// Makes the readers fit the writers. Returns whether some are left to create.
     fn read(&mut self, writers: &[Writer], subscribed: &Subscribed) -> Result<bool, String> {
         let now: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
-        let silent = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
-        self.readers.given_up.extend(silent.filter(|guid| !self.goodbyes.contains(&participant(guid))));
-        self.readers.fit(writers, subscribed, self.node.as_ref().is_none_or(|node| node.hears_latched))
+        let lost = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
+        self.readers.given_up.extend(lost.filter(|guid| !self.goodbyes.contains(&participant(guid))));
+        self.readers.fit(writers, subscribed, self.node.as_ref().is_none_or(|node| node.receives_latched))
     }
 
-    /// Takes note of who is to say which nodes there are.
+    /// Expects each writer of nodes to announce them.
     fn expect_nodes(&mut self, writers: &[Writer]) {
         let all: BTreeSet<_> =
             writers.iter().filter(|writer| writer.topic == NODES).map(|writer| writer.guid).collect();
         self.unnamed.retain(|guid| all.contains(guid));
         for guid in all.difference(&self.known) {
             self.unnamed.insert(*guid);
-            (self.named_by, self.asked_again) = (now() + NAMING, 0);
+            (self.named_by, self.retries) = (now() + NAMING, 0);
         }
     }
 
-    /// Asks anew for what has not been said of nodes. Returns whether a reader is to be made for it.
+    /// Asks again for nodes that have not been announced. Returns whether a new reader is needed for that.
     fn ask_for_nodes(&mut self) -> bool {
-        if self.unnamed.is_empty() || self.asked_again == ASKED_AGAIN || now() < self.named_by {
+        if self.unnamed.is_empty() || self.retries == MOST_RETRIES || now() < self.named_by {
             return false;
         }
-        (self.named_by, self.asked_again) = (now() + NAMING, self.asked_again + 1);
+        (self.named_by, self.retries) = (now() + NAMING, self.retries + 1);
         self.readers.remove(NODES);
         true
     }
 
-    /// Takes a request, or offers to ask a service.
-    fn ask(&mut self, request: Request) -> Result<(), String> {
-        let (topic, kind) = (names::request(&request.service), names::request_kind(&request.kind));
-        self.writers.write(topic, kind, false, Vec::new())?;
-        if !request.body.is_empty() {
-            self.requests.ask(request);
-        }
-        Ok(())
-    }
-
-    /// Sends the requests that servers wait for.
-    fn request(&mut self) {
-        for (request, form) in self.requests.due() {
-            // A server that knows the reader of responses waits until it has found it.
-            let reader = self.readers.guid(&names::reply(&request.service));
-            let related =
-                reader.map(|guid| SampleIdentity { writer_guid: guid, sequence_number: SequenceNumber::UNKNOWN });
-            let topic = names::request(&request.service);
-            let beside = related.filter(|_| form == Correlation::Beside);
-            let body = self.requests.body(&request, form);
-            match related.and_then(|_| self.writers.converse(&topic, body, beside)) {
-                Some(number) => self.requests.sent(request, number),
-                // There is no reader of responses yet, or no room now.
-                None => self.requests.ask(request),
-            }
-        }
-    }
-
-    /// Offers a service.
-    fn serve(&mut self, service: &str, kind: &str) -> Result<(), String> {
-        self.writers.write(names::reply(service), names::response_kind(kind), false, Vec::new())?;
-        self.readers.read(&names::request(service), names::request_kind(kind), true, false)
-    }
-
-    /// Sends the responses that clients can receive.
-    fn respond(&mut self) {
-        for reply in self.services.due() {
-            let client = reply.client;
-            let identity = SampleIdentity {
-                writer_guid: GUID::from_bytes(client.asker),
-                sequence_number: SequenceNumber::from(client.number),
-            };
-            let related = client.header.is_none().then_some(identity);
-            if self.writers.converse(&names::reply(&reply.service), Services::body(&reply), related).is_none() {
-                // There is no room now.
-                self.services.respond(reply);
-            }
-        }
-    }
-
-    /// Says which node this is, and what it reads and writes, if that has changed.
-    fn introduce(&mut self) -> Result<(), String> {
+    /// Announces the nodes with their readers and writers, if those have changed, or if a repetition is due.
+    fn announce_nodes(&mut self) -> Result<(), String> {
         let has_changed = self.readers.has_new || self.writers.has_new;
-        let is_due = self.again > 0 && self.said.is_none_or(|said| said.elapsed() > SAYING_AGAIN);
-        let Some(node) = self.node.as_ref().filter(|_| has_changed || is_due) else { return Ok(()) };
-        self.again = if has_changed { SAID_AGAIN } else { self.again - 1 };
-        self.said = Some(now());
+        let is_repetition_due =
+            self.repetitions > 0 && self.announced.is_none_or(|announced| announced.elapsed() > REPETITION_PERIOD);
+        let Some(node) = self.node.as_ref().filter(|_| has_changed || is_repetition_due) else { return Ok(()) };
+        self.repetitions = if has_changed { REPETITIONS } else { self.repetitions - 1 };
+        self.announced = Some(now());
         let participant = self.participant.guid().to_bytes();
-        let (readers, writers) = (self.readers.guids(), self.writers.guids());
-        // What is in nobody's namespace belongs to the first.
-        let space = |name: &str| name.rsplit_once('/').map_or(0, |(space, _)| space.len());
-        let owner = |topic: &str| {
-            let name = topic.split_once('/').map_or(topic, |(_, name)| name);
-            let has = |node: &&String| {
-                let space = node[..space(node)].trim_start_matches('/');
-                space.is_empty() || name.strip_prefix(space).is_some_and(|rest| rest.starts_with('/'))
-            };
-            node.names.iter().filter(has).max_by_key(|name| space(name)).unwrap_or(&node.names[0])
-        };
-        let of = |node: &String, all: &[(String, [u8; 16])]| {
-            all.iter().filter(|(topic, _)| owner(topic) == node).map(|(_, guid)| *guid).collect()
-        };
-        let nodes = node.names.iter().map(|node| (node.as_str(), [of(node, &readers), of(node, &writers)]));
-        let body = heard::introduction::<16>(&participant, &nodes.collect::<Vec<_>>());
+        let body = nodes_message(&participant, &node.names, &self.readers.guids(), &self.writers.guids());
         (self.readers.has_new, self.writers.has_new) = (false, false);
         let kind = names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo");
         self.writers.write(NODES.to_owned(), kind, true, body)
     }
 
-    /// What the readers have received, in order.
-    fn take(&mut self, told: &mut Vec<Heard>) {
+    /// Takes what the readers have received, in order.
+    fn take(&mut self, messages: &mut Vec<ListenerMessage>) {
         let (now_ns, system_ns) = (self.clock.now_ns(), nanoseconds(Timestamp::now()));
-        let lived_ns = self.pulse.lived_ns().unwrap_or(i64::MIN);
-        for taken in self.readers.take(now_ns, system_ns, lived_ns) {
-            told.extend(match taken {
-                FromReader::Heard(heard) => Some(heard),
-                FromReader::Said { sample, related } => self.heed(sample, related),
+        let alive_ns = self.pulse.alive_ns().unwrap_or(i64::MIN);
+        for taken in self.readers.take(now_ns, system_ns, alive_ns) {
+            messages.extend(match taken {
+                FromReader::Message(message) => Some(message),
+                FromReader::Service { sample, related } => self.service_message(sample, related),
             });
-        }
-    }
-
-    /// What a request or a response is, if it belongs to a service that is offered or asked here.
-    fn heed(&mut self, sample: Sample, related: Option<([u8; 16], i64)>) -> Option<Heard> {
-        if !self.vendors.contains_key(&prefix(&sample.writer)) {
-            // It has just come.
-            self.has_news |= self.take_note();
-        }
-        let form = Correlation::of(self.vendors.get(&prefix(&sample.writer)).copied());
-        match RosName::of(&sample.topic)? {
-            RosName::Request(service) => {
-                served(service, form, sample, related.map(|(guid, _)| guid)).map(Heard::Served)
-            }
-            RosName::Reply(service) => {
-                // All clients of a service read all responses.
-                let own = |(guid, _): &([u8; 16], i64)| prefix(guid) == prefix(&self.participant.guid().to_bytes());
-                let related = related.filter(own).map(|(_, number)| number);
-                let response = self.requests.response(&service, form, related, sample.body);
-                response.map(|(number, body)| Heard::Response(Response { number, body }))
-            }
-            RosName::Topic(_) => None,
         }
     }
 }
 
-/// Why no message of a writer can be received, if none can.
+/// The policy that makes a writer incompatible with every reader, if there is one.
 fn unfit(writer: &PublicationBuiltinTopicData) -> Option<String> {
-    // The kinds of entities: a writer of a topic with a key does not fit a reader of one without.
+    // The kind of an entity: a writer of a topic with a key is incompatible with a reader of one without.
     const KIND: u8 = 0x3f;
     const WITH_KEY: u8 = 0x02;
     if writer.key.to_bytes()[15] & KIND == WITH_KEY {

@@ -1,8 +1,8 @@
-//! How names and types of ROS 2 are written in DDS.
+//! Names and types of ROS 2, as they are in DDS.
 //!
 //! <https://design.ros2.org/articles/topic_and_service_names.html>
 
-/// What a DDS topic is in ROS 2, with its name there.
+/// What a DDS topic is in ROS 2, with the name of the topic or service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum RosName {
     Topic(String),
@@ -30,11 +30,12 @@ pub(super) fn topic(name: &str) -> String {
     format!("rt{name}")
 }
 
-/// The DDS topics of a service.
+/// The DDS topic of the requests to a service.
 pub(super) fn request(service: &str) -> String {
     format!("rq{service}Request")
 }
 
+/// The DDS topic of the responses of a service.
 pub(super) fn reply(service: &str) -> String {
     format!("rr{service}Reply")
 }
@@ -51,22 +52,23 @@ pub(super) fn dds_kind(kind: &str) -> String {
     format!("{}::dds_::{name}_", package.replace('/', "::"))
 }
 
-/// The DDS types of the requests to a service, and of its responses.
+/// The DDS type of the requests to a service.
 pub(super) fn request_kind(service_kind: &str) -> String {
     dds_kind(&format!("{service_kind}_Request"))
 }
 
+/// The DDS type of the responses of a service.
 pub(super) fn response_kind(service_kind: &str) -> String {
     dds_kind(&format!("{service_kind}_Response"))
 }
 
-/// The type of a service or an action: that of a part of it, without the suffix which the part has.
+/// The type of a service or an action: the type of one of its parts, without the suffix of the part.
 pub(super) fn whole(part: &str, suffixes: &[&str]) -> Option<String> {
     let kind = kind(part);
     suffixes.iter().find_map(|suffix| kind.strip_suffix(suffix)).map(str::to_owned)
 }
 
-/// The hash of a type, as the user data of a publisher tells it.
+/// The hash of a publisher's type, from its user data.
 pub(super) fn hash(user_data: &[u8]) -> Option<String> {
     let text = str::from_utf8(user_data).ok()?;
     let hash = text.split([';', '\0']).find_map(|part| part.strip_prefix("typehash="))?;

@@ -1,4 +1,4 @@
-//! Which part of the network is joined.
+//! Which DDS domain is joined, and what keeps its nodes from being discovered.
 //!
 //! Source: OMG's DDSI-RTPS 2.5, 9.6.2.2 (ports).
 
@@ -7,31 +7,31 @@ use std::net::Ipv4Addr;
 use serde::{Deserialize, Serialize};
 
 /// The multicast address of discovery.
-pub(super) const EVERYBODY: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+pub(super) const MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// Which domain is joined, and how far discovery reaches.
+/// A DDS domain, and how far discovery reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
     /// The number of the domain, from 0 to 232.
     pub domain: u16,
-    /// Whether only participants on this machine are looked for.
+    /// Whether only participants on this machine are discovered.
     pub is_local: bool,
 }
 
 impl Options {
-    /// The largest number of a domain: with larger ones, no port would be left.
+    /// The largest number of a domain. Greater ones would have no ports.
     pub const LARGEST_DOMAIN: u16 = 232;
 
-    /// The port of the domain's discovery by multicast, with which its other ports begin.
+    /// The port of the domain's discovery by multicast. It is the first of the domain's ports.
     pub(super) fn port(self) -> u32 {
         7400 + 250 * u32::from(self.domain)
     }
 }
 
-/// The variables that name a file with profiles of Fast DDS, which ROS 2 calls so up to Jazzy and from then on.
+/// The variables that name a file with profiles of Fast DDS: the first up to ROS 2 Jazzy, the second since then.
 const PROFILES: [&str; 2] = ["FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"];
 
-/// What in profiles of Fast DDS and of Cyclone DDS, without spaces, keeps their nodes from being seen.
+/// The settings in profiles of Fast DDS and Cyclone DDS, without spaces, that keep nodes from being discovered.
 const IN_PROFILES: [(&str, &str); 7] = [
     ("<initialPeersList>", "names peers: hosts that multicast does not reach are not seen"),
     ("<discoveryServersList>", "names discovery servers: nodes that only these know are not seen"),
@@ -42,8 +42,8 @@ const IN_PROFILES: [(&str, &str); 7] = [
     ("<Security>", "turns security on: nodes with SROS 2 are not seen"),
 ];
 
-/// What in the environment of ROS 2 keeps a robot from being seen, each with what to do; `variable` returns a variable
-/// of the environment, and `read` the text of a file.
+/// What in the environment of ROS 2 keeps a robot from being discovered, each with a remedy. `variable` returns an
+/// environment variable, and `read` the text of a file.
 #[must_use]
 pub fn obstacles(variable: &dyn Fn(&str) -> Option<String>, read: &dyn Fn(&str) -> Option<String>) -> Vec<String> {
     let is_set = |name: &str| variable(name).filter(|value| !value.is_empty());
@@ -62,7 +62,7 @@ pub fn obstacles(variable: &dyn Fn(&str) -> Option<String>, read: &dyn Fn(&str) 
     if let Some(server) = is_set("ROS_DISCOVERY_SERVER") {
         add("ROS_DISCOVERY_SERVER", server, "nodes that only it knows are not seen; watch them with `--foxglove`");
     }
-    // Options may follow the name.
+    // Options may follow the name of a transport.
     let is_seen = |names: &String| matches!(names.split('?').next(), Some("DEFAULT" | "UDPv4"));
     if let Some(transports) = is_set("FASTDDS_BUILTIN_TRANSPORTS").filter(|names| !is_seen(names)) {
         let why = "nodes that do not use UDP with IPv4 are not seen; start them with UDPv4 or DEFAULT";
@@ -71,7 +71,7 @@ pub fn obstacles(variable: &dyn Fn(&str) -> Option<String>, read: &dyn Fn(&str) 
     if let Some(enabled) = is_set("ROS_SECURITY_ENABLE").filter(|enabled| enabled == "true") {
         add("ROS_SECURITY_ENABLE", enabled, "nodes with SROS 2 are not seen; watch them with `--foxglove`");
     }
-    // Fast DDS takes a file; Cyclone DDS takes files and texts, with commas between them.
+    // Fast DDS reads one file. Cyclone DDS reads a list of files, or a text.
     let files = PROFILES.iter().filter_map(|name| Some((*name, read(&is_set(name)?)?)));
     let uri = is_set("CYCLONEDDS_URI").unwrap_or_default();
     let parts: Vec<&str> = if uri.contains('<') { vec![&uri] } else { uri.split(',').map(str::trim).collect() };
@@ -84,7 +84,7 @@ pub fn obstacles(variable: &dyn Fn(&str) -> Option<String>, read: &dyn Fn(&str) 
     found
 }
 
-/// What in a text with profiles keeps nodes from being seen.
+/// What in the text of a profile keeps nodes from being discovered.
 fn hidden(profiles: &str) -> impl Iterator<Item = &'static str> {
     let (mut text, mut rest) = (String::new(), profiles);
     while let Some((before, comment)) = rest.split_once("<!--") {
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_hides_a_robot_is_named() {
+    fn variables_that_hide_a_robot_are_named() {
         let unread = |_: &str| None;
         let none = obstacles(&|_| None, &unread);
         assert!(none.is_empty());
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn only_transports_that_are_not_heard_hide_a_robot() {
+    fn only_unsupported_transports_hide_a_robot() {
         let set = |value: &'static str| {
             obstacles(&|name| (name == "FASTDDS_BUILTIN_TRANSPORTS").then(|| value.to_owned()), &|_| None).len()
         };
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hides_a_robot_in_profiles_is_named() {
+    fn profiles_that_hide_a_robot_are_named() {
         let named = |variable: &'static str, value: &'static str, text: &'static str| {
             let read = move |path: &str| (path == "/profiles.xml").then(|| text.to_owned());
             obstacles(&|name| (name == variable).then(|| value.to_owned()), &read)

@@ -1,4 +1,4 @@
-//! What reads in a DDS domain.
+//! The readers of a participant.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -10,26 +10,26 @@ use rustdds::no_key::SimpleDataReader;
 use rustdds::{DomainParticipant, GUID, QosPolicies, RTPSEntity as _, Subscriber, Timestamp, TopicKind};
 
 use super::as_is::{AsIs, KEPT, KEPT_SMALL, qos};
-use super::heard::{Heard, LARGEST, NODES, Sample, Subscribed, Writer};
+use super::exchange::{LARGEST, ListenerMessage, NODES, Sample, Subscribed, Writer};
 use super::names::RosName;
 
-/// The most readers that are made at a time: rustdds has room for a hundred at once.
-const MOST_MADE: usize = 50;
+/// The most readers that are created at a time: rustdds has room for a hundred at once.
+const MOST_CREATED: usize = 50;
 
 /// The size up to which a message is small, in bytes.
 const SMALL: usize = 1 << 14;
 
-/// How long ago it may have been known that samples can be received.
-const UNPROVED_NS: i64 = 250_000_000;
+/// How long ago reception may have been confirmed when a sample is received. After that, the sample may be late.
+const UNCONFIRMED_NS: i64 = 250_000_000;
 
 /// The readers of a participant, by topic.
 pub(super) struct Readers {
     participant: DomainParticipant,
     subscriber: Subscriber,
     readers: BTreeMap<String, Reader>,
-    /// Writers that are gone without a goodbye. If they come back, rustdds does not tell their readers.
+    /// Writers that rustdds has given up. If they come back, it does not match them with existing readers.
     pub(super) given_up: BTreeSet<[u8; 16]>,
-    /// Whether there are others than before.
+    /// Whether there are new readers since the nodes were announced.
     pub(super) has_new: bool,
 }
 
@@ -43,32 +43,34 @@ struct Reader {
     is_small: bool,
 }
 
-/// What has been taken from a reader.
+/// What a reader has received.
 pub(super) enum FromReader {
-    Heard(Heard),
-    /// A request or a response, and what it says that it refers to: an entity, and a number that this gave.
-    Said {
+    Message(ListenerMessage),
+    /// A request or a response. It may be `related` to a sample, given by its writer and its sequence number.
+    Service {
         sample: Sample,
         related: Option<([u8; 16], i64)>,
     },
 }
 
-/// Wakes the thread when a reader has something.
+/// Wakes the listener's thread when a reader has received something.
 struct Alarm {
-    rings: AtomicBool,
+    is_set: AtomicBool,
     thread: Thread,
 }
 
 impl Wake for Alarm {
     fn wake(self: Arc<Self>) {
-        self.rings.store(true, Ordering::Release);
+        self.is_set.store(true, Ordering::Release);
         self.thread.unpark();
     }
 }
 
 impl Readers {
+    /// No readers yet.
+    ///
     /// # Errors
-    /// If a participant cannot have any.
+    /// If a participant cannot have readers: the reason.
     pub(super) fn of(participant: DomainParticipant) -> Result<Self, String> {
         let subscriber = participant.create_subscriber(&QosPolicies::qos_none()).map_err(|error| error.to_string())?;
         let (readers, given_up) = (BTreeMap::new(), BTreeSet::new());
@@ -79,7 +81,7 @@ impl Readers {
         self.readers.get(topic).map(|reader| reader.data.guid())
     }
 
-    /// The topics and the GUIDs of all of them.
+    /// The topics and GUIDs of all readers.
     pub(super) fn guids(&self) -> Vec<(String, [u8; 16])> {
         self.readers.iter().map(|(topic, reader)| (topic.clone(), reader.data.guid().to_bytes())).collect()
     }
@@ -88,26 +90,26 @@ impl Readers {
         self.readers.clear();
     }
 
-    /// Reads a topic no more, until the readers are to fit the writers again.
+    /// Removes the reader of a topic. The next [`Self::fit`] creates another.
     pub(super) fn remove(&mut self, topic: &str) {
         self.readers.remove(topic);
     }
 
-    /// Looks at all of them, even if nothing has rung.
-    pub(super) fn look(&self) {
-        self.readers.values().for_each(|reader| reader.alarm.rings.store(true, Ordering::Release));
+    /// Makes [`Self::take`] read from all readers, even if they have not woken the thread.
+    pub(super) fn wake_all(&self) {
+        self.readers.values().for_each(|reader| reader.alarm.is_set.store(true, Ordering::Release));
     }
 
-    /// Makes the readers fit the writers: a topic is read reliably if all offer that, and likewise what is latched, if
-    /// that is wanted. Returns whether some readers are left to make.
+    /// Makes the readers fit the writers. A topic is read reliably if all of its writers are reliable. Latched messages
+    /// are read if all of its writers latch, and if that is wanted. Returns whether some readers are left to create.
     ///
     /// # Errors
-    /// Why there can be no such reader.
+    /// If there can be no such reader: the reason.
     pub(super) fn fit(
         &mut self,
         writers: &[Writer],
         subscribed: &Subscribed,
-        hears_latched: bool,
+        receives_latched: bool,
     ) -> Result<bool, String> {
         let mut offered: BTreeMap<&str, (&str, bool, bool)> = BTreeMap::new();
         for writer in
@@ -115,7 +117,7 @@ impl Readers {
         {
             let known = offered.entry(&writer.topic).or_insert((&writer.kind, true, true));
             known.1 &= writer.is_reliable;
-            known.2 &= writer.is_latched && (hears_latched || writer.topic == NODES);
+            known.2 &= writer.is_latched && (receives_latched || writer.topic == NODES);
             if self.given_up.remove(&writer.guid) {
                 self.readers.remove(&writer.topic);
             }
@@ -123,11 +125,11 @@ impl Readers {
         let mut made = 0;
         for (topic, (kind, is_reliable, is_latched)) in offered {
             let reader = self.readers.get(topic);
-            // One that asks for less still hears everybody.
+            // A reader with weaker policies still receives from all writers.
             if reader.is_some_and(|reader| (!reader.is_reliable || is_reliable) && (!reader.is_latched || is_latched)) {
                 continue;
             }
-            if made == MOST_MADE {
+            if made == MOST_CREATED {
                 return Ok(true);
             }
             made += 1;
@@ -137,7 +139,7 @@ impl Readers {
             self.readers.remove(topic);
             match self.read(topic, kind, is_reliable && was_reliable, is_latched && was_latched) {
                 Ok(()) => {}
-                // Of all topics, those are heard for which there is room.
+                // If all topics are wanted, those are read for which there is room.
                 Err(_) if *subscribed == Subscribed::All => {}
                 Err(why) => return Err(why),
             }
@@ -145,10 +147,10 @@ impl Readers {
         Ok(false)
     }
 
-    /// Reads a topic, if it is not read yet.
+    /// Creates the reader of a topic, if there is none yet.
     ///
     /// # Errors
-    /// Why there can be no such reader.
+    /// If there can be no such reader: the reason.
     pub(super) fn read(
         &mut self,
         topic: &str,
@@ -165,28 +167,28 @@ impl Readers {
             self.subscriber.create_simple_datareader_no_key(&made, Some(wanted.clone()))
         };
         let data = make().map_err(|error| format!("{topic} cannot be read: {error}"))?;
-        let alarm = Arc::new(Alarm { rings: AtomicBool::new(true), thread: std::thread::current() });
+        let alarm = Arc::new(Alarm { is_set: AtomicBool::new(true), thread: std::thread::current() });
         self.has_new = true;
         let reader = Reader { topic: topic.into(), kind, is_reliable, is_latched, data, alarm, is_small: false };
         self.readers.insert(topic.to_owned(), reader);
         Ok(())
     }
 
-    /// What they have received, in order. `now_ns` is the time of the process that is told, and `system_ns` that of the
-    /// system; it is known that samples could be received until `lived_ns`.
-    pub(super) fn take(&mut self, now_ns: i64, system_ns: i64, lived_ns: i64) -> Vec<FromReader> {
+    /// What the readers have received, in order. `now_ns` is the time of the clock of messages, and `system_ns` that of
+    /// the system. Samples could be received until `alive_ns`.
+    pub(super) fn take(&mut self, now_ns: i64, system_ns: i64, alive_ns: i64) -> Vec<FromReader> {
         let (mut taken, mut samples) = (Vec::new(), Vec::new());
         for reader in self.readers.values_mut() {
-            if !reader.alarm.rings.swap(false, Ordering::Acquire) {
+            if !reader.alarm.is_set.swap(false, Ordering::Acquire) {
                 continue;
             }
             reader.data.set_waker(Some(Waker::from(Arc::clone(&reader.alarm))));
             reader.data.drain_read_notifications();
-            let is_said = matches!(RosName::of(&reader.topic), Some(RosName::Request(_) | RosName::Reply(_)));
+            let is_of_service = matches!(RosName::of(&reader.topic), Some(RosName::Request(_) | RosName::Reply(_)));
             let (mut has_new, mut are_small) = (false, true);
             loop {
                 match reader.data.try_take_one() {
-                    // What is published here is not heard.
+                    // It was published by this participant.
                     Ok(Some(change)) if change.writer_guid.prefix == self.participant.guid().prefix => {}
                     Ok(Some(change)) => {
                         has_new = true;
@@ -204,18 +206,19 @@ impl Readers {
                             stalled_ns: None,
                             body: change.sample,
                         };
-                        if is_said && sample.body.len() > LARGEST as usize {
-                            // Nobody asks or answers so much.
-                        } else if is_said {
+                        if is_of_service && sample.body.len() > LARGEST as usize {
+                            // No request or response is so large.
+                        } else if is_of_service {
                             let related = related.map(|of| (of.writer_guid.to_bytes(), i64::from(of.sequence_number)));
-                            taken.push(FromReader::Said { sample, related });
+                            taken.push(FromReader::Service { sample, related });
                         } else {
                             samples.push(sample);
                         }
                     }
                     Ok(None) => break,
                     Err(why) => {
-                        taken.push(FromReader::Heard(Heard::Unreadable(Arc::clone(&reader.topic), why.to_string())))
+                        let message = ListenerMessage::Unreadable(Arc::clone(&reader.topic), why.to_string());
+                        taken.push(FromReader::Message(message));
                     }
                 }
             }
@@ -223,18 +226,19 @@ impl Readers {
                 reader.is_small = true;
                 let more = qos(reader.is_reliable, reader.is_latched, KEPT_SMALL);
                 let topic = reader.topic.as_ref().to_owned();
-                // The limits of a topic only ever grow; without more room, less is kept.
+                // This raises the limits of the topic: they only ever grow. If it fails, fewer samples are kept.
                 let _ = self.participant.create_topic(topic, reader.kind.clone(), &more, TopicKind::NoKey);
             }
         }
         let mut first: BTreeMap<[u8; 16], i64> = BTreeMap::new();
         for sample in samples.iter_mut().rev() {
             let first_ns = first.entry(sample.writer).or_insert(i64::MAX);
-            sample.stalled_ns = Some(lived_ns).filter(|ns| sample.received_ns.saturating_sub(*ns) > UNPROVED_NS);
+            sample.stalled_ns = Some(alive_ns).filter(|ns| sample.received_ns.saturating_sub(*ns) > UNCONFIRMED_NS);
             sample.by_ns = Some(*first_ns).filter(|first_ns| *first_ns < sample.received_ns);
             *first_ns = sample.received_ns.min(*first_ns);
         }
-        // Those of one writer stay in the order of their numbers: one that had to be sent again is older than the next.
+        // The samples of one writer keep the order of their numbers. One that had to be sent again was received after
+        // the next, but precedes it.
         let mut latest: BTreeMap<[u8; 16], i64> = BTreeMap::new();
         let keyed = samples.into_iter().map(|sample: Sample| {
             let at_ns = latest.entry(sample.writer).or_insert(sample.received_ns);
@@ -243,7 +247,7 @@ impl Readers {
         });
         let mut samples: Vec<(i64, Sample)> = keyed.collect();
         samples.sort_by_key(|(at_ns, _)| *at_ns);
-        taken.extend(samples.into_iter().map(|(_, sample)| FromReader::Heard(Heard::of(sample))));
+        taken.extend(samples.into_iter().map(|(_, sample)| FromReader::Message(ListenerMessage::of(sample))));
         taken
     }
 }

@@ -1,39 +1,39 @@
-//! Requests to services of ROS 2, and which response belongs to which.
+//! Requests to services of ROS 2: when each can be sent, and which response belongs to it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use super::correlation::{Correlation, take_header, with_header};
-use super::heard::{Offers, Prefix, Request, prefix};
+use super::exchange::{Offers, Prefix, Request, prefix};
 use super::names::{self, RosName};
 use crate::clock::now;
 
-/// How long a server that was found may not have found who asks it.
+/// How long a server that was discovered may take to discover the client.
 const SETTLING: Duration = Duration::from_millis(500);
 
-/// How long a request waits for a server.
+/// How long a request waits for a server to appear.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The most requests that wait for their servers, and the most that wait for responses.
 const MOST: usize = 4096;
 
-/// The requests that have not been answered.
+/// The requests that have no response yet.
 #[derive(Debug)]
 pub(super) struct Requests {
-    /// Who asks, in headers.
+    /// The client, as headers identify it.
     client: [u8; 8],
-    /// What waits for a server, and since when.
+    /// The requests that wait for a server, and since when.
     waiting: VecDeque<(Request, Instant)>,
-    /// Who offers services, by the service and the DDS type of its requests.
-    servers: BTreeMap<(String, String), BTreeMap<[u8; 16], Offered>>,
-    /// The requests that have been sent, by service and by the number that their writer gave them: their own numbers,
-    /// and whether they have been answered.
-    asked: BTreeMap<(String, i64), (u64, bool)>,
+    /// The servers, by the service and the DDS type of its requests.
+    servers: BTreeMap<(String, String), BTreeMap<[u8; 16], KnownServer>>,
+    /// The requests that have been sent, by service and sequence number: their own numbers, and whether they have been
+    /// answered.
+    sent: BTreeMap<(String, i64), (u64, bool)>,
 }
 
-/// What is known of a server: how it is asked, and since when it is known.
+/// What is known of a server: the form of its requests, and since when it is known.
 #[derive(Clone, Copy, Debug)]
-struct Offered {
+struct KnownServer {
     correlation: Correlation,
     since: Instant,
 }
@@ -42,19 +42,19 @@ impl Requests {
     pub(super) fn of(participant: &[u8; 16]) -> Self {
         let [.., a, b, c, d, e, f, g, h] = prefix(participant);
         let client = [a, b, c, d, e, f, g, h];
-        Self { client, waiting: VecDeque::new(), servers: BTreeMap::new(), asked: BTreeMap::new() }
+        Self { client, waiting: VecDeque::new(), servers: BTreeMap::new(), sent: BTreeMap::new() }
     }
 
-    /// Keeps a request until somebody can answer it. The oldest gives way if there are too many.
-    pub(super) fn ask(&mut self, request: Request) {
+    /// Keeps a request until a server can receive it. If there are too many, the oldest is dropped.
+    pub(super) fn add(&mut self, request: Request) {
         if self.waiting.len() == MOST {
             self.waiting.pop_front();
         }
         self.waiting.push_back((request, now()));
     }
 
-    /// Takes note of who offers services. Both ends of a server must be known.
-    pub(super) fn note(&mut self, offers: &Offers, correlation: impl Fn(&Prefix) -> Correlation) {
+    /// Sets the servers that are known now. A server needs both a reader of requests and a writer of responses.
+    pub(super) fn set_servers(&mut self, offers: &Offers, correlation: impl Fn(&Prefix) -> Correlation) {
         let before = std::mem::take(&mut self.servers);
         for (topic, servers) in &offers.requests {
             let Some(RosName::Request(service)) = RosName::of(topic) else { continue };
@@ -62,15 +62,16 @@ impl Requests {
             let answers = |of: Prefix| offers.writers.iter().any(|one| one.topic == reply && one.participant() == of);
             for server in servers.iter().filter(|server| answers(prefix(&server.reader))) {
                 let key = (service.clone(), server.kind.clone());
-                let new = || Offered { correlation: correlation(&prefix(&server.reader)), since: now() };
+                let new = || KnownServer { correlation: correlation(&prefix(&server.reader)), since: now() };
                 let known = before.get(&key).and_then(|known| known.get(&server.reader).copied());
                 self.servers.entry(key).or_default().insert(server.reader, known.unwrap_or_else(new));
             }
         }
     }
 
-    /// The requests that can be sent now, once the newest server has had the time to find who asks. Of servers of both
-    /// kinds, those of Fast DDS are asked: they might misread a header, and the others only lack it.
+    /// Takes the requests that can be sent now, as their newest server has had the time to discover the client. If a
+    /// service has servers of both forms, the request has no header: servers on Fast DDS might misread one, while those
+    /// on Cyclone DDS only lack it.
     pub(super) fn due(&mut self) -> Vec<(Request, Correlation)> {
         let mut due = Vec::new();
         self.waiting.retain(|(request, _)| {
@@ -92,18 +93,18 @@ impl Requests {
         due
     }
 
-    /// The numbers of requests for which nobody has come in time. They are not asked any more.
-    pub(super) fn given_up(&mut self) -> Vec<u64> {
-        let mut given_up = Vec::new();
+    /// Removes the requests for which no server has appeared in time. Returns their numbers.
+    pub(super) fn take_expired(&mut self) -> Vec<u64> {
+        let mut expired = Vec::new();
         self.waiting.retain(|(request, since)| {
             let is_late = since.elapsed() > PATIENCE;
-            given_up.extend(is_late.then_some(request.number));
+            expired.extend(is_late.then_some(request.number));
             !is_late
         });
-        given_up
+        expired
     }
 
-    /// The message that asks for a response with this header, or without one.
+    /// The message of a request in this form.
     pub(super) fn body(&self, request: &Request, form: Correlation) -> Vec<u8> {
         match form {
             Correlation::Beside => request.body.clone(),
@@ -116,19 +117,19 @@ impl Requests {
         }
     }
 
-    /// A request has got a number from its writer.
-    pub(super) fn sent(&mut self, request: Request, sequence: i64) {
-        if self.asked.len() >= MOST
+    /// A request was sent with this sequence number.
+    pub(super) fn add_sent(&mut self, request: Request, sequence: i64) {
+        if self.sent.len() >= MOST
             && let Some(oldest) =
-                self.asked.iter().min_by_key(|(_, (number, done))| (!done, *number)).map(|(key, _)| key.clone())
+                self.sent.iter().min_by_key(|(_, (number, done))| (!done, *number)).map(|(key, _)| key.clone())
         {
-            self.asked.remove(&oldest);
+            self.sent.remove(&oldest);
         }
-        self.asked.insert((request.service, sequence), (request.number, false));
+        self.sent.insert((request.service, sequence), (request.number, false));
     }
 
-    /// What a response is, and the number of its request, if it belongs to one of these: `related` is the number in the
-    /// parameter beside it, if that refers to a request of this participant.
+    /// The number of the request to which a response belongs, and the message. None if it belongs to none of these.
+    /// `related` is the sequence number in the parameter beside it, if that refers to a request of this participant.
     pub(super) fn response(
         &mut self,
         service: &str,
@@ -137,7 +138,7 @@ impl Requests {
         mut body: Vec<u8>,
     ) -> Option<(u64, Vec<u8>)> {
         let Correlation::Header = form else {
-            let (number, is_answered) = self.asked.get_mut(&(service.to_owned(), related?))?;
+            let (number, is_answered) = self.sent.get_mut(&(service.to_owned(), related?))?;
             *is_answered = true;
             return Some((*number, body));
         };
@@ -152,7 +153,7 @@ impl Requests {
 mod tests {
     use super::*;
     use crate::domain::correlation::CYCLONE;
-    use crate::domain::heard::{Server, Writer};
+    use crate::domain::exchange::{Server, Writer};
 
     fn request(service: &str, number: u64) -> Request {
         let kind = "std_srvs/srv/Trigger".to_owned();
@@ -175,34 +176,34 @@ mod tests {
     }
 
     #[test]
-    fn a_request_waits_for_a_server_which_says_how_it_is_asked() {
+    fn a_request_waits_for_a_server_and_takes_its_form() {
         let mut requests = Requests::of(&[9; 16]);
-        [request("/a", 1), request("/b", 2), request("/a", 3)].into_iter().for_each(|one| requests.ask(one));
-        requests.note(&offers("/a", 4), |_| Correlation::Header);
+        [request("/a", 1), request("/b", 2), request("/a", 3)].into_iter().for_each(|one| requests.add(one));
+        requests.set_servers(&offers("/a", 4), |_| Correlation::Header);
         assert!(requests.due().is_empty());
         requests.servers.values_mut().flat_map(BTreeMap::values_mut).for_each(|server| server.since -= SETTLING);
-        // It stays known for as long as it is there.
-        requests.note(&offers("/a", 4), |_| Correlation::Header);
+        // The server stays known while it is there.
+        requests.set_servers(&offers("/a", 4), |_| Correlation::Header);
         let due: Vec<_> = requests.due().into_iter().map(|(request, form)| (request.number, form)).collect();
         assert_eq!(due, [(1, Correlation::Header), (3, Correlation::Header)]);
-        requests.note(&offers("/b", 4), |of| Correlation::of((*of == [4; 12]).then_some(CYCLONE)));
+        requests.set_servers(&offers("/b", 4), |of| Correlation::of((*of == [4; 12]).then_some(CYCLONE)));
         assert_eq!((requests.servers.len(), requests.waiting.len()), (1, 1));
-        // One that has been started again must find who asks, too.
+        // A server that was started again must discover the client again.
         requests.servers.values_mut().flat_map(BTreeMap::values_mut).for_each(|server| server.since -= SETTLING);
-        requests.note(&offers("/b", 5), |_| Correlation::Header);
+        requests.set_servers(&offers("/b", 5), |_| Correlation::Header);
         assert!(requests.due().is_empty());
-        assert!(requests.given_up().is_empty());
+        assert!(requests.take_expired().is_empty());
         requests.waiting.iter_mut().for_each(|(_, since)| *since -= PATIENCE);
-        assert_eq!((requests.given_up(), requests.waiting.len()), (vec![2], 0));
-        // Who takes requests and does not answer them is no server.
-        requests.note(&Offers { writers: Vec::new(), ..offers("/b", 4) }, |_| Correlation::Header);
+        assert_eq!((requests.take_expired(), requests.waiting.len()), (vec![2], 0));
+        // Without a writer of responses, it is no server.
+        requests.set_servers(&Offers { writers: Vec::new(), ..offers("/b", 4) }, |_| Correlation::Header);
         assert!(requests.servers.is_empty());
     }
 
     #[test]
     fn a_response_belongs_to_one_request() {
         let mut requests = Requests::of(&[9; 16]);
-        requests.sent(request("/a", 5), 77);
+        requests.add_sent(request("/a", 5), 77);
         assert_eq!(requests.response("/b", Correlation::Beside, Some(77), vec![1]), None);
         assert_eq!(requests.response("/a", Correlation::Beside, Some(77), vec![1]), Some((5, vec![1])));
         assert_eq!(requests.response("/a", Correlation::Beside, None, vec![1]), None);

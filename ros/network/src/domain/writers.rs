@@ -1,4 +1,4 @@
-//! What publishes in a DDS domain.
+//! The writers of a participant.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::{Duration, Instant};
@@ -8,54 +8,55 @@ use rustdds::policy::History;
 use rustdds::{DomainParticipant, QosPolicyBuilder, RTPSEntity as _, SampleIdentity, TopicKind, WriteOptionsBuilder};
 
 use super::as_is::{AsIs, KEPT_SMALL, qos};
-use super::heard::{Heard, NODES};
+use super::exchange::{ListenerMessage, NODES};
 use crate::clock::now;
 
-/// How long rustdds may take to know a new writer: what is written before then may never be sent.
+/// How long rustdds may take to register a new writer. What is written before that may never be sent.
 const REGISTERING: Duration = Duration::from_millis(50);
 
-/// How many samples of a topic are kept for readers that have not received them.
+/// How many samples of a topic are kept for readers that have not acknowledged them.
 const OFFERED: i32 = 32;
 
 /// The writers of a participant, by topic.
 pub(super) struct Writers {
     participant: DomainParticipant,
-    /// Each with when it was made.
+    /// Each with the time of its creation.
     writers: BTreeMap<String, (DataWriter<Vec<u8>, AsIs>, Instant)>,
-    /// What had no room there: one reader that does not answer must not keep messages from the others for longer than
-    /// it takes to forget it.
+    /// The messages for which a writer had no room, as a reader does not acknowledge earlier ones. They are sent once
+    /// rustdds has given up that reader.
     unsent: BTreeMap<String, VecDeque<Vec<u8>>>,
-    /// Where messages were left out, and where that is not told yet.
-    left_out: BTreeSet<String>,
-    pub(super) untold: Vec<Heard>,
-    /// Whether there are more than before, apart from that which says which nodes there are.
+    /// The topics on which messages were dropped.
+    dropped: BTreeSet<String>,
+    /// Reports of dropped messages that have not been sent.
+    pub(super) unreported: Vec<ListenerMessage>,
+    /// Whether there are new writers since the nodes were announced, beside the one that announces them.
     pub(super) has_new: bool,
 }
 
 impl Writers {
     pub(super) fn of(participant: DomainParticipant) -> Self {
-        let (writers, unsent, left_out) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
-        Self { participant, writers, unsent, left_out, untold: Vec::new(), has_new: false }
+        let (writers, unsent, dropped) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
+        Self { participant, writers, unsent, dropped, unreported: Vec::new(), has_new: false }
     }
 
     pub(super) fn has(&self, topic: &str) -> bool {
         self.writers.contains_key(topic)
     }
 
-    /// The topics and the GUIDs of all but the one that says which nodes there are.
+    /// The topics and GUIDs of all writers but the one that announces nodes.
     pub(super) fn guids(&self) -> Vec<(String, [u8; 16])> {
         let writers = self.writers.iter().filter(|(topic, _)| *topic != NODES);
         writers.map(|(topic, (writer, _))| (topic.clone(), writer.guid().to_bytes())).collect()
     }
 
-    /// Publishes a message, reliably; without one, only offers to.
+    /// Publishes a message, reliably. If the body is empty, the topic is only offered.
     ///
     /// # Errors
-    /// Why there can be no such writer.
+    /// If there can be no such writer: the reason.
     pub(super) fn write(&mut self, topic: String, kind: String, is_latched: bool, body: Vec<u8>) -> Result<(), String> {
         if !self.writers.contains_key(&topic) {
-            // Who comes later receives the last one. What follows at once must not replace what is not sent yet, for
-            // which whoever has come meanwhile would wait.
+            // A latched topic keeps one sample, for later readers. The topic of nodes keeps more: a sample that was
+            // replaced before it was sent would leave a gap in the numbers, for which a new reader would wait.
             let is_single = is_latched && topic != NODES;
             let mut qos = qos(true, is_latched, if is_single { 1 } else { KEPT_SMALL });
             if !is_single {
@@ -72,18 +73,18 @@ impl Writers {
         if !body.is_empty() {
             let unsent = self.unsent.entry(topic.clone()).or_default();
             unsent.push_back(body);
-            // What is latched is as good as the last.
+            // Of latched messages, only the last one matters.
             let most = if is_latched { 1 } else { OFFERED as usize };
-            if unsent.len() > most && unsent.pop_front().is_some() && !is_latched && self.left_out.insert(topic.clone())
+            if unsent.len() > most && unsent.pop_front().is_some() && !is_latched && self.dropped.insert(topic.clone())
             {
-                self.untold.push(Heard::Unsent(topic));
+                self.unreported.push(ListenerMessage::Unsent(topic));
             }
             self.send();
         }
         Ok(())
     }
 
-    /// Sends what has not been sent, where there is room now.
+    /// Sends the messages that wait, where there is room now.
     pub(super) fn send(&mut self) {
         for (topic, bodies) in &mut self.unsent {
             let Some((writer, since)) = self.writers.get(topic) else { continue };
@@ -96,9 +97,9 @@ impl Writers {
         }
     }
 
-    /// Sends a request or a response, which may be `related` to another message. Returns the number that it gets; none
-    /// if there is no such writer, or no room now.
-    pub(super) fn converse(&self, topic: &str, body: Vec<u8>, related: Option<SampleIdentity>) -> Option<i64> {
+    /// Sends a request or a response, which may be `related` to another message. Returns its sequence number. None if
+    /// there is no such writer, or no room now.
+    pub(super) fn send_related(&self, topic: &str, body: Vec<u8>, related: Option<SampleIdentity>) -> Option<i64> {
         let options = WriteOptionsBuilder::new().related_sample_identity_opt(related);
         let (writer, since) = self.writers.get(topic)?;
         if since.elapsed() < REGISTERING {

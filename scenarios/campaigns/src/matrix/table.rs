@@ -1,21 +1,20 @@
 //! The matrix as text for the terminal.
 
-use std::fmt::Write;
+use std::fmt::{self, Formatter};
+
+use diagnostics::counted;
 
 use super::{Matrix, Row, Sign};
 
 /// The matrix as a table, then undetected faults, then false alarms.
 pub fn table(matrix: &Matrix) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_table(&mut text, matrix);
-    text
+    fmt::from_fn(|text| write_table(text, matrix)).to_string()
 }
 
 /// What fits beside each other on a terminal.
 const WIDTH: usize = 80;
 
-fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
+fn write_table(text: &mut Formatter<'_>, matrix: &Matrix) -> fmt::Result {
     // A very long name extends beyond its column.
     let widest = matrix.rows.iter().map(|row| row.scenario.chars().count()).max().unwrap_or(0).clamp(8, 60);
     let widths: Vec<usize> = matrix.properties.iter().map(|name| name.chars().count().clamp(7, 60)).collect();
@@ -71,7 +70,7 @@ fn listed(matrix: &Matrix, row: &Row) -> String {
     signs.join(", ")
 }
 
-fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
+fn write_conclusions(text: &mut Formatter<'_>, matrix: &Matrix) -> fmt::Result {
     let unnoticed: Vec<&str> = matrix.unnoticed().map(|row| row.scenario.as_str()).collect();
     writeln!(text, "\n{}", detected(matrix))?;
     if !unnoticed.is_empty() {
@@ -81,14 +80,9 @@ fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
         writeln!(text, "  ! {}: {}", row.scenario, row.differences.join("; "))?;
     }
     let alarms = matrix.false_alarms();
-    let runs = matrix.fault_free.runs;
+    let runs = counted(matrix.fault_free.runs, "run");
     match alarms.len() {
-        0 => writeln!(
-            text,
-            "No false alarm in {runs} run{} of {} without a fault.",
-            if runs == 1 { "" } else { "s" },
-            matrix.fault_free.scenario
-        ),
+        0 => writeln!(text, "No false alarm in {runs} of {} without a fault.", matrix.fault_free.scenario),
         count => {
             writeln!(text, "{}:", false_alarms(count))?;
             alarms.iter().try_for_each(|alarm| writeln!(text, "  ! {alarm}"))
@@ -110,7 +104,7 @@ pub(super) fn detected(matrix: &Matrix) -> String {
 }
 
 pub(super) fn false_alarms(count: usize) -> String {
-    if count == 1 { "1 false alarm".to_owned() } else { format!("{count} false alarms") }
+    counted(count, "false alarm")
 }
 
 pub(super) fn onset(row: &Row) -> String {

@@ -1,5 +1,6 @@
 //! The section that checks the results against the campaign's model.
 
+use diagnostics::counted;
 use drawing::scale::short;
 use maud::{Markup, html};
 use reports::html::{figure, section, text};
@@ -38,12 +39,11 @@ impl Page<'_> {
         let event = self.survey.targets[model.target].event();
         let [[held, surprise], [spared, happened]] = model.said_and_was;
         let all = (held + surprise + spared + happened).max(1);
-        let runs = |count: u64| format!("{count} run{}", if count == 1 { "" } else { "s" });
         let share = |count: u64| percent(count as f64 / all as f64);
         html! {
             p {
                 "The model is right in " (share(held + happened)) " of the " (all) " runs. It misses “" (event) "” \
-                 in " (runs(surprise)) " and wrongly predicts it in " (runs(spared)) "."
+                 in " (counted(surprise, "run")) " and wrongly predicts it in " (counted(spared, "run")) "."
             }
             @if let (Some((frontier, wrong)), Some(least), Some(greatest)) =
                 (model.frontier, model.least_happened, model.greatest_not) {

@@ -1,19 +1,16 @@
 //! The results as text for the terminal.
 
-use std::fmt::Write;
+use std::fmt::{self, Formatter};
 
 use super::{ClaimResult, Reproduction};
 
 /// The paper's claims, their sources, the number of runs in which they were true, and the runs in which they were not;
 /// then the claims that this project adds.
 pub fn table(reproduction: &Reproduction) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_table(&mut text, reproduction);
-    text
+    fmt::from_fn(|text| write_table(text, reproduction)).to_string()
 }
 
-fn write_table(text: &mut String, reproduction: &Reproduction) -> std::fmt::Result {
+fn write_table(text: &mut Formatter<'_>, reproduction: &Reproduction) -> fmt::Result {
     let seeds = reproduction.seeds;
     for experiment in &reproduction.experiments {
         writeln!(text, "{} ({})", experiment.title, experiment.scenario)?;
@@ -28,7 +25,7 @@ fn write_table(text: &mut String, reproduction: &Reproduction) -> std::fmt::Resu
     writeln!(text, "\n{}", reproduction.outcome())
 }
 
-fn write_claim(text: &mut String, claim: &ClaimResult, seeds: u64) -> std::fmt::Result {
+fn write_claim(text: &mut Formatter<'_>, claim: &ClaimResult, seeds: u64) -> fmt::Result {
     let sign = if claim.holds() { ' ' } else { '!' };
     writeln!(text, "{sign} {:>7}  {}", format!("{}/{seeds}", claim.runs), claim.says)?;
     writeln!(text, "           [{}]", claim.source)?;

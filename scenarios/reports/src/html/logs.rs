@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
+use recording::ShownVerdict;
 
 use super::markup::{section, table};
 use super::{document, words};
@@ -19,7 +20,7 @@ pub struct LogRow {
     /// How long it lasts, in words.
     pub lasts: String,
     /// For each property its name, its verdict, and the verdict in words.
-    pub verdicts: Vec<(String, &'static str, String)>,
+    pub verdicts: Vec<(String, ShownVerdict, String)>,
     /// What is missing from it, in words.
     pub notes: Vec<String>,
     /// Why it could not be checked, if it could not.
@@ -99,7 +100,7 @@ fn line(row: &LogRow, properties: &[&str], is_dated: bool) -> Markup {
             @for name in properties {
                 @match verdict(name) {
                     Some((_, verdict, words)) => {
-                        td.(if ["unsure", "no verdict"].contains(verdict) { "violated" } else { verdict }) data-of=(name) { (words) }
+                        td.(if let ShownVerdict::Of(of) = verdict { of.name() } else { "violated" }) data-of=(name) { (words) }
                     }
                     None => td {},
                 }

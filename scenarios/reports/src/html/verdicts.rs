@@ -3,7 +3,7 @@
 use drawing::Verdict;
 use maud::{Markup, html};
 use monitors::{EventTime, Outcome};
-use recording::{Certainty, MonitorView, RunView};
+use recording::{Certainty, MonitorView, RunView, ShownVerdict};
 
 use super::evidence::Evidence;
 use super::markup::{self, pill, text, verdict_sign};
@@ -57,8 +57,9 @@ fn join(sentences: &mut Vec<String>, beginning: &str) {
 /// The properties that are as expected, in words: those that are satisfied together, the others by their names.
 fn expected_verdicts(report: &Report) -> Vec<String> {
     let of = |outcome: Outcome| {
-        let expected =
-            move |monitor: &&MonitorReport| monitor.found() == outcome.name() && monitor.expected == Some(outcome);
+        let expected = move |monitor: &&MonitorReport| {
+            monitor.found() == ShownVerdict::Of(outcome) && monitor.expected == Some(outcome)
+        };
         let names: Vec<&str> = report.monitors.iter().filter(expected).map(|monitor| monitor.name.as_str()).collect();
         match names.len() {
             0 => None,
@@ -116,7 +117,7 @@ fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 @if result.unheard.is_some() { span.note.bad { "not told" } }
                 @match result.expected {
                     None => {}
-                    Some(outcome) if outcome.name() == result.found() => span.note { "as expected" }
+                    Some(outcome) if result.found() == ShownVerdict::Of(outcome) => span.note { "as expected" }
                     Some(outcome) => span.note.bad { "expected to be " (outcome) }
                 }
             }

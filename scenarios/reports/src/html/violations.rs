@@ -314,7 +314,7 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     }
     let mut statuses: Vec<String> = Vec::new();
     for span in timeline.navigation().spans(timeline.end()).filter(|span| span.from < to && span.to > from) {
-        let name = span.state.status.replace('_', " ");
+        let name = span.state.status.words();
         if !statuses.contains(&name) {
             statuses.push(name);
         }

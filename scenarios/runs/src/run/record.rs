@@ -46,7 +46,7 @@ impl Run {
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
             remote: self.scenario.remote_components().map(|(name, _)| name.to_owned()).collect(),
-            is_piloted: self.is_piloted(),
+            is_piloted: self.has_controller(),
             machines: self
                 .scenario
                 .machine_processes()
@@ -148,7 +148,7 @@ impl Run {
         before_ticks.into_iter().map(|outcomes| self.recorded.new_outcomes(outcomes.into_iter())).collect()
     }
 
-    /// The tree, if it tells how the statuses of its nodes change.
+    /// The tree, if it reports how the statuses of its nodes change.
     fn told_tree(&self) -> Option<&Arc<bt::Tree>> {
         self.scenario.tree().filter(|_| self.scenario.file.execution.tree == TreeForm::Whole)
     }
@@ -192,8 +192,8 @@ impl Run {
     }
 
     fn new_navigation(&mut self) -> Option<Navigation> {
-        let new = self.world.robot()?.new_navigation(&self.recorded.navigation)?;
-        self.recorded.navigation.clone_from(&new);
+        let new = self.world.robot()?.new_navigation(self.recorded.navigation.as_ref())?;
+        self.recorded.navigation = Some(new.clone());
         Some(new)
     }
 
@@ -241,7 +241,7 @@ impl Run {
                 program.conclude();
             }
         }
-        self.leave_others();
+        self.leave_partners();
         self.skill_errors.note(&self.system, self.time());
         let violated = self.violated_by_the_end(&ended);
         let monitors = self.monitors().into_iter().enumerate().map(|(index, (monitor, evidence))| {

@@ -13,7 +13,7 @@ pub(super) struct Recorded {
     /// The locations of skills and components, in the order of their names in the header.
     pub(super) locations: Vec<Option<String>>,
     pub(super) monitors: MonitorLog,
-    pub(super) navigation: Navigation,
+    pub(super) navigation: Option<Navigation>,
     pub(super) robot: RobotState,
     /// Whether the record of the last step had a scene.
     pub(super) scene: bool,

@@ -1,5 +1,5 @@
 mod losses;
-mod others;
+mod partners;
 
 use std::time::Duration;
 

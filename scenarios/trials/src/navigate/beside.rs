@@ -6,24 +6,24 @@ use rand_chacha::ChaCha8Rng;
 
 use super::course::{Course, Task};
 
-/// Everything that stands still is at least this far from walls, and twice as far from other standing things, in
-/// meters: on both sides of a person, 0.75 m remain for the robot.
+/// The minimum distance of standing people and boxes from walls, in meters. Their distance from each other is at least
+/// twice as large. So 0.75 m remain for the robot on both sides of a person.
 const PASSABLE_M: f64 = 1.0;
 
-/// Nobody starts or stands closer than this to the robot's start, in meters.
+/// The minimum distance of people and boxes from the robot's start, in meters.
 const START_FREE_M: f64 = 1.5;
 
-/// Nobody stands closer than this to the goal, in meters.
+/// The minimum distance of people and boxes from the goal, in meters.
 const GOAL_FREE_M: f64 = 1.2;
 
-/// People walk between places within this distance of the robot's path, in meters; boxes stand there.
-const FROM_THE_WAY_M: f64 = 8.0;
+/// People walk between places within this distance from the robot's path, in meters. Boxes stand at such places.
+const FROM_PATH_M: f64 = 8.0;
 
-/// How many places are drawn at most to find a suitable one.
+/// The maximum number of places that are drawn to find a suitable one.
 const TRIES: usize = 200;
 
 /// A suitable place close to the robot's path.
-pub(super) fn near_the_way(
+pub(super) fn near_path(
     course: &Course,
     task: &Task,
     is_good: impl Fn(&Point) -> bool,
@@ -32,17 +32,17 @@ pub(super) fn near_the_way(
     let start = Point::from(task.start.translation.vector);
     let goal = Point::from(task.goal.translation.vector);
     (0..TRIES).find_map(|_| {
-        let (at, by) = (course.place(rng), task.way[rng.random_range(0..task.way.len())]);
+        let (at, by) = (course.place(rng), task.path[rng.random_range(0..task.path.len())]);
         let free = (at - start).norm() >= START_FREE_M && (at - goal).norm() >= GOAL_FREE_M;
-        (free && (at - by).norm() <= FROM_THE_WAY_M && is_good(&at)).then_some(at)
+        (free && (at - by).norm() <= FROM_PATH_M && is_good(&at)).then_some(at)
     })
 }
 
-/// A place close to the robot's path for something that stands still. The robot can still pass, given everything that
-/// already stands there.
+/// A place close to the robot's path for a standing person or a box. The robot can still pass between it and those that
+/// already stand there.
 pub(super) fn passable(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rng) -> Option<Point> {
     let is_good = |at: &Point| {
         course.clearance_m(at) >= PASSABLE_M && standing.iter().all(|other| (other - at).norm() >= 2.0 * PASSABLE_M)
     };
-    near_the_way(course, task, is_good, rng)
+    near_path(course, task, is_good, rng)
 }

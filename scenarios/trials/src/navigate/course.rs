@@ -10,14 +10,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::RobotModel;
 
-/// The least room to spare around the robot at starts and goals, in meters.
+/// The minimum free space around the robot at starts and goals, in meters.
 const SPARE_M: f64 = 0.05;
 
 /// A goal is at least this far from the start, in meters.
 const SHORTEST_TRIP_M: f64 = 3.0;
 
-/// How many trips are drawn at most to find one that is long enough. After that, only endpoints that are far enough
-/// apart are drawn.
+/// The maximum number of trips that are drawn to find one that is long enough. After that, only endpoints that are far
+/// enough apart are drawn.
 const TRIES: usize = 1000;
 
 /// Why trips are impossible on a map.
@@ -55,12 +55,12 @@ pub(super) struct Task {
     pub(super) start: Pose,
     pub(super) goal: Pose,
     /// The shortest path that the robot can take.
-    pub(super) way: Vec<Point>,
+    pub(super) path: Vec<Point>,
 }
 
 impl Task {
     pub(super) fn shortest_m(&self) -> f64 {
-        self.way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+        self.path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
     }
 }
 
@@ -128,7 +128,7 @@ impl Course {
     }
 
     /// A path between two places that keeps clear of walls, if there is one.
-    pub(super) fn way(&self, from: &Point, to: &Point) -> Option<Vec<Point>> {
+    pub(super) fn path(&self, from: &Point, to: &Point) -> Option<Vec<Point>> {
         plan(&self.costmap, from, to, SPARE_M).ok()
     }
 
@@ -138,26 +138,26 @@ impl Course {
     /// If there is none; [`new`](Self::new) has checked that there is.
     pub(super) fn task(&self, rng: &mut ChaCha8Rng) -> Task {
         let mut drawn = (0..TRIES).map(|_| (self.place(rng), self.place(rng)));
-        let (start, goal, way) = drawn
-            .find_map(|(start, goal)| self.shortest_way(&start, &goal).map(|way| (start, goal, way)))
+        let (start, goal, path) = drawn
+            .find_map(|(start, goal)| self.shortest_path(&start, &goal).map(|path| (start, goal, path)))
             .or_else(|| {
                 let (start, goal) = self.far_apart(rng);
-                self.shortest_way(&start, &goal).map(|way| (start, goal, way))
+                self.shortest_path(&start, &goal).map(|path| (start, goal, path))
             })
             .expect("there are places far enough apart, and each can be reached from each");
         let mut facing = |at: Point| pose(at.x, at.y, std::f64::consts::TAU * rng.random::<f64>());
-        Task { start: facing(start), goal: facing(goal), way }
+        Task { start: facing(start), goal: facing(goal), path }
     }
 
     /// The shortest path that the robot can take between two places, if they are far enough apart for a trip.
-    fn shortest_way(&self, start: &Point, goal: &Point) -> Option<Vec<Point>> {
+    fn shortest_path(&self, start: &Point, goal: &Point) -> Option<Vec<Point>> {
         is_far(start, goal).then(|| plan(&self.shortest, start, goal, SPARE_M).ok()).flatten()
     }
 
     /// The path of one possible trip, if there are any.
     fn some_trip(&self) -> Option<Vec<Point>> {
         let (start, goal) = self.ends_of_rows.iter().find_map(|from| Some((from, self.far_from(from)?)))?;
-        self.shortest_way(start, goal)
+        self.shortest_path(start, goal)
     }
 
     /// A place far enough away for a trip, if there is one.
@@ -186,8 +186,8 @@ fn ends_of_rows(places: &[Point], map: &OccupancyGrid) -> Vec<Point> {
     rows.filter_map(|row| Some([*row.first()?, *row.last()?])).flatten().collect()
 }
 
-/// Centers of the cells in which the robot has some room to spare, in the largest connected part of the map. The robot
-/// may be anywhere in a cell, so it needs half a cell more than its radius.
+/// Centers of the cells in which the robot has some free space around it, in the largest connected part of the map. The
+/// robot may be anywhere in a cell, so it needs half a cell more than its radius.
 fn open_places(costmap: &Costmap, radius_m: f64, resolution_m: f64) -> Vec<Point> {
     let mut places = largest_part(costmap, radius_m + resolution_m / 2.0);
     places.retain(|place| costmap.clearance_m(place) >= radius_m + SPARE_M);
@@ -216,7 +216,7 @@ mod tests {
             }
             let straight_m = (task.goal.translation.vector - task.start.translation.vector).norm();
             assert!(task.shortest_m() >= straight_m - 1e-6 && straight_m >= SHORTEST_TRIP_M);
-            assert!(course.way(&task.start.translation.vector.into(), &task.goal.translation.vector.into()).is_some());
+            assert!(course.path(&task.start.translation.vector.into(), &task.goal.translation.vector.into()).is_some());
         }
     }
 

@@ -19,7 +19,7 @@ use super::{About, Touched, Trip, TripOutcome};
 /// Standard deviation of a range, in meters.
 const LASER_SIGMA_M: f64 = 0.01;
 
-/// Noise of the wheels' encoders: some 2 % of the distance, and 1° per meter.
+/// Noise of the wheels' encoders: about 2 % of the distance, and 1° per meter.
 const ODOMETRY_NOISE: DriftNoise = DriftNoise {
     angle_per_sqrt_rad: 0.02,
     angle_per_sqrt_m: 0.015,
@@ -31,10 +31,10 @@ const ODOMETRY_NOISE: DriftNoise = DriftNoise {
 const MOST_TIME: Duration = Duration::from_secs(300);
 const MOST_TIMES: f64 = 6.0;
 
-/// The robot has arrived if its true position is within this distance of its goal, in meters.
-const THERE_M: f64 = 0.25;
+/// The robot has arrived if its true position is within this distance from its goal, in meters.
+const ARRIVED_M: f64 = 0.25;
 
-/// Somebody who has not moved for this long stands still.
+/// A person or a box that has not moved for this long stands still.
 const STANDS_STILL: Duration = Duration::from_millis(500);
 
 /// Distance between the points of the trail, in meters.
@@ -52,7 +52,7 @@ pub(super) fn drive(course: &Course, seed: u64, wanted: About) -> (Trip, Scene) 
     config.lasers.range_sigma_m = LASER_SIGMA_M;
     config.odometry.noise = ODOMETRY_NOISE;
     let sim = Simulation::new(&config, course.atlas().map(), task.start, task.goal, &streams)
-        .expect("the robot has room at the start, and nobody is near");
+        .expect("the robot has room at the start, and no person is near");
     let mut ride = Ride::new(course, sim, &task, &streams);
     let most = MOST_TIME + Duration::from_secs_f64(MOST_TIMES * task.shortest_m() / course.model().max_linear_mps);
     while ride.navigator.status().is_under_way() && ride.sim.time() < most {
@@ -124,7 +124,7 @@ impl Ride {
     /// How the trip ended, with the robot this far from its goal.
     fn outcome(&self, off_m: f64) -> TripOutcome {
         match self.navigator.status() {
-            NavigationStatus::GoalReached if off_m <= THERE_M => TripOutcome::Arrived,
+            NavigationStatus::GoalReached if off_m <= ARRIVED_M => TripOutcome::Arrived,
             NavigationStatus::GoalReached => TripOutcome::Elsewhere,
             status if status.is_under_way() => TripOutcome::TimeOver,
             _ => TripOutcome::GaveUp,
@@ -240,9 +240,9 @@ mod tests {
             let ((near, _), (far, _)) = (drive(&near, seed, About::default()), drive(&far, seed, About::default()));
             assert!(near.good && far.good, "seed {seed}: {} and {}", near.words(), far.words());
             assert!(off_m(near.start, far.start) < 1e-6 && off_m(near.goal, far.goal) < 1e-6);
-            let way_m = near.driven_m - far.driven_m;
+            let driven_m = near.driven_m - far.driven_m;
             let time_s = near.time_s - far.time_s;
-            assert!(off_m(near.end, far.end) < 0.05 && way_m.abs() < 0.1 && time_s.abs() < 0.5, "{near:?}, {far:?}");
+            assert!(off_m(near.end, far.end) < 0.05 && driven_m.abs() < 0.1 && time_s.abs() < 0.5, "{near:?}, {far:?}");
         }
     }
 }

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Walk};
 
-use super::beside::{near_the_way, passable};
+use super::beside::{near_path, passable};
 use super::course::{Course, Task};
 
 /// Radius of a person, in meters.
@@ -16,11 +16,12 @@ const RADIUS_M: f64 = 0.25;
 /// One out of this many people stands still.
 const ONE_STANDS_OF: usize = 3;
 
-/// How fast people walk, in m/s, and how long at most they stand at an end of their walk.
+/// The speed of people, in m/s, and their longest pause at an end of their walk.
 const SPEED_MPS: std::ops::Range<f64> = 0.5..1.2;
 const LONGEST_PAUSE_S: f64 = 5.0;
 
-/// How many walks are drawn at most to find one that avoids all boxes, and the minimum distance to boxes, in meters.
+/// The maximum number of walks that are drawn to find one that avoids all boxes, and the minimum distance to boxes, in
+/// meters.
 const TRIES: usize = 20;
 const BESIDE_M: f64 = 0.1;
 
@@ -57,17 +58,17 @@ fn place_of(body: &ObstacleConfig) -> Point {
     body.pose.translation.vector.into()
 }
 
-/// Somebody who stands where the robot can pass.
+/// A person who stands where the robot can pass.
 fn stander(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
     Some((passable(course, task, standing, rng)?, walk(Vec::new(), 1.0, Duration::ZERO)))
 }
 
-/// Somebody who walks back and forth between two places beside the robot's path.
+/// A person who walks back and forth between two places beside the robot's path.
 fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
     for _ in 0..TRIES {
-        let from = near_the_way(course, task, |_| true, rng)?;
-        let to = near_the_way(course, task, |at| (at - from).norm() > 2.0, rng)?;
-        let waypoints = course.way(&from, &to)?;
+        let from = near_path(course, task, |_| true, rng)?;
+        let to = near_path(course, task, |at| (at - from).norm() > 2.0, rng)?;
+        let waypoints = course.path(&from, &to)?;
         if boxes.iter().any(|one| is_in_the_way(one, &waypoints)) {
             continue;
         }
@@ -78,10 +79,10 @@ fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaC
     None
 }
 
-/// Whether somebody on this walk would bump into a box.
-fn is_in_the_way(one: &ObstacleConfig, way: &[Point]) -> bool {
+/// Whether a person on this walk would collide with a box.
+fn is_in_the_way(one: &ObstacleConfig, walk: &[Point]) -> bool {
     let (center, needed_m) = (place_of(one), one.shape.bounding_radius_m() + RADIUS_M + BESIDE_M);
-    way.windows(2).any(|ends| distance_m(&center, &ends[0], &ends[1]) < needed_m)
+    walk.windows(2).any(|ends| distance_m(&center, &ends[0], &ends[1]) < needed_m)
 }
 
 /// Distance between a point and the line through two others.
@@ -111,7 +112,7 @@ mod tests {
     use crate::navigate::boxes::boxes;
 
     #[test]
-    fn nobody_stands_in_a_box_or_walks_through_one() {
+    fn people_neither_stand_in_boxes_nor_walk_through_them() {
         let course = Course::new("house", "house.yaml".as_ref(), maps::house::draw()).expect("the house has room");
         let (mut boxes_about, mut people_about) = (0, 0);
         for seed in 0..10 {

@@ -1,19 +1,19 @@
 //! The benchmark as text for the terminal.
 
-use std::fmt::Write;
+use std::fmt::{self, Formatter};
 
 use super::{Benchmark, Sums, Trip};
 
 /// The benchmark as a table, then the failed trips. `again` returns the command that repeats one trip alone.
 pub fn table(benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_table(&mut text, benchmark);
-    let _ = write_failures(&mut text, benchmark, again);
-    text
+    let whole = fmt::from_fn(|text| {
+        write_table(text, benchmark)?;
+        write_failures(text, benchmark, &again)
+    });
+    whole.to_string()
 }
 
-fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
+fn write_table(text: &mut Formatter<'_>, benchmark: &Benchmark) -> fmt::Result {
     let widest = benchmark.maps.iter().map(|sums| sums.map.chars().count()).max().unwrap_or(0).max(3);
     writeln!(text, "{:<widest$}  trips  arrived    false  gave  timed  touched          × optimum", "")?;
     writeln!(text, "{:<widest$}                  arrival    up    out  wall rest walker   way   time", "map")?;
@@ -52,7 +52,7 @@ fn ratio(ratio: Option<f64>) -> String {
     ratio.map_or("   -".to_owned(), |ratio| format!("{ratio:.2}"))
 }
 
-fn write_failures(text: &mut String, benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> std::fmt::Result {
+fn write_failures(text: &mut Formatter<'_>, benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> fmt::Result {
     if benchmark.failures().next().is_none() {
         return writeln!(text, "All trips arrived without touching walls or standing obstacles.");
     }
@@ -141,7 +141,7 @@ Failures, each with the command that repeats it:
     }
 
     #[test]
-    fn the_number_wanted_is_omitted_if_everybody_was_placed() {
+    fn the_number_wanted_is_omitted_if_all_people_were_placed() {
         let text = table(&benchmark(7, vec![trip(1, TripOutcome::Arrived, None)]), |_| String::new());
         assert!(text.contains("\nWith 7 people.\n"), "{text}");
     }

@@ -15,9 +15,9 @@ pub struct About {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TripOutcome {
-    /// The robot is at its goal and knows it.
+    /// Navigation has reached the goal, and the robot is there.
     Arrived,
-    /// The robot believes that it is at its goal, but it is not.
+    /// Navigation has reached the goal by its estimate, but the robot is elsewhere.
     Elsewhere,
     /// Navigation has given up, with a reason.
     GaveUp,
@@ -53,7 +53,7 @@ pub struct Trip {
     pub goal: [f64; 2],
     /// Where it was at the end.
     pub end: [f64; 2],
-    /// Whether it arrived without touching a wall or something that stood still.
+    /// Whether it arrived without touching a wall, or a person or box that stood still.
     pub good: bool,
     /// The result.
     pub outcome: TripOutcome,

@@ -1,4 +1,4 @@
-//! The accuracy of localization on a simulated drive of some 50 m, with inaccurate odometry and lasers.
+//! The accuracy of localization on a simulated drive of about 50 m, with inaccurate odometry and lasers.
 
 use std::sync::Arc;
 
@@ -72,12 +72,12 @@ pub fn floor() -> Arc<Atlas> {
     Arc::new(atlas.expect("the house has free floor"))
 }
 
-/// The route of the drive: from the start to the kitchen, and back via the charging station.
+/// The path of the drive: from the start to the kitchen, and back via the charging station.
 ///
 /// # Panics
 /// Never: all places of the house can be reached.
 #[must_use]
-pub fn way(atlas: &Atlas) -> Vec<Point> {
+pub fn path(atlas: &Atlas) -> Vec<Point> {
     let places = maps::house::places();
     let at = |name: &str| places.get(name).map(Place::goal_position).expect("the house has that place");
     let stops = ["start", "Destination", "RechargingStation", "start"].map(at);
@@ -91,7 +91,7 @@ pub fn way(atlas: &Atlas) -> Vec<Point> {
 /// If the atlas does not belong to the project's [`floor`].
 pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
     let streams = Streams::new(seed);
-    let mut drive = Drive::along(way(atlas), atlas.map(), &config(), &streams).expect("the path begins on free floor");
+    let mut drive = Drive::along(path(atlas), atlas.map(), &config(), &streams).expect("the path begins on free floor");
     let initial = offset(&drive.pose(), &streams);
     let mut localization = Localization::on(atlas, &initial, streams.stream("nav/localization"));
     let mut sums = Sums::default();
@@ -144,12 +144,12 @@ struct Sums {
 impl Sums {
     fn add(&mut self, truth: &Pose, localization: &Localization) {
         let estimate = localization.estimate();
-        let way = truth.translation.vector - estimate.pose.translation.vector;
+        let offset_m = truth.translation.vector - estimate.pose.translation.vector;
         let turn_rad = wrap_angle(heading(truth) - heading(&estimate.pose));
-        let off = way.push(turn_rad);
-        self.squared_m2 += way.norm_squared();
+        let off = offset_m.push(turn_rad);
+        self.squared_m2 += offset_m.norm_squared();
         self.squared_rad2 += turn_rad * turn_rad;
-        self.max_m = self.max_m.max(way.norm());
+        self.max_m = self.max_m.max(offset_m.norm());
         let information = estimate.covariance.try_inverse().unwrap_or_default();
         self.normalized_squared += off.dot(&(information * off));
         self.count += 1.0;

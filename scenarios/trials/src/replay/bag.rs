@@ -47,7 +47,7 @@ pub(super) const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
 pub(super) const MAP: &str = "nav_msgs/msg/OccupancyGrid";
 const POSES: [&str; 3] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/msg/PoseStamped", ODOMETRY];
 
-/// More frames are not a robot's own: whatever is detected may have one.
+/// The maximum number of frames. A robot has fewer, but every detected object may have a frame.
 const MOST_FRAMES: usize = 1000;
 
 /// The frames of a robot's body.
@@ -66,7 +66,7 @@ pub(super) enum TopicRole {
 /// Reads the data about a robot in a bag.
 ///
 /// # Errors
-/// [`NoRobot`] if it has no scans with odometry, or does not say which of several topics is meant.
+/// [`NoRobot`] if the bag has no scans with odometry, or if `topics` does not select one of several topics.
 pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
     let decoders = decoders(bag, roles(&bag.survey().topics, topics)?)?;
     let wanted: Vec<usize> = decoders.keys().copied().collect();
@@ -98,7 +98,7 @@ type Decoders = BTreeMap<usize, (TopicRole, Decoder, Arc<Layout>)>;
 /// The topics to read, by their index, each with its role and decoder.
 pub(super) fn decoders(bag: &Bag, roles: Vec<(TopicRole, usize)>) -> Result<Decoders, NoRobot> {
     let all = &bag.survey().topics;
-    // Only the bag's own definitions, and those on board: all these types are common.
+    // Only definitions in the bag and built-in ones: all these types are common.
     let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
     let definitions = Definitions { survey: bag.survey(), folders: &[], read: &nothing };
     let mut decoders = BTreeMap::new();
@@ -119,7 +119,7 @@ fn roles(all: &[Topic], topics: &Topics) -> Result<Vec<(TopicRole, usize)>, NoRo
         None => at_most_one(all, of_kind(all, &[SCAN]))?,
     };
     add(TopicRole::Scan, scans);
-    // Of these there may be several: `/tf` and `/tf_static`, and maps of which the last one counts.
+    // There may be several topics of these types: `/tf` and `/tf_static`, and maps, of which the last one counts.
     add(TopicRole::Transforms, of_kind(all, &[TRANSFORMS]));
     add(TopicRole::Map, of_kind(all, &[MAP]));
     if let Some(name) = &topics.pose {
@@ -143,7 +143,7 @@ pub(super) fn of_kind(all: &[Topic], kinds: &[&str]) -> Vec<usize> {
     (0..all.len()).filter(|topic| kinds.contains(&all[*topic].kind.as_str())).collect()
 }
 
-/// The topics of a name. In a bag, one name may have several types.
+/// The topics with a name. In a bag, a name may have several types.
 fn named(all: &[Topic], name: &str, kinds: &[&str]) -> Result<Vec<usize>, NoRobot> {
     let found: Vec<usize> = (0..all.len()).filter(|topic| all[*topic].name == name).collect();
     if found.is_empty() {
@@ -299,12 +299,12 @@ impl BagReader {
             });
         }
         let laser = self.laser.as_ref().filter(|laser| laser.beams == ranges.len())?;
-        let heard = |range_m: f64| match range_m {
+        let clipped = |range_m: f64| match range_m {
             range_m if range_m >= laser.range_max_m => f32::INFINITY,
             range_m if range_m < laser.range_min_m => f32::NEG_INFINITY,
             range_m => range_m as f32,
         };
-        let ranges = ranges.into_iter().map(heard);
+        let ranges = ranges.into_iter().map(clipped);
         Some(if is_reversed { ranges.rev().collect() } else { ranges.collect() })
     }
 }
@@ -318,7 +318,7 @@ pub(super) fn pose_in(message: Structure<'_>) -> Option<Pose> {
     plane(message.part("position")?, message.part("orientation")?)
 }
 
-/// A position with a quaternion, seen from above.
+/// A position with a quaternion, projected onto the plane.
 fn plane(position: Structure<'_>, rotation: Structure<'_>) -> Option<Pose> {
     let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| rotation.number(name));
     let found = seen_from_above([position.number("x")?, position.number("y")?], [x?, y?, z?, w?]);

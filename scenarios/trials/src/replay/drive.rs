@@ -30,7 +30,7 @@ impl Drive {
         streams: &Streams,
     ) -> Result<Self, SimError> {
         let first = path.first().copied().unwrap_or_default();
-        let towards = path.iter().map(|point| point - first).find(|way| way.norm() > AHEAD_M).unwrap_or_default();
+        let towards = path.iter().map(|point| point - first).find(|offset| offset.norm() > AHEAD_M).unwrap_or_default();
         let start = maps::pose(first.x, first.y, libm::atan2(towards.y, towards.x));
         Ok(Self { sim: Simulation::new(config, map, start, start, streams)?, path, next: 0 })
     }

@@ -17,9 +17,9 @@ const STRIDE: usize = 4;
 const NEAR_M: f64 = 0.15;
 
 /// Step length along a beam in the search for the face of an obstacle, in meters.
-const LOOK_M: f64 = 0.005;
+const STEP_M: f64 = 0.005;
 
-/// How well scans fit a map, seen from their corrected poses.
+/// How well scans at their corrected poses fit a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// The fraction of beams that end near an obstacle.
@@ -111,8 +111,8 @@ fn depth_m(map: &OccupancyGrid, eye: &Pose, beam_rad: f64, range_m: f64) -> Opti
         let at = map.index_of(&end_of(eye, beam_rad, range_m - depth_m));
         at.and_then(|at| map.cell(at)) == Some(Cell::Occupied)
     };
-    let looks = (2.0 * NEAR_M / LOOK_M) as u32;
-    let mut depths_m = (0..=looks).map(|look| NEAR_M - f64::from(look) * LOOK_M);
+    let steps = (2.0 * NEAR_M / STEP_M) as u32;
+    let mut depths_m = (0..=steps).map(|step| NEAR_M - f64::from(step) * STEP_M);
     // A face that is farther in front of the beam's end is not the one that the beam hit.
     depths_m.find(|depth_m| is_occupied(*depth_m)).filter(|depth_m| *depth_m < NEAR_M)
 }
@@ -156,7 +156,7 @@ mod tests {
     fn the_depth_of_surfaces_in_cells_is_estimated() {
         for (depth_m, expected_m) in [(0.0, 0.0), (0.01, 0.01), (0.025, 0.025), (0.048, 0.025), (-0.04, 0.0)] {
             let fit = fit(depth_m).unwrap();
-            assert!((fit.surface_depth_m - expected_m).abs() < 1.1 * LOOK_M, "{depth_m}: {fit:?}");
+            assert!((fit.surface_depth_m - expected_m).abs() < 1.1 * STEP_M, "{depth_m}: {fit:?}");
             assert!(fit.is_good());
         }
     }

@@ -1,4 +1,4 @@
-//! Makes a map from a log: what its scans saw from their corrected poses.
+//! Makes a map from the scans of a log at their corrected poses.
 //!
 //! Each cell counts the beams that ended in it and those that passed through. A cell is an obstacle if the beams that
 //! ended there are a sufficient fraction of all its beams. This is the reflection model of D. Hähnel, "Mapping with
@@ -97,7 +97,7 @@ fn end_of(eye: &Pose, laser: &LaserSpec, beam: usize, range_m: f64) -> Point {
     eye * (Point::new(cos, sin) * range_m)
 }
 
-/// An empty grid around everything that was seen, with a margin.
+/// An empty grid around all beams, with a margin.
 fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
     let (mut low, mut high) =
         (Point::new(f64::INFINITY, f64::INFINITY), Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
@@ -125,7 +125,7 @@ fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<Occ
     Ok(OccupancyGrid::new(width, height, parameters.resolution_m, origin))
 }
 
-/// Number of cells around what was seen.
+/// Width of the margin around all beams, in cells.
 const MARGIN: f64 = 10.0;
 
 /// Visits the cells from a laser to a beam's end, in order.
@@ -133,16 +133,16 @@ const MARGIN: f64 = 10.0;
 /// Source: J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
 fn walk(frame: &OccupancyGrid, eye: &Pose, end: &Point, mut visit: impl FnMut(usize, bool)) {
     let (from, to) = (frame.to_grid(&eye.translation.vector.into()), frame.to_grid(end));
-    let way = to - from;
+    let offset = to - from;
     let mut cell = [from.x.floor() as i64, from.y.floor() as i64];
     let last = [to.x.floor() as i64, to.y.floor() as i64];
-    let axis = |way: f64, at: f64, cell: i64| match way {
+    let axis = |offset: f64, at: f64, cell: i64| match offset {
         0.0 => (0, f64::INFINITY, f64::INFINITY),
-        _ if way > 0.0 => (1, ((cell + 1) as f64 - at) / way, 1.0 / way),
-        _ => (-1, (cell as f64 - at) / way, -1.0 / way),
+        _ if offset > 0.0 => (1, ((cell + 1) as f64 - at) / offset, 1.0 / offset),
+        _ => (-1, (cell as f64 - at) / offset, -1.0 / offset),
     };
-    let (step_x, mut next_x, width_x) = axis(way.x, from.x, cell[0]);
-    let (step_y, mut next_y, width_y) = axis(way.y, from.y, cell[1]);
+    let (step_x, mut next_x, width_x) = axis(offset.x, from.x, cell[0]);
+    let (step_y, mut next_y, width_y) = axis(offset.y, from.y, cell[1]);
     for _ in 0..(last[0] - cell[0]).abs() + (last[1] - cell[1]).abs() {
         mark(frame, cell, false, &mut visit);
         if next_x < next_y {
@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
 
-    /// What a robot at (1.025, 2.025) sees to the right, ahead (along x) and to the left.
+    /// The map of a robot at (1.025, 2.025) with these ranges to the right, ahead (along x) and to the left.
     fn map(ranges_m: [f32; 3]) -> Result<OccupancyGrid, MappingError> {
         let mut log = LogWriter::new("test");
         let scan = LaserScan { time: Duration::ZERO, laser: 0, ranges_m: ranges_m.to_vec() };
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn beams_clear_their_path_and_mark_their_end() {
-        let map = map([f32::INFINITY, 2.98, 25.0]).expect("something was seen");
+        let map = map([f32::INFINITY, 2.98, 25.0]).expect("a beam hit something");
         let at = |x_m, y_m| map.index_of(&Point::new(x_m, y_m)).and_then(|index| map.cell(index));
         assert_eq!(at(1.025, 2.025), Some(Cell::Free), "where the robot is");
         assert_eq!([at(2.0, 2.025), at(3.975, 2.025)], [Some(Cell::Free); 2]);
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_that_saw_nothing_makes_no_map() {
+    fn a_log_without_hits_makes_no_map() {
         assert_eq!(map([f32::INFINITY; 3]), Err(MappingError::NothingSeen));
     }
 }

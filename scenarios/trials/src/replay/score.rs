@@ -63,7 +63,7 @@ impl Score {
         let radians = sorted(counted.iter().map(Waypoint::error_rad));
         Self {
             scans: counted.len(),
-            driven_m: way_m(counted),
+            driven_m: driven_m(counted),
             median_m: median(meters.iter().copied()).unwrap_or_default(),
             rmse_m: root_mean_square(&meters),
             max_m: meters.last().copied().unwrap_or_default(),
@@ -71,27 +71,27 @@ impl Score {
             rmse_rad: root_mean_square(&radians),
             lost: lost(counted),
             converged_at: found.map(|found| all[found].time),
-            converged_after_m: found.map(|found| way_m(&all[..=found])),
+            converged_after_m: found.map(|found| driven_m(&all[..=found])),
         }
     }
 }
 
 /// The distance along waypoints, in meters.
-fn way_m(waypoints: &[Waypoint]) -> f64 {
+fn driven_m(waypoints: &[Waypoint]) -> f64 {
     let step = |pair: &[Waypoint]| (pair[1].corrected.translation.vector - pair[0].corrected.translation.vector).norm();
-    waypoints.windows(2).map(step).fold(0.0, |way_m, step_m| way_m + step_m)
+    waypoints.windows(2).map(step).fold(0.0, |driven_m, step_m| driven_m + step_m)
 }
 
 fn converged(all: &[Waypoint]) -> Option<usize> {
     let mut since: Option<usize> = None;
-    let stays_m = STAYS_M.min(way_m(all));
+    let stays_m = STAYS_M.min(driven_m(all));
     for (index, waypoint) in all.iter().enumerate() {
         if waypoint.error_m() > FOUND_M || waypoint.error_rad() > FOUND_RAD {
             since = None;
             continue;
         }
         let first = *since.get_or_insert(index);
-        if way_m(&all[first..=index]) >= stays_m {
+        if driven_m(&all[first..=index]) >= stays_m {
             return since;
         }
     }

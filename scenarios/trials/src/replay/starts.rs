@@ -31,7 +31,7 @@ impl Start {
     /// Whether the robot was found in time.
     #[must_use]
     pub fn is_found(&self) -> bool {
-        self.found_after_m.is_some_and(|way_m| way_m <= WITHIN_M)
+        self.found_after_m.is_some_and(|driven_m| driven_m <= WITHIN_M)
     }
 }
 
@@ -40,17 +40,18 @@ impl Start {
 pub fn try_starts(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, count: usize) -> Vec<Start> {
     let scans: Vec<_> =
         recording.corrected_scans().map(|(record, _, pose)| (record, pose.translation.vector)).collect();
-    let mut ways_m = Vec::with_capacity(scans.len());
-    let mut way_m = 0.0;
+    let mut distances_m = Vec::with_capacity(scans.len());
+    let mut driven_m = 0.0;
     for (index, (_, position)) in scans.iter().enumerate() {
-        way_m += scans[index.saturating_sub(1)].1.metric_distance(position);
-        ways_m.push(way_m);
+        driven_m += scans[index.saturating_sub(1)].1.metric_distance(position);
+        distances_m.push(driven_m);
     }
-    let room_m = (way_m - WITHIN_M - FOLLOWED_M).max(0.0);
+    let room_m = (driven_m - WITHIN_M - FOLLOWED_M).max(0.0);
     let start = |number: usize| {
-        let first = ways_m.partition_point(|way_m| *way_m < room_m * number as f64 / count as f64);
+        let first = distances_m.partition_point(|driven_m| *driven_m < room_m * number as f64 / count as f64);
         let conditions = Conditions { global: true, seed: conditions.seed.wrapping_add(number as u64), ..*conditions };
-        let course = replay_part(recording, atlas, &conditions, RecordingPart { first, way_m: WITHIN_M + FOLLOWED_M });
+        let course =
+            replay_part(recording, atlas, &conditions, RecordingPart { first, driven_m: WITHIN_M + FOLLOWED_M });
         let (record, _) = scans[first];
         Start { line: record.line, time: record.time, found_after_m: Score::of(&course).converged_after_m }
     };

@@ -8,7 +8,7 @@ use drawing::text::{Font, Weight};
 use drawing::theme::{self, Color};
 use drawing::{Area, NodeStatus, Verdict};
 use monitors::{Violation, Violations};
-use recording::RunView;
+use recording::{NavigationStatus, RunView};
 use serde_json::{Value, json};
 
 use super::looks::{Looks, variable};
@@ -71,15 +71,29 @@ impl BarStyle {
         Self { icon: Some(look.icon), ..Self::new(look.ground, look.front, theme::INK) }
     }
 
-    /// The style of a state whose meaning is clear from its name.
+    fn navigation(status: NavigationStatus) -> Self {
+        match status {
+            NavigationStatus::GoalReached => Self::status(NodeStatus::Success),
+            NavigationStatus::Aborted | NavigationStatus::Error | NavigationStatus::Failing => {
+                Self::status(NodeStatus::Failure)
+            }
+            NavigationStatus::Moving
+            | NavigationStatus::Thinking
+            | NavigationStatus::PreparingBeforeMove
+            | NavigationStatus::WaitingObstacle => Self::status(NodeStatus::Running),
+            NavigationStatus::Idle => Self::QUIET,
+            NavigationStatus::Paused => Self::NEUTRAL,
+        }
+    }
+
+    /// The style of a state of a machine, a program or a component. The author of a machine chooses the names of its
+    /// states, and a recording has nothing else of them: a state with one of these names is taken to mean this.
     fn of_name(name: &str) -> Self {
         let means = |words: &[&str]| words.iter().any(|word| name == *word || name.ends_with(&format!(": {word}")));
         match () {
-            () if means(&["success", "goal reached"]) => Self::status(NodeStatus::Success),
+            () if means(&["success"]) => Self::status(NodeStatus::Success),
             () if means(&["failure", "aborted", "error", "failing"]) => Self::status(NodeStatus::Failure),
-            () if means(&["running", "moving", "thinking", "preparing before move", "waiting obstacle"]) => {
-                Self::status(NodeStatus::Running)
-            }
+            () if means(&["running", "moving", "thinking"]) => Self::status(NodeStatus::Running),
             () if means(&["idle", "rest", "halted"]) => Self::QUIET,
             () => Self::NEUTRAL,
         }
@@ -89,8 +103,8 @@ impl BarStyle {
 /// All lanes of a run except the battery's.
 pub(super) fn groups(view: &RunView, timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
-    let navigation = bars("navigation's status", timeline.navigation(), end, |status| {
-        (status.words(), BarStyle::of_name(&status.status.replace('_', " ")))
+    let navigation = bars("navigation's status", timeline.navigation(), end, |navigation| {
+        (navigation.words(), BarStyle::navigation(navigation.status))
     });
     let mut components: Vec<Bars> = Some(navigation).into_iter().filter(|lane| !lane.bars.is_empty()).collect();
     components.extend(timeline.components().iter().map(|lane| named(lane, end)));

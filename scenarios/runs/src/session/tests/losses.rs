@@ -1,4 +1,4 @@
-//! Sessions in which DDS loses what components say.
+//! Runs in which DDS loses messages of components.
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -10,17 +10,17 @@ use channels::{Flaw, Gap};
 use monitors::Outcome;
 use recording::ros::BatteryState;
 use recording::{Detail, Ended, Happening, RunView};
-use remote::{Call, FromNode, Loss, Lost};
+use remote::{Loss, Lost, NodeMessage, ServiceRequest};
 use ros_messages::{CdrWriter, RosType as _};
 use scenarios::scenario::{Scenario, find};
 
-use super::others::Error;
+use super::partners::Error;
 use crate::conduct::conduct;
-use crate::others::Others;
-use crate::outside::{Delivery, Outside};
+use crate::partners::Partners;
+use crate::remote_components::{Delivery, RemoteComponents};
 use crate::run::Run;
 
-/// Properties of the charge that the robot tells, of what another component makes of it, and of the robot's answers.
+/// Properties of the charge that the robot reports, of what another component makes of it, and of the robot's replies.
 const PROPERTIES: &str = "
 property never_low := always not (Robot, BatteryReader, share < 0.2)
 property once_full := eventually (Robot, BatteryReader, share > 0.9)
@@ -36,26 +36,26 @@ fn step(number: u64) -> Duration {
     Duration::from_millis(20 * number)
 }
 
-/// Nodes that say and lose what `says` tells for the step of a number, and for the calls that are open.
+/// Nodes whose messages and losses `delivers` returns, for the number of a step and the open requests.
 struct Nodes<F> {
-    says: F,
-    open: Vec<Call>,
+    delivers: F,
+    open: Vec<ServiceRequest>,
 }
 
-impl<F: FnMut(u64, &mut Vec<Call>) -> Delivery> Outside for Nodes<F> {
+impl<F: FnMut(u64, &mut Vec<ServiceRequest>) -> Delivery> RemoteComponents for Nodes<F> {
     fn run(&self) -> u64 {
         1
     }
 
-    fn hear(&mut self, now: Duration) -> Option<Delivery> {
+    fn receive(&mut self, now: Duration) -> Option<Delivery> {
         let number = now.as_millis() / step(1).as_millis();
-        Some((self.says)(u64::try_from(number).unwrap(), &mut self.open))
+        Some((self.delivers)(u64::try_from(number).unwrap(), &mut self.open))
     }
 
     fn resume(&mut self) {}
 
-    fn ask(&mut self, calls: Vec<Call>) {
-        self.open.extend(calls);
+    fn send(&mut self, requests: Vec<ServiceRequest>) {
+        self.open.extend(requests);
     }
 
     fn leave(&mut self) {}
@@ -64,8 +64,8 @@ impl<F: FnMut(u64, &mut Vec<Call>) -> Delivery> Outside for Nodes<F> {
 fn charge(number: u64, charge_pct: f64) -> Delivery {
     let mut cdr = CdrWriter::reusing(Vec::new());
     BatteryState::of(step(number), charge_pct, false).write(&mut cdr);
-    let answers = vec![FromNode::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() }];
-    Delivery { answers, ..Delivery::default() }
+    let messages = vec![NodeMessage::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() }];
+    Delivery { messages, ..Delivery::default() }
 }
 
 fn lost(what: &Lost, flaw: Flaw, since: u64) -> Loss {
@@ -81,11 +81,11 @@ fn after_a_loss(since: u64, delivery: Delivery) -> Delivery {
     Delivery { losses: vec![lost(&battery(), Flaw::Missing, since)], resumed: vec![battery()], ..delivery }
 }
 
-/// The paper's tree for some seconds beside nodes. Returns it at its end, and what it lost and had again.
+/// A run of the paper's tree for some seconds, beside nodes. Returns its end, and when gaps began and ended.
 fn ran(
     seconds: u64,
     set: &[&str],
-    says: impl FnMut(u64, &mut Vec<Call>) -> Delivery + 'static,
+    delivers: impl FnMut(u64, &mut Vec<ServiceRequest>) -> Delivery + 'static,
 ) -> (RunView, Vec<Happening>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robot.scope");
@@ -95,8 +95,8 @@ fn ran(
     let set = [properties.as_str(), limit.as_str(), "expect={}", "stop={}"].into_iter().chain(set.iter().copied());
     let set: Vec<String> = set.map(str::to_owned).collect();
     let scenario = Arc::new(Scenario::load(&find::find("on_a_robot").unwrap(), &set).unwrap());
-    let nodes = Others::Components(Box::new(Nodes { says, open: Vec::new() }));
-    let run = Run::among(scenario, 1, true, nodes).unwrap();
+    let nodes = Partners::Components(Box::new(Nodes { delivers, open: Vec::new() }));
+    let run = Run::with_partners(scenario, 1, true, nodes).unwrap();
     let gaps = Rc::new(RefCell::new(Vec::new()));
     let follow = |view: &RunView| {
         let gap = |happening: &&Happening| matches!(happening, Happening::Lost(_) | Happening::Resumed(_));
@@ -123,7 +123,7 @@ fn a_verdict_that_a_lost_message_could_change_is_unsure() {
     });
     assert_eq!(verdict(&view, "never_low"), ("unsure", Outcome::Inconclusive));
     assert_eq!(verdict(&view, "once_full"), ("unsure", Outcome::Inconclusive));
-    // What other processes say is computed.
+    // The messages of other processes are computed.
     assert_eq!(verdict(&view, "told"), ("sure", Outcome::Satisfied));
     let why = view.monitors().next().unwrap().ending().evidence.certainty().why().map(str::to_owned);
     assert_eq!((why.as_deref(), view.lost()), (Some("lost after step 90"), &["lost after step 90".to_owned()][..]));
@@ -160,10 +160,10 @@ fn a_violation_by_a_message_that_came_stays_sure_and_so_does_what_is_fulfilled_b
 #[test]
 fn a_deadline_that_passes_while_messages_are_lost_is_unsure_and_one_that_passes_later_is_missed() {
     let lossy = |again: u64| {
-        move |number: u64, _: &mut Vec<Call>| match number {
+        move |number: u64, _: &mut Vec<ServiceRequest>| match number {
             0..50 => charge(number, 50.0),
             50 => charge(number, 30.0),
-            // It begins to be lost, and comes again.
+            // The charge is lost for some steps.
             100 => Delivery { losses: vec![lost(&battery(), Flaw::Missing, 50)], ..Delivery::default() },
             300 => Delivery { resumed: vec![battery()], ..charge(number, 60.0) },
             _ if number == again => charge(number, 30.0),
@@ -196,32 +196,32 @@ fn a_gap_ends_when_what_waited_for_its_channel_has_been_received() {
     assert_eq!((verdict(&view, "never_low").0, gaps.len()), ("unsure", 1), "it is still frozen");
 }
 
-/// The response to the goal is lost, and it counts as accepted; then the server says that it has aborted it.
+/// The response to the goal is lost, so the goal counts as accepted. Then its server is gone, so it is aborted.
 #[test]
 fn a_presumed_response_proves_nothing_and_one_that_came_does() {
     let nodes = |aborts: bool| {
         let mut is_sent = false;
-        move |number: u64, open: &mut Vec<Call>| {
-            let of = |open: &mut Vec<Call>, part: &str| {
-                let place = open.iter().position(|call| call.service.ends_with(part))?;
+        move |number: u64, open: &mut Vec<ServiceRequest>| {
+            let of = |open: &mut Vec<ServiceRequest>, part: &str| {
+                let place = open.iter().position(|request| request.service.ends_with(part))?;
                 Some(open.remove(place))
             };
-            if let Some(call) = of(open, "send_goal") {
-                let what = Lost::Response(call.number);
-                let answers = vec![call.presumed()];
+            if let Some(request) = of(open, "send_goal") {
+                let what = Lost::Response(request.number);
+                let messages = vec![request.presumed()];
                 is_sent = true;
                 return Delivery {
-                    answers,
+                    messages,
                     losses: vec![lost(&what, Flaw::Mixed, number - 1)],
                     resumed: vec![what],
                     ..Delivery::default()
                 };
             }
             let result = (aborts && is_sent && number.is_multiple_of(50)).then(|| of(open, "get_result")).flatten();
-            let Some(call) = result else { return charge(number, 50.0) };
+            let Some(request) = result else { return charge(number, 50.0) };
             // An empty body: the server is gone, so no response will come.
-            let answers = vec![FromNode::Response { number: call.number, body: Vec::new() }];
-            Delivery { answers, ..Delivery::default() }
+            let messages = vec![NodeMessage::Response { number: request.number, body: Vec::new() }];
+            Delivery { messages, ..Delivery::default() }
         }
     };
     let (view, gaps) = ran(10, &[], nodes(false));

@@ -1,4 +1,4 @@
-//! When a run beside nodes of ROS 2 goes on.
+//! The pace of a run beside nodes of ROS 2.
 
 use std::time::{Duration, Instant};
 
@@ -7,33 +7,46 @@ use crate::moment::moment;
 /// The topic of simulated time.
 pub(super) const CLOCK: &str = "/clock";
 
-/// How long a clock may say nothing before time goes on without it.
+/// How long a clock may be silent before the run goes on in real time.
 const SILENT: Duration = Duration::from_secs(10);
 
-/// How far a run may fall behind before it gives that up: in real time, and in that of a clock, in nanoseconds.
+/// How far a run may fall behind real time and still catch up.
 const BEHIND: Duration = Duration::from_millis(200);
+
+/// The same for a clock, in nanoseconds.
 const LATE_NS: i64 = 2_000_000_000;
 
-/// How long to wait for a clock before asking it again.
+/// The interval at which a clock is checked.
 const AGAIN: Duration = Duration::from_millis(10);
 
-/// What says how late it is.
+/// The source of a run's time.
 #[derive(Debug)]
 pub(super) enum Time {
-    /// Since the start of the run, real time; later than at first if it has fallen behind.
+    /// Real time since the start of the run. The start is moved if the run falls behind.
     Steady(Option<Instant>),
-    /// The clock of a simulation: when the run began, what it said last, and when; and whether it may stand still while
-    /// somebody publishes it, and come later.
-    Clock { begun_ns: Option<i64>, now_ns: i64, heard: Instant, may_pause: bool },
+    /// The clock of a simulation.
+    Clock {
+        /// Its time at the start of the run, once it is known.
+        begun_ns: Option<i64>,
+        /// Its last time.
+        now_ns: i64,
+        /// When it was received.
+        received: Instant,
+        /// Whether the run waits for it: for its first message, and while it has a publisher.
+        may_pause: bool,
+    },
 }
 
 impl Time {
-    /// A clock that has said nothing yet.
+    /// A clock of which no message has been received yet.
     pub(super) fn of_clock(may_pause: bool) -> Self {
-        Self::Clock { begun_ns: None, now_ns: 0, heard: moment(), may_pause }
+        Self::Clock { begun_ns: None, now_ns: 0, received: moment(), may_pause }
     }
 
-    /// How much time is left until `now` is due; none, and why, if the run has fallen behind.
+    /// The time left until `now` is due.
+    ///
+    /// # Errors
+    /// That the run has fallen behind, in words. It then goes on from there.
     pub(super) fn left(&mut self, now: Duration) -> Result<Duration, String> {
         match self {
             Self::Steady(begun) => {
@@ -42,7 +55,7 @@ impl Time {
                 if elapsed <= now.saturating_add(BEHIND) {
                     return Ok(now.saturating_sub(elapsed));
                 }
-                // What was missed is not made up for: nobody could react.
+                // The run does not catch up: nodes could not react in time.
                 *begun += elapsed.saturating_sub(now);
                 Err("the run is slower than real time: time passes as it can".to_owned())
             }
@@ -58,21 +71,22 @@ impl Time {
         }
     }
 
-    /// Goes on after a pause of the run at a time: what has passed meanwhile does not count.
+    /// Continues after a pause of the run at a time. The time of the pause does not count.
     pub(super) fn resume(&mut self, at: Duration) {
         match self {
             Self::Steady(begun) => *begun = None,
-            Self::Clock { begun_ns, now_ns, heard, .. } => {
-                *heard = moment();
+            Self::Clock { begun_ns, now_ns, received, .. } => {
+                *received = moment();
                 *begun_ns = begun_ns.map(|_| now_ns.saturating_sub(nanoseconds(at)));
             }
         }
     }
 
-    /// Goes on without a clock that has fallen silent, and says so. `is_there` says whether somebody publishes it.
-    pub(super) fn mind_silence(&mut self, is_there: bool) -> Option<String> {
-        let Self::Clock { begun_ns, heard, may_pause, .. } = self else { return None };
-        if heard.elapsed() <= SILENT || *may_pause && (is_there || begun_ns.is_none()) {
+    /// Changes to real time if a clock has fallen silent, and returns that in words. `is_there`: whether the clock has
+    /// a publisher.
+    pub(super) fn check_silence(&mut self, is_there: bool) -> Option<String> {
+        let Self::Clock { begun_ns, received, may_pause, .. } = self else { return None };
+        if received.elapsed() <= SILENT || *may_pause && (is_there || begun_ns.is_none()) {
             return None;
         }
         *self = Self::Steady(None);
@@ -80,16 +94,16 @@ impl Time {
         Some(format!("{CLOCK} has said nothing for {seconds} s: from here on, time is real time"))
     }
 
-    /// What the clock says now. Returns what is odd about it.
-    pub(super) fn hear(&mut self, said_ns: i64) -> Option<String> {
-        let Self::Clock { begun_ns, now_ns, heard, .. } = self else { return None };
-        *heard = moment();
-        let before_ns = std::mem::replace(now_ns, said_ns);
-        let begun_ns = begun_ns.get_or_insert(said_ns);
-        if said_ns >= before_ns {
+    /// Receives the time of the clock. Returns in words if it is odd.
+    pub(super) fn receive_clock(&mut self, clock_ns: i64) -> Option<String> {
+        let Self::Clock { begun_ns, now_ns, received, .. } = self else { return None };
+        *received = moment();
+        let before_ns = std::mem::replace(now_ns, clock_ns);
+        let begun_ns = begun_ns.get_or_insert(clock_ns);
+        if clock_ns >= before_ns {
             return None;
         }
-        *begun_ns = said_ns.saturating_sub(before_ns.saturating_sub(*begun_ns));
+        *begun_ns = clock_ns.saturating_sub(before_ns.saturating_sub(*begun_ns));
         Some(format!("{CLOCK} went back, or is published twice: the time of the run goes on"))
     }
 }
@@ -121,26 +135,26 @@ mod tests {
     fn a_clock_that_has_gone_on_during_a_pause_has_not_jumped() {
         let begun = || {
             let mut time = Time::of_clock(true);
-            assert_eq!(time.left(ms(20)), Ok(AGAIN), "it has said nothing");
-            assert_eq!((time.hear(7_000_000_000), time.left(ms(20))), (None, Ok(AGAIN)));
-            assert_eq!((time.hear(7_020_000_000), time.left(ms(20))), (None, Ok(Duration::ZERO)));
-            assert_eq!(time.hear(67_020_000_000), None);
+            assert_eq!(time.left(ms(20)), Ok(AGAIN), "no message has come");
+            assert_eq!((time.receive_clock(7_000_000_000), time.left(ms(20))), (None, Ok(AGAIN)));
+            assert_eq!((time.receive_clock(7_020_000_000), time.left(ms(20))), (None, Ok(Duration::ZERO)));
+            assert_eq!(time.receive_clock(67_020_000_000), None);
             time
         };
         assert!(begun().left(ms(40)).is_err());
         let mut time = begun();
         time.resume(ms(20));
         assert_eq!((time.left(ms(20)), time.left(ms(40))), (Ok(Duration::ZERO), Ok(AGAIN)));
-        assert_eq!((time.hear(67_040_000_000), time.left(ms(40))), (None, Ok(Duration::ZERO)));
+        assert_eq!((time.receive_clock(67_040_000_000), time.left(ms(40))), (None, Ok(Duration::ZERO)));
     }
 
     #[test]
-    fn a_clock_is_silent_only_while_somebody_listens() {
+    fn a_pause_of_the_run_does_not_count_as_silence_of_the_clock() {
         let long_ago = moment().checked_sub(ms(60_000)).unwrap();
-        let silent = |may_pause| Time::Clock { begun_ns: Some(0), now_ns: 0, heard: long_ago, may_pause };
-        assert!(silent(false).mind_silence(true).is_some() && silent(true).mind_silence(true).is_none());
+        let silent = |may_pause| Time::Clock { begun_ns: Some(0), now_ns: 0, received: long_ago, may_pause };
+        assert!(silent(false).check_silence(true).is_some() && silent(true).check_silence(true).is_none());
         let mut time = silent(false);
         time.resume(ms(20));
-        assert_eq!(time.mind_silence(true), None);
+        assert_eq!(time.check_silence(true), None);
     }
 }

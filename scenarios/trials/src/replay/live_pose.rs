@@ -1,4 +1,4 @@
-//! Where a robot is while it runs, on its own map: what a page shows of it.
+//! The pose of a running robot on its own map, for a live page.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::ErrorKind;
@@ -12,60 +12,60 @@ use ros_messages::{Decoder, Layout, Structure, Want};
 
 use super::bag::{BagReader, TopicRole, frame, pose_in};
 
-/// What some topics have told last.
-pub struct Sight {
+/// The current pose, scan and path of a running robot, from the last messages of its topics.
+pub struct LivePose {
     topics: RobotTopics,
-    /// For each topic of the survey, how it is read, if it is.
+    /// For each topic of the survey, how it is read; none for other topics.
     read: Vec<Option<(Use, Decoder, Arc<Layout>)>>,
     reader: BagReader,
-    /// From localization, without odometry.
+    /// The pose from localization, without odometry.
     localized: Option<Pose>,
     path: Vec<Point>,
-    /// What could not be read, in words: the first of each topic.
+    /// Why a topic could not be read, in words: the first reason for each topic.
     unread: BTreeMap<usize, String>,
-    /// What has been seen and not been looked at.
-    seen: VecDeque<Glance>,
-    /// Whether the picture has begun, with the map that there was.
+    /// The samples that have not been returned yet.
+    samples: VecDeque<PoseSample>,
+    /// Whether a page has begun. It keeps the map of its beginning.
     has_begun: bool,
 }
 
-/// Where a robot was, and what was new there.
-pub struct Glance {
-    /// When it was received, in nanoseconds since 1970.
+/// The pose of a robot at a time, with the data received since the sample before.
+pub struct PoseSample {
+    /// When the last message was received, in nanoseconds since 1970.
     pub log_ns: i64,
-    /// The robot, in the frame of the map.
+    /// The pose of the robot, in the frame of the map.
     pub pose: Pose,
-    /// The ranges of a scan, in meters, one for each beam of the [laser](Sight::laser).
+    /// The ranges of a scan, in meters, one for each beam of the [laser](LivePose::laser).
     pub scan: Option<Vec<f32>>,
-    /// The path that it follows, in the frame of the map.
+    /// The path that the robot follows, in the frame of the map.
     pub path: Vec<Point>,
 }
 
-/// How often a robot is looked at, in nanoseconds; and how many such glances are kept.
-const OFTEN_NS: i64 = 100_000_000;
-const MOST_SEEN: usize = 1000;
+/// The shortest time between samples, in nanoseconds, and the maximum number of samples that are kept.
+const SAMPLE_PERIOD_NS: i64 = 100_000_000;
+const MOST_SAMPLES: usize = 1000;
 
-/// What a topic is read for.
+/// The purpose for which a topic is read.
 #[derive(Clone, Copy)]
 enum Use {
     Role(TopicRole),
     Path,
 }
 
-impl Sight {
-    /// Nothing has been told.
+impl LivePose {
+    /// No message has been received yet.
     #[must_use]
     pub fn new(topics: RobotTopics) -> Self {
         let (read, reader, path, unread) = (Vec::new(), BagReader::default(), Vec::new(), BTreeMap::new());
-        let (seen, has_begun) = (VecDeque::new(), false);
-        Self { topics, read, reader, localized: None, path, unread, seen, has_begun }
+        let (samples, has_begun) = (VecDeque::new(), false);
+        Self { topics, read, reader, localized: None, path, unread, samples, has_begun }
     }
 
-    /// Takes a message, if it is on one of the topics.
+    /// Takes a message if it is on one of the topics.
     pub fn take(&mut self, head: Head, body: &[u8], survey: &Survey) {
         while self.read.len() < survey.topics.len() {
-            let made = self.reading(self.read.len(), survey);
-            self.read.push(made);
+            let reading = self.reading(self.read.len(), survey);
+            self.read.push(reading);
         }
         let Some((what, decoder, layout)) = &self.read[head.topic] else { return };
         if self.has_begun && matches!(what, Use::Role(TopicRole::Map)) {
@@ -83,37 +83,37 @@ impl Sight {
                 self.reader.take(*role, message)
             }
         };
-        // A pose, a scan or a path that comes before a transform is no fault.
+        // A pose, a scan or a path that arrives before the transforms is not an error.
         if taken.is_none() && matches!(what, Use::Role(TopicRole::Map)) {
             let name = &survey.topics[head.topic].name;
             self.unread.entry(head.topic).or_insert_with(|| format!("{name} cannot be shown: it makes no sense"));
         }
-        let is_due = self.seen.back().is_none_or(|last| head.log_ns.saturating_sub(last.log_ns) >= OFTEN_NS);
+        let is_due = self.samples.back().is_none_or(|last| head.log_ns.saturating_sub(last.log_ns) >= SAMPLE_PERIOD_NS);
         if let Some(pose) = self.pose().filter(|_| is_due) {
             let (scan, path) = (self.reader.ranges_m.take(), self.path.clone());
-            if self.seen.len() == MOST_SEEN {
-                self.seen.pop_front();
+            if self.samples.len() == MOST_SAMPLES {
+                self.samples.pop_front();
             }
-            self.seen.push_back(Glance { log_ns: head.log_ns, pose, scan, path });
+            self.samples.push_back(PoseSample { log_ns: head.log_ns, pose, scan, path });
         }
     }
 
-    /// The last glance until a time, in nanoseconds since 1970, with the last scan; none if there is none that is new.
-    pub fn look(&mut self, until_ns: i64) -> Option<Glance> {
+    /// The last sample until a time, in nanoseconds since 1970, with the last scan; none without new samples.
+    pub fn sample(&mut self, until_ns: i64) -> Option<PoseSample> {
         let (mut last, mut scan) = (None, None);
-        while let Some(glance) = self.seen.pop_front_if(|glance| glance.log_ns <= until_ns) {
-            scan = glance.scan.clone().or(scan);
-            last = Some(glance);
+        while let Some(sample) = self.samples.pop_front_if(|sample| sample.log_ns <= until_ns) {
+            scan = sample.scan.clone().or(scan);
+            last = Some(sample);
         }
-        Some(Glance { scan, ..last? })
+        Some(PoseSample { scan, ..last? })
     }
 
-    /// The picture begins: with the map, the robot and the laser that there are.
+    /// Begins a page with the current map, robot and laser.
     pub fn begin(&mut self) {
         self.has_begun = true;
     }
 
-    /// How a topic is read, if it is.
+    /// How a topic is read; none if it is not.
     fn reading(&mut self, index: usize, survey: &Survey) -> Option<(Use, Decoder, Arc<Layout>)> {
         let topic = &survey.topics[index];
         let RobotTopics { map, pose, odometry, scan, path, transforms } = &self.topics;
@@ -143,7 +143,7 @@ impl Sight {
         self.reader.map.as_ref()
     }
 
-    /// What a picture begins with and has not been told, in words.
+    /// The data at the beginning of a page that has not been received yet, in words.
     #[must_use]
     pub fn missing(&mut self) -> Option<&'static str> {
         if self.map().is_none() {
@@ -157,20 +157,20 @@ impl Sight {
         }
     }
 
-    /// The robot, in the frame of the map.
+    /// The pose of the robot, in the frame of the map.
     #[must_use]
     pub fn pose(&mut self) -> Option<Pose> {
         let by_localization = self.topics.pose.is_some().then(|| self.reader.corrected()).flatten();
         by_localization.or_else(|| self.reader.pose()).or(self.localized)
     }
 
-    /// Its laser, once there was a scan.
+    /// The laser of the robot; none before the first scan.
     #[must_use]
     pub fn laser(&self) -> Option<&LaserSpec> {
         self.reader.laser.as_ref()
     }
 
-    /// What cannot be shown, in words.
+    /// Why topics cannot be shown, in words.
     pub fn unread(&self) -> impl Iterator<Item = &str> {
         self.unread.values().map(String::as_str)
     }

@@ -1,4 +1,4 @@
-//! The components of a run that are nodes of ROS 2, in a DDS domain.
+//! The connection to the components of a run that are nodes of ROS 2, in a DDS domain.
 
 mod losses;
 mod time;
@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use bags::{Received, Remapping, Source as _, resolve};
 use channels::Flaw;
-use network::{Domain, Live as _, Request, Voice};
-use remote::{Call, FromNode, Lost};
+use network::{Domain, Live as _, Publisher, Request};
+use remote::{Lost, NodeMessage, ServiceRequest};
 use ros_messages::CdrReader;
-use runs::{Delivery, Outside};
+use runs::{Delivery, RemoteComponents};
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
@@ -23,22 +23,23 @@ use crate::output::note;
 use losses::Losses;
 use time::{CLOCK, Time};
 
-/// The node's name.
+/// The name of the run's node.
 const NAME: &str = "/steward_run";
 
-/// How long one look for messages takes at most.
+/// The longest wait for a message in one call.
 const PATIENCE: Duration = Duration::from_millis(10);
 
-/// How long publishers have to notice the node before the run begins.
+/// The time before the run begins in which publishers can discover the node.
 const SETTLING: Duration = Duration::from_millis(700);
 
-/// Joins the domain of a scenario's components. The time is that of `/clock` if somebody publishes it, or is to.
+/// Joins the domain of a scenario's components. The time is that of `/clock` if `use_sim_time` is set, or if the topic
+/// has a publisher when the run begins; otherwise, it is real time.
 pub(crate) fn join(
     domain: &DomainArgs,
     use_sim_time: bool,
     remapped: &[Remapping],
     scenario: &Scenario,
-) -> Result<Box<dyn Outside>, Error> {
+) -> Result<Box<dyn RemoteComponents>, Error> {
     let (mut topics, mut services, mut names) = (BTreeMap::new(), BTreeMap::new(), Names::default());
     for component in scenario.components.values() {
         if let Runs::Remote(component) = &component.runs {
@@ -55,27 +56,27 @@ pub(crate) fn join(
     node.ask(services, topics);
     let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
     node.begin().map_err(refused)?;
-    let voice = node.voice().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
+    let publisher = node.publisher().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
     let mut nodes = Nodes {
         time: Time::Steady(None),
         now: Duration::ZERO,
         node,
-        voice,
+        publisher,
         names,
         run: RandomState::new().build_hasher().finish(),
         open: BTreeMap::new(),
         failures: 0,
-        answers: Vec::new(),
-        happened: Vec::new(),
+        messages: Vec::new(),
+        notes: Vec::new(),
         losses: Losses::default(),
-        told: BTreeSet::new(),
-        notes: 0,
-        lost: 0,
+        noted: BTreeSet::new(),
+        node_notes: 0,
+        node_losses: 0,
         body: Vec::new(),
     };
     let since = moment();
     while since.elapsed() < SETTLING && interrupt::flow().is_continue() {
-        nodes.receive(PATIENCE);
+        nodes.poll(PATIENCE);
     }
     nodes.losses.begin_run();
     let has_clock = use_sim_time || nodes.node.robot().publishers.contains_key(CLOCK);
@@ -87,106 +88,110 @@ pub(crate) fn join(
     Ok(Box::new(nodes))
 }
 
-/// What topics and services are called outside.
+/// The names of topics and services: in the run, as the components' interfaces have them, and in the domain.
 #[derive(Default)]
 struct Names {
-    /// By what components call them, and the other way round: one topic may be that of several.
-    outside: BTreeMap<String, String>,
-    inside: BTreeMap<String, BTreeSet<String>>,
-    /// The remappings that are about any of them.
+    /// The names in the domain, by those in the run.
+    external: BTreeMap<String, String>,
+    /// The names in the run, by those in the domain: components may share a topic.
+    internal: BTreeMap<String, BTreeSet<String>>,
+    /// The indices of the remappings that apply to any of them.
     used: BTreeSet<usize>,
 }
 
 impl Names {
     fn resolve(&mut self, name: String, remapped: &[Remapping]) -> String {
-        let (outside, rule) = resolve("", &name, remapped);
+        let (external, rule) = resolve("", &name, remapped);
         self.used.extend(rule);
-        self.inside.entry(outside.clone()).or_default().insert(name.clone());
-        self.outside.insert(name, outside.clone());
-        outside
+        self.internal.entry(external.clone()).or_default().insert(name.clone());
+        self.external.insert(name, external.clone());
+        external
     }
 }
 
+/// The nodes of ROS 2 that are components of a run.
 struct Nodes {
     node: Domain,
-    voice: Voice,
+    publisher: Publisher,
     names: Names,
     run: u64,
     time: Time,
-    /// How far the run is.
+    /// The time of the run.
     now: Duration,
-    /// What has not been answered, by number, with the time of the run when it was asked; and how often DDS had failed
-    /// then.
-    open: BTreeMap<u64, (Call, Duration)>,
+    /// The requests without a response, by number, each with the time of the run when it was sent.
+    open: BTreeMap<u64, (ServiceRequest, Duration)>,
+    /// How often DDS had failed at the last step.
     failures: usize,
-    /// What has come, and what has happened, since it was last told.
-    answers: Vec<FromNode>,
-    happened: Vec<String>,
+    /// The responses and messages since the last delivery.
+    messages: Vec<NodeMessage>,
+    /// The notes since the last delivery.
+    notes: Vec<String>,
     losses: Losses,
-    /// What is not told again, and how much of what the node tells has been.
-    told: BTreeSet<String>,
-    notes: usize,
-    lost: usize,
-    /// The last message.
+    /// The notes that are not repeated.
+    noted: BTreeSet<String>,
+    /// How many of the node's notes and losses have been noted.
+    node_notes: usize,
+    node_losses: usize,
+    /// The last message, whose memory is reused.
     body: Vec<u8>,
 }
 
-impl Outside for Nodes {
+impl RemoteComponents for Nodes {
     fn run(&self) -> u64 {
         self.run
     }
 
-    fn hear(&mut self, now: Duration) -> Option<Delivery> {
-        let asked = moment();
+    fn receive(&mut self, now: Duration) -> Option<Delivery> {
+        let begun = moment();
         loop {
             let left = self.left(now);
-            let is_idle = self.receive(left.min(PATIENCE));
+            let is_idle = self.poll(left.min(PATIENCE));
             if is_idle && left.is_zero() {
                 break;
             }
             if is_idle {
                 let is_there = self.node.robot().publishers.contains_key(CLOCK);
-                self.time.mind_silence(is_there).into_iter().for_each(|what| self.tell_once(what));
+                self.time.check_silence(is_there).into_iter().for_each(|what| self.note_once(what));
             }
-            if asked.elapsed() >= PATIENCE {
+            if begun.elapsed() >= PATIENCE {
                 return None;
             }
         }
         self.now = now;
-        self.mind_failures();
+        self.handle_failures();
         let (notes, lost) = (self.node.notes(), self.node.lost());
-        self.happened.extend(notes.iter().skip(self.notes).chain(lost.iter().skip(self.lost)).cloned());
-        (self.notes, self.lost) = (notes.len(), lost.len());
-        self.happened.iter().for_each(|what| note(what));
+        self.notes.extend(notes.iter().skip(self.node_notes).chain(lost.iter().skip(self.node_losses)).cloned());
+        (self.node_notes, self.node_losses) = (notes.len(), lost.len());
+        self.notes.iter().for_each(|what| note(what));
         let (losses, resumed) = self.losses.take();
         self.node.now_ns().into_iter().for_each(|at_ns| self.losses.end_step(now, at_ns));
-        let (answers, happened) = (std::mem::take(&mut self.answers), std::mem::take(&mut self.happened));
-        Some(Delivery { answers, losses, resumed, happened })
+        let (messages, notes) = (std::mem::take(&mut self.messages), std::mem::take(&mut self.notes));
+        Some(Delivery { messages, losses, resumed, notes })
     }
 
     fn resume(&mut self) {
-        let asked = moment();
-        // What the clock has said meanwhile is of the pause. So long as it comes faster than it can be read, it counts.
-        while !self.receive(Duration::ZERO) && asked.elapsed() < SETTLING {}
+        let begun = moment();
+        // Reads what came during the pause, for a limited time: messages may come faster than they are read.
+        while !self.poll(Duration::ZERO) && begun.elapsed() < SETTLING {}
         self.time.resume(self.now);
     }
 
-    fn ask(&mut self, calls: Vec<Call>) {
-        for call in calls {
+    fn send(&mut self, requests: Vec<ServiceRequest>) {
+        for request in requests {
             let now = self.now;
-            self.open.entry(call.number).or_insert_with(|| (call.clone(), now));
-            let Call { service, kind, number, body } = call;
-            let service = self.names.outside[&service].clone();
+            self.open.entry(request.number).or_insert_with(|| (request.clone(), now));
+            let ServiceRequest { service, kind, number, body } = request;
+            let service = self.names.external[&service].clone();
             let servers = self.node.servers(&service);
             if servers.is_empty() {
-                self.tell_once(format!("nobody offers the service {service} yet: requests wait for 10 s"));
+                self.note_once(format!("nobody offers the service {service} yet: requests wait for 10 s"));
             } else if let Some(other) = servers.iter().find(|server| **server != kind) {
-                self.tell_once(format!("somebody offers the service {service} with another type, {other}, not {kind}"));
+                self.note_once(format!("somebody offers the service {service} with another type, {other}, not {kind}"));
             } else if servers.len() > 1 {
                 let count = servers.len();
-                self.tell_once(format!("{count} nodes offer the service {service}: the first response counts"));
+                self.note_once(format!("{count} nodes offer the service {service}: the first response counts"));
             }
-            self.voice.request(Request { service, kind, number, body });
+            self.publisher.request(Request { service, kind, number, body });
         }
     }
 
@@ -199,68 +204,69 @@ impl Nodes {
     /// How much time is left until `now` is due.
     fn left(&mut self, now: Duration) -> Duration {
         self.time.left(now).unwrap_or_else(|late| {
-            self.tell_once(late);
+            self.note_once(late);
             Duration::ZERO
         })
     }
 
-    fn tell_once(&mut self, what: String) {
-        if self.told.insert(what.clone()) {
-            self.happened.push(what);
+    fn note_once(&mut self, what: String) {
+        if self.noted.insert(what.clone()) {
+            self.notes.push(what);
         }
     }
 
-    /// After DDS has failed, nobody responds to what was asked before.
-    fn mind_failures(&mut self) {
+    /// After DDS has failed, earlier requests get no responses: repeats those that are repeatable, and presumes the
+    /// responses to the others.
+    fn handle_failures(&mut self) {
         if std::mem::replace(&mut self.failures, self.node.failures()) == self.failures {
             return;
         }
-        for (call, asked) in std::mem::take(&mut self.open).into_values() {
-            let (what, service) = (Lost::Response(call.number), &self.names.outside[&call.service]);
-            if call.is_repeatable() {
+        for (request, sent) in std::mem::take(&mut self.open).into_values() {
+            let (what, service) = (Lost::Response(request.number), &self.names.external[&request.service]);
+            if request.is_repeatable() {
                 let why = format!("the response of {service} may have been lost when DDS failed: it is asked again");
-                if self.told.insert(why.clone()) {
+                if self.noted.insert(why.clone()) {
                     note(&why);
                 }
-                self.losses.lose(what, Flaw::Missing, asked, why);
-                self.open.insert(call.number, (call.clone(), asked));
-                self.ask(vec![call]);
+                self.losses.lose(what, Flaw::Missing, sent, why);
+                self.open.insert(request.number, (request.clone(), sent));
+                self.send(vec![request]);
             } else {
-                let presumed = call.presumed();
-                let is_lost = matches!(&presumed, FromNode::Response { body, .. } if body.is_empty());
+                let presumed = request.presumed();
+                let is_lost = matches!(&presumed, NodeMessage::Response { body, .. } if body.is_empty());
                 let counts = if is_lost { "failed" } else { "accepted" };
                 let why =
                     format!("the response of {service} was lost when DDS failed: what was asked counts as {counts}");
                 note(&why);
-                // It may have been another one than what is presumed.
-                self.losses.lose(what.clone(), Flaw::Mixed, asked, why);
+                // The lost response may differ from the presumed one.
+                self.losses.lose(what.clone(), Flaw::Mixed, sent, why);
                 self.losses.resume(&what);
-                self.answers.push(presumed);
+                self.messages.push(presumed);
             }
         }
     }
 
-    /// Takes what comes next within this time. Returns whether nothing has come.
-    fn receive(&mut self, patience: Duration) -> bool {
+    /// Receives the next message within this time, and all responses. Returns whether there was nothing.
+    fn poll(&mut self, patience: Duration) -> bool {
         self.node.patience = patience;
         let mut body = std::mem::take(&mut self.body);
         let received = self.node.receive(&mut body);
         if let Received::Message(head) = received {
             let name = self.node.survey().topics[head.topic].name.clone();
             if name == CLOCK {
-                self.take_time(&body);
+                self.read_clock(&body);
             }
-            for topic in self.names.inside.get(&name).into_iter().flatten().cloned() {
+            for topic in self.names.internal.get(&name).into_iter().flatten().cloned() {
                 self.losses.resume(&Lost::Topic(topic.clone()));
-                FromNode::Message { topic, body: body.clone() }.wait_in(&mut self.answers);
+                NodeMessage::Message { topic, body: body.clone() }.enqueue_in(&mut self.messages);
             }
         }
         match received {
             Received::Lost { topic, since_ns, .. } => self.lose(topic, since_ns),
             Received::Resumed { topic, .. } => {
                 let name = &self.node.survey().topics[topic].name;
-                let inside = self.names.inside.get(name).into_iter().flatten();
-                inside.for_each(|topic| self.losses.resume(&Lost::Topic(topic.clone())));
+                let internal = self.names.internal.get(name).into_iter().flatten();
+                internal.for_each(|topic| self.losses.resume(&Lost::Topic(topic.clone())));
             }
             _ => {}
         }
@@ -269,38 +275,38 @@ impl Nodes {
         while let Some(response) = self.node.response() {
             is_idle = false;
             if self.open.remove(&response.number).is_none() {
-                self.tell_once("a response came a second time, and is left out".to_owned());
+                self.note_once("a response came a second time, and is left out".to_owned());
             }
             self.losses.resume(&Lost::Response(response.number));
-            self.answers.push(FromNode::Response { number: response.number, body: response.body });
+            self.messages.push(NodeMessage::Response { number: response.number, body: response.body });
         }
         is_idle
     }
 
-    /// Messages on a topic were lost, after one that came at a time, in nanoseconds since 1970.
+    /// Records that messages on a topic were lost, after one received at this time, in nanoseconds since 1970.
     fn lose(&mut self, topic: usize, since_ns: i64) {
         let name = self.node.survey().topics[topic].name.clone();
-        let Some(inside) = self.names.inside.get(&name) else {
-            return self.tell_once(format!("messages on {name} were lost on their way"));
+        let Some(internal) = self.names.internal.get(&name) else {
+            return self.note_once(format!("messages on {name} were lost on their way"));
         };
         let since = self.losses.step_before(since_ns);
-        for topic in inside {
+        for topic in internal {
             let why = format!("messages on {name} were lost after {:.2} s", since.as_secs_f64());
             self.losses.lose(Lost::Topic(topic.clone()), Flaw::Missing, since, why);
         }
         let lost = format!("messages on {name} were lost on their way: verdicts that they could change are unsure");
-        if self.told.insert(lost.clone()) {
+        if self.noted.insert(lost.clone()) {
             note(&lost);
         }
     }
 
-    /// A message of the clock: seconds and nanoseconds.
-    fn take_time(&mut self, body: &[u8]) {
+    /// Reads a `rosgraph_msgs/msg/Clock`: seconds and nanoseconds.
+    fn read_clock(&mut self, body: &[u8]) {
         let read = CdrReader::new(body).and_then(|mut reader| Ok((reader.number()?, reader.number()?)));
         let Ok((seconds, nanoseconds)) = read else { return };
         let (seconds, nanoseconds) = (i32::from_le_bytes(seconds), u32::from_le_bytes(nanoseconds));
-        let odd = self.time.hear(i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds));
-        odd.into_iter().for_each(|what| self.tell_once(what));
+        let odd = self.time.receive_clock(i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds));
+        odd.into_iter().for_each(|what| self.note_once(what));
     }
 }
 
@@ -309,16 +315,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_components_ask_and_hear_has_other_names_outside() {
+    fn topics_and_services_of_components_are_remapped() {
         let rule = |from: &str, to: &str| Remapping { from: from.to_owned(), to: to.to_owned() };
         let rules = [rule("/r1/go", "/base/drive"), rule("/pose", "/amcl_pose"), rule("/nothing", "/b")];
         let mut names = Names::default();
-        let told = ["/r1/go/_action/send_goal", "/pose", "/amcl_pose", "/scan"];
-        let outside = told.map(|name| names.resolve(name.to_owned(), &rules));
-        assert_eq!(outside, ["/base/drive/_action/send_goal", "/amcl_pose", "/amcl_pose", "/scan"]);
-        assert_eq!(names.outside["/r1/go/_action/send_goal"], outside[0]);
-        // Both hear what is published there.
-        assert_eq!(names.inside["/amcl_pose"], ["/amcl_pose", "/pose"].map(str::to_owned).into());
+        let names_in_the_run = ["/r1/go/_action/send_goal", "/pose", "/amcl_pose", "/scan"];
+        let external = names_in_the_run.map(|name| names.resolve(name.to_owned(), &rules));
+        assert_eq!(external, ["/base/drive/_action/send_goal", "/amcl_pose", "/amcl_pose", "/scan"]);
+        assert_eq!(names.external["/r1/go/_action/send_goal"], external[0]);
+        // Both topics receive what is published there.
+        assert_eq!(names.internal["/amcl_pose"], ["/amcl_pose", "/pose"].map(str::to_owned).into());
         assert_eq!(names.used, [0, 1].into());
     }
 }

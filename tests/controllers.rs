@@ -1,4 +1,4 @@
-//! Runs whose robot is driven from outside.
+//! Runs whose robot is driven by a controller outside the program.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -8,20 +8,20 @@ use std::time::Duration;
 use channels::{EventKind, Verdict};
 use recording::{Detail, Ended, Happening};
 use robot::{Reading, VelocityCommand};
-use runs::{Orders, Others, Pilot, Run, Sensed};
+use runs::{Controller, ControllerInput, ControllerOutput, Partners, Run};
 use scenarios::scenario::{Scenario, find};
 
-/// Turns on the spot, and says so once a second.
+/// Turns on the spot, with a note once per second. Keeps all readings.
 struct Turning(Rc<RefCell<Vec<Reading>>>);
 
-impl Pilot for Turning {
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
-        self.0.borrow_mut().extend_from_slice(sensed.software.readings());
-        let is_full = sensed.now.subsec_nanos() == 0;
-        Some(Orders {
+impl Controller for Turning {
+    fn drive(&mut self, input: &ControllerInput<'_>) -> Option<ControllerOutput> {
+        self.0.borrow_mut().extend_from_slice(input.software.readings());
+        let is_full = input.now.subsec_nanos() == 0;
+        Some(ControllerOutput {
             velocity: Some(VelocityCommand { linear_mps: 0.0, angular_radps: 0.5 }),
-            happened: is_full.then(|| "it turns".to_owned()).into_iter().collect(),
-            ..Orders::default()
+            notes: is_full.then(|| "it turns".to_owned()).into_iter().collect(),
+            ..ControllerOutput::default()
         })
     }
 }
@@ -31,11 +31,11 @@ fn scenario(name: &str) -> Arc<Scenario> {
 }
 
 #[test]
-fn a_robot_obeys_who_drives_it_while_its_tree_stands_still() {
+fn a_robot_obeys_its_controller_while_its_tree_stands_still() {
     let readings = Rc::default();
-    let others = Others::Pilot(Box::new(Turning(Rc::clone(&readings))));
-    let mut run = Run::among(scenario("nominal"), 1, true, others).unwrap();
-    let (mut ticks, mut said) = (0, 0);
+    let partners = Partners::Controller(Box::new(Turning(Rc::clone(&readings))));
+    let mut run = Run::with_partners(scenario("nominal"), 1, true, partners).unwrap();
+    let (mut ticks, mut notes) = (0, 0);
     for _ in 0..150 {
         run.step().unwrap();
         for event in run.events() {
@@ -43,9 +43,9 @@ fn a_robot_obeys_who_drives_it_while_its_tree_stands_still() {
             ticks += 1;
         }
         let record = run.record(Detail::Full);
-        said += record.happenings.iter().filter(|what| matches!(what, Happening::Moved { .. })).count();
+        notes += record.happenings.iter().filter(|what| matches!(what, Happening::Moved { .. })).count();
     }
-    assert_eq!((run.time(), ticks, said), (Duration::from_secs(3), 3, 3));
+    assert_eq!((run.time(), ticks, notes), (Duration::from_secs(3), 3, 3));
     let readings = readings.borrow();
     let scans = readings.iter().filter(|reading| matches!(reading, Reading::Scan(_))).count();
     let turned = readings.iter().rev().find_map(|reading| match reading {
@@ -59,8 +59,8 @@ fn a_robot_obeys_who_drives_it_while_its_tree_stands_still() {
 }
 
 #[test]
-fn without_a_robot_nobody_can_drive() {
-    let others = Others::Pilot(Box::new(Turning(Rc::default())));
-    let refused = Run::among(scenario("pick"), 1, true, others).err().unwrap();
+fn a_run_without_a_robot_refuses_a_controller() {
+    let partners = Partners::Controller(Box::new(Turning(Rc::default())));
+    let refused = Run::with_partners(scenario("pick"), 1, true, partners).err().unwrap();
     assert!(refused.to_string().contains("has no robot"), "{refused}");
 }

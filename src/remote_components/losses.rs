@@ -1,4 +1,4 @@
-//! What DDS loses, in the time of a run.
+//! The losses of DDS, in the time of a run.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -6,29 +6,29 @@ use std::time::Duration;
 use channels::Flaw;
 use remote::{Loss, Lost};
 
-/// The most steps of which it is known when they were over: 20 minutes.
+/// The most steps whose ends are remembered: 20 minutes.
 const MOST_STEPS: usize = 1 << 16;
 
-/// What has been lost, and what is complete again, since it was last told.
+/// The losses that have begun and ended since they were last taken.
 #[derive(Debug, Default)]
 pub(super) struct Losses {
     begun: Vec<Loss>,
     resumed: Vec<Lost>,
-    /// What is missing, and since when.
+    /// The losses that have not ended, and since when.
     open: BTreeMap<Lost, Duration>,
-    /// When the last steps were over, by the clock that gives messages their times.
+    /// The ends of the last steps: by the clock that stamps received messages, and in the time of the run.
     steps: VecDeque<(i64, Duration)>,
 }
 
 impl Losses {
-    /// The run begins. What was lost before and is complete again is no part of it.
+    /// The run begins. Losses that have ended before are not part of it.
     pub(super) fn begin_run(&mut self) {
         let Self { begun, open, .. } = self;
         begun.retain(|loss| open.contains_key(&loss.what));
         self.resumed.clear();
     }
 
-    /// A step of the run, to this time, is over at another time.
+    /// A step to time `now` of the run has ended at `at_ns`.
     pub(super) fn end_step(&mut self, now: Duration, at_ns: i64) {
         if self.steps.len() == MOST_STEPS {
             self.steps.pop_front();
@@ -36,13 +36,13 @@ impl Losses {
         self.steps.push_back((at_ns, now));
     }
 
-    /// The time of the last step that was over at a time: what came later belongs to a later step.
+    /// The time of the run at the end of the last step before `at_ns`. Whatever came later belongs to a later step.
     pub(super) fn step_before(&self, at_ns: i64) -> Duration {
         let later = self.steps.partition_point(|(over_ns, _)| *over_ns < at_ns);
         later.checked_sub(1).map_or(Duration::ZERO, |last| self.steps[last].1)
     }
 
-    /// This may be missing since a time of the run. What begins later than a loss that goes on is part of it.
+    /// Records a loss since a time of the run. One that begins during another loss of the same is part of it.
     pub(super) fn lose(&mut self, what: Lost, flaw: Flaw, since: Duration, why: String) {
         self.resumed.retain(|resumed| *resumed != what);
         if self.open.get(&what).is_none_or(|open| since < *open) {
@@ -51,7 +51,7 @@ impl Losses {
         }
     }
 
-    /// From here on, this is complete.
+    /// Ends a loss: from here on, nothing more is missing.
     pub(super) fn resume(&mut self, what: &Lost) {
         if let Some((what, _)) = self.open.remove_entry(what) {
             self.resumed.push(what);
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_lost_after_a_message_belongs_to_the_step_in_which_that_came_or_to_a_later_one() {
+    fn a_loss_after_a_message_belongs_to_the_step_of_that_message_or_a_later_one() {
         let mut losses = Losses::default();
         assert_eq!(losses.step_before(i64::MAX), Duration::ZERO);
         (1..=3).for_each(|step| losses.end_step(ms(20 * step), 1_000 + 100 * step as i64));
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loss_goes_on_until_something_comes_and_one_that_begins_later_is_part_of_it() {
+    fn a_loss_lasts_until_the_next_message_and_one_that_begins_during_it_is_part_of_it() {
         let mut losses = Losses::default();
         losses.resume(&pose());
         assert_eq!(losses.take(), (vec![], vec![]));
@@ -101,7 +101,7 @@ mod tests {
         losses.resume(&pose());
         losses.resume(&pose());
         assert_eq!(losses.take(), (vec![], vec![pose()]));
-        // It comes back, and is lost again before that is told.
+        // The topic resumes, and is lost again before that is taken.
         lose(&mut losses, ms(80));
         losses.resume(&pose());
         lose(&mut losses, ms(100));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_lost_before_the_run_matters_only_if_it_is_still_missing() {
+    fn a_loss_before_the_run_counts_only_if_it_has_not_ended() {
         let mut losses = Losses::default();
         lose(&mut losses, Duration::ZERO);
         losses.resume(&pose());

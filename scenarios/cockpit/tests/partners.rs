@@ -1,4 +1,4 @@
-//! A session in which others take part, who set its pace.
+//! A session with a partner, which sets its pace.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -6,21 +6,21 @@ use std::time::Duration;
 
 use cockpit::Cockpit;
 use robot::Reading;
-use runs::{FromNode, Orders, Others, Pilot, Sensed, Session};
+use runs::{Controller, ControllerInput, ControllerOutput, NodeMessage, Partners, Session};
 use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::browser::{Page, ask, hear, until};
 use crate::sessions::seek;
 
-/// What whoever drives the robot has seen, and whether they answer.
+/// A controller that is ready once it `answers`, with a log of its calls and of what it receives.
 #[derive(Clone, Default)]
-struct Driver {
+struct SlowController {
     answers: Arc<AtomicBool>,
     log: Arc<Mutex<Vec<String>>>,
 }
 
-impl Driver {
+impl SlowController {
     fn add(&self, what: &str) {
         self.log.lock().unwrap().push(what.to_owned());
     }
@@ -29,13 +29,13 @@ impl Driver {
         self.log.lock().unwrap().clone()
     }
 
-    /// Serves a page with whoever joins as this driver, until `interrupted` is set.
+    /// Serves the page of a session with this controller, until `interrupted` is set.
     fn served(&self, interrupted: Arc<AtomicBool>) -> (Page, std::thread::JoinHandle<()>) {
-        let (driver, found) = (self.clone(), find::find("nominal").unwrap());
+        let (controller, found) = (self.clone(), find::find("nominal").unwrap());
         let start = move || {
-            Session::among(&found, &[], None, |_| {
-                driver.add("join");
-                Ok(Others::Pilot(Box::new(driver.clone())))
+            Session::with_partners(&found, &[], None, |_| {
+                controller.add("join");
+                Ok(Partners::Controller(Box::new(controller.clone())))
             })
         };
         let cockpit = Cockpit::open(start, 0).unwrap();
@@ -48,39 +48,39 @@ impl Driver {
     }
 }
 
-impl Pilot for Driver {
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders> {
-        // As somebody does who takes a command every 5 ms.
+impl Controller for SlowController {
+    fn drive(&mut self, input: &ControllerInput<'_>) -> Option<ControllerOutput> {
+        // As a controller does that gets a command every 5 ms.
         pause(5);
         if !self.answers.load(Ordering::Relaxed) {
             return None;
         }
-        for reading in sensed.software.readings() {
+        for reading in input.software.readings() {
             if let Reading::Battery(battery) = reading {
                 self.add(&format!("{:.0} %", battery.charge_pct));
             }
         }
-        Some(Orders::default())
+        Some(ControllerOutput::default())
     }
 
     fn resume(&mut self) {
         self.add("resume");
     }
 
-    fn leave(&mut self, _: &[FromNode]) {
+    fn leave(&mut self, _: &[NodeMessage]) {
         self.add("leave");
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "others have time of their own")]
+#[expect(clippy::disallowed_methods, reason = "partners have a time of their own")]
 fn pause(ms: u64) {
     std::thread::sleep(Duration::from_millis(ms));
 }
 
 #[test]
-fn a_page_answers_while_the_run_waits_for_others() {
-    let driver = Driver::default();
-    let page = driver.page();
+fn a_page_answers_while_the_run_waits_for_partners() {
+    let controller = SlowController::default();
+    let page = controller.page();
     let mut pilot = page.socket(&page.pilot);
     assert_eq!(hear(&mut pilot, "greeting")["paced"], true);
     let waits = until(&mut pilot, |known| known["waits"] == true);
@@ -92,22 +92,22 @@ fn a_page_answers_while_the_run_waits_for_others() {
     assert!(!saved["scenario"].as_str().unwrap().contains("[expect]"), "{saved}");
     let refused = ask(&mut pilot, &json!({ "do": "speed", "times": 2 }));
     assert!(refused["refused"].as_str().unwrap().contains("pace"), "{refused}");
-    driver.answers.store(true, Ordering::Relaxed);
+    controller.answers.store(true, Ordering::Relaxed);
     let acted = until(&mut pilot, |known| known["battery"]["pct"].as_f64().is_some_and(|pct| pct < 12.1));
     assert!(acted["time"].as_f64() > Some(0.0));
     // A frame has only what has changed.
     until(&mut pilot, |known| known["waits"] != true && known["time"].as_f64() > Some(1.5));
-    assert!(driver.log().contains(&"12 %".to_owned()), "{:?}", driver.log());
+    assert!(controller.log().contains(&"12 %".to_owned()), "{:?}", controller.log());
     // In the past, they set no pace.
     seek(&mut pilot, 0.5);
     assert!(ask(&mut pilot, &json!({ "do": "speed", "times": 2 })).is_null());
 }
 
 #[test]
-fn time_stands_still_while_the_page_is_paused_and_others_are_told_when_it_goes_on() {
-    let driver = Driver::default();
-    driver.answers.store(true, Ordering::Relaxed);
-    let page = driver.page();
+fn time_stands_still_while_the_page_is_paused_and_partners_are_notified_when_it_goes_on() {
+    let controller = SlowController::default();
+    controller.answers.store(true, Ordering::Relaxed);
+    let page = controller.page();
     let mut pilot = page.socket(&page.pilot);
     until(&mut pilot, |known| known["time"].as_f64() > Some(0.2));
     assert!(ask(&mut pilot, &json!({ "do": "pause" })).is_null());
@@ -120,24 +120,24 @@ fn time_stands_still_while_the_page_is_paused_and_others_are_told_when_it_goes_o
     assert_eq!(stepped["paused"], true);
     ask(&mut pilot, &json!({ "do": "resume" }));
     until(&mut pilot, |known| known["to"].as_f64() > Some(stepped["to"].as_f64().unwrap() + 0.2));
-    let resumed = driver.log().iter().filter(|what| *what == "resume").count();
+    let resumed = controller.log().iter().filter(|what| *what == "resume").count();
     assert_eq!(resumed, 2, "before the step, and before it went on");
 }
 
 #[test]
-fn others_leave_before_the_run_begins_anew_and_when_it_ends() {
-    let driver = Driver::default();
+fn partners_leave_before_the_run_restarts_and_when_it_ends() {
+    let controller = SlowController::default();
     let interrupted = Arc::<AtomicBool>::default();
-    let (page, serving) = driver.served(Arc::clone(&interrupted));
+    let (page, serving) = controller.served(Arc::clone(&interrupted));
     let mut pilot = page.socket(&page.pilot);
     assert!(ask(&mut pilot, &json!({ "do": "restart" })).is_null());
-    assert_eq!(driver.log(), ["join", "leave", "join"]);
+    assert_eq!(controller.log(), ["join", "leave", "join"]);
     assert!(ask(&mut pilot, &json!({ "do": "end" }))["trace_hash"].is_string());
-    assert_eq!(driver.log()[3..], ["leave"]);
+    assert_eq!(controller.log()[3..], ["leave"]);
     let report = ask(&mut pilot, &json!({ "do": "report" }));
     assert!(report["page"].as_str().unwrap().contains("another run need not be the same"));
     ask(&mut pilot, &json!({ "do": "restart" }));
     interrupted.store(true, Ordering::Relaxed);
     serving.join().unwrap();
-    assert_eq!(driver.log()[3..], ["leave", "join", "leave"]);
+    assert_eq!(controller.log()[3..], ["leave", "join", "leave"]);
 }

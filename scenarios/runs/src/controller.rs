@@ -1,46 +1,47 @@
-//! Somebody outside the program who drives the robot.
+//! A program outside of the run that drives its robot.
 
 use std::time::Duration;
 
 use components::Software;
 use maps::Point;
 use nav::{Goal, InitialPose};
-use remote::{Call, FromNode};
+use remote::{NodeMessage, ServiceRequest};
 use robot::{Reading, Robot, RobotModel, VelocityCommand};
 use sim::Simulation;
 
-/// Whoever drives the robot of a run in place of its tree and its navigation.
-pub trait Pilot {
-    /// Sees what the robot has sensed, and says what it does until the next step. Waits for a moment until that is
-    /// known; none if it is not, and it is then asked again, with the same.
-    fn drive(&mut self, sensed: &Sensed<'_>) -> Option<Orders>;
+/// Drives the robot of a run in place of its tree and its navigation.
+pub trait Controller {
+    /// Receives what the robot has sensed, and returns what it does until the next step. Waits for a moment until that
+    /// is known; `None` if it is not: the caller then calls again with the same input.
+    fn drive(&mut self, input: &ControllerInput<'_>) -> Option<ControllerOutput>;
 
-    /// Whether it carries what nodes of ROS 2 ask of the scenario's components, and what these say.
+    /// Whether it also connects nodes of ROS 2 with the scenario's components: it passes on requests, responses and
+    /// messages.
     fn serves(&self) -> bool {
         false
     }
 
-    /// The run goes on: its time has stood still since the last call.
+    /// Continues after a pause of the run, in which its time stood still.
     fn resume(&mut self) {}
 
-    /// The run is over. The last that components have said to nodes of ROS 2 has not been heard yet.
-    fn leave(&mut self, _said: &[FromNode]) {}
+    /// The run is over. The outbox has the components' last responses and messages for nodes of ROS 2.
+    fn leave(&mut self, _outbox: &[NodeMessage]) {}
 }
 
-/// A robot after a step of its run.
+/// The state of a robot after a step of its run.
 #[derive(Clone, Copy, Debug)]
-pub struct Sensed<'a> {
+pub struct ControllerInput<'a> {
     /// Time since the start of the run.
     pub now: Duration,
-    /// What has read its sensors, and what that has made of it.
+    /// The robot's software, which has read its sensors: their readings and its estimates.
     pub software: &'a Software,
     /// What its body has begun to touch in the step.
     pub touched: &'a [Touched<'a>],
     /// The doors of the world, each with how far its leaf has moved from where it is closed: one that swings in
     /// radians, counter-clockwise; one that slides in meters.
     pub doors: &'a [(&'a str, f64)],
-    /// What components have said to nodes of ROS 2 since the last step.
-    pub said: &'a [FromNode],
+    /// The components' responses and messages for nodes of ROS 2 since the last step.
+    pub outbox: &'a [NodeMessage],
 }
 
 /// What a robot's body has begun to touch.
@@ -58,35 +59,35 @@ pub struct Touched<'a> {
 
 /// What a robot does until the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Orders {
+pub struct ControllerOutput {
     /// The velocity of its base; without one, its own navigation drives.
     pub velocity: Option<VelocityCommand>,
-    /// What its own navigation is told.
-    pub trip: Option<TripOrder>,
-    /// Where its own localization is told that it is.
+    /// A command for its own navigation.
+    pub trip: Option<TripCommand>,
+    /// A pose for its own localization to start from.
     pub pose: Option<InitialPose>,
-    /// What nodes of ROS 2 ask of components.
-    pub calls: Vec<Call>,
+    /// Requests of nodes of ROS 2 to components.
+    pub requests: Vec<ServiceRequest>,
     /// What else has happened, in words.
-    pub happened: Vec<String>,
+    pub notes: Vec<String>,
 }
 
-/// What a navigation is told.
+/// A command for a robot's navigation.
 #[derive(Clone, Debug, PartialEq)]
-pub enum TripOrder {
-    /// To drive to a goal, and nowhere else.
+pub enum TripCommand {
+    /// Drive to a goal, which replaces any other.
     Start(Goal),
-    /// To drive nowhere.
+    /// End the trip.
     End,
 }
 
-/// A robot for its own software, which senses, and only says how it would drive.
-pub(crate) struct Passenger<'s> {
+/// A robot that senses, but does not obey its own software: it only keeps the last command.
+pub(crate) struct PassiveRobot<'s> {
     pub(crate) sim: &'s mut Simulation,
     pub(crate) advice: VelocityCommand,
 }
 
-impl Robot for Passenger<'_> {
+impl Robot for PassiveRobot<'_> {
     fn model(&self) -> &RobotModel {
         self.sim.model()
     }

@@ -1,4 +1,4 @@
-//! The way of a robot in a bag, on the bag's own map.
+//! The trajectory of a robot in a bag, on the map of the bag.
 
 use bags::{Bag, RobotTopics};
 use maps::{OccupancyGrid, Pose};
@@ -6,36 +6,37 @@ use ros_messages::Structure;
 
 use super::bag::{BagReader, MAP, ODOMETRY, TopicRole, decoders, of_kind, pose_in};
 
-/// Localization publishes such poses, in the frame of the map.
+/// The type of poses that localization publishes, in the frame of the map.
 const LOCALIZED: &str = "geometry_msgs/msg/PoseWithCovarianceStamped";
-/// The way has a pose this often, in meters.
+/// The distance between points of a trajectory, in meters.
 const STEP_M: f64 = 0.05;
 
-/// The way of a robot.
+/// The trajectory of a robot.
 #[derive(Debug)]
-pub struct Way {
+pub struct Trajectory {
     /// The last published map.
     pub map: OccupancyGrid,
-    /// Where the robot was, in the order of the bag; not empty.
-    pub places: Vec<WayPlace>,
+    /// The points, in the order of the bag. There is at least one.
+    pub points: Vec<TrajectoryPoint>,
 }
 
-/// Where a robot was.
+/// A point of a trajectory.
 #[derive(Clone, Copy, Debug)]
-pub struct WayPlace {
-    /// When the bag received it, in nanoseconds since 1970.
+pub struct TrajectoryPoint {
+    /// When its message was recorded, in nanoseconds since 1970.
     pub log_ns: i64,
     /// The message's own stamp, if it has one.
     pub stamp_ns: Option<i64>,
-    /// By localization or SLAM, in the frame of the map.
+    /// The pose from localization or SLAM, in the frame of the map.
     pub pose: Pose,
-    /// By odometry alone, in its own frame, if that is known.
+    /// The pose from odometry alone, in its own frame, if it is known.
     pub odometry: Option<Pose>,
 }
 
-/// The way of a robot; none if the bag has no map, or no poses on it. `topics` says which are meant, if that is known.
+/// The trajectory of a robot; none if the bag has no map, or no poses on the map. `topics` are the topics to read, if
+/// they are known.
 #[must_use]
-pub fn way(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Way> {
+pub fn trajectory(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Trajectory> {
     let all = &bag.survey().topics;
     let of = |role, kind, name: Option<&str>| -> Vec<(TopicRole, usize)> {
         let found = of_kind(all, &[kind]).into_iter();
@@ -43,11 +44,11 @@ pub fn way(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Way> {
     };
     let maps = of(TopicRole::Map, MAP, topics.map(|topics| topics.map.as_str()));
     maps.first()?;
-    // Of several robots, or several localizations, none is meant.
+    // With several robots, or several localizations, the right topic is unknown, so none is read.
     let single = |role, kind, name| Some(of(role, kind, name)).filter(|found| found.len() < 2).unwrap_or_default();
-    let is_meant =
+    let is_wanted =
         |topic: &(TopicRole, usize)| topics.is_none_or(|topics| topics.transforms.contains(&all[topic.1].name));
-    let transforms = of(TopicRole::Transforms, super::bag::TRANSFORMS, None).into_iter().filter(is_meant);
+    let transforms = of(TopicRole::Transforms, super::bag::TRANSFORMS, None).into_iter().filter(is_wanted);
     let odometry = topics.and_then(|topics| topics.odometry.as_deref());
     let pose = topics.and_then(|topics| topics.pose.as_deref());
     let roles = maps
@@ -58,7 +59,7 @@ pub fn way(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Way> {
     let decoders = decoders(bag, roles.collect()).ok()?;
     let wanted: Vec<usize> = decoders.keys().copied().collect();
     let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), BagReader::default());
-    let mut places: Vec<WayPlace> = Vec::new();
+    let mut points: Vec<TrajectoryPoint> = Vec::new();
     while let Some(head) = messages.next_into(&mut body) {
         let (role, decoder, layout) = &decoders[&head.topic];
         let decoded = decoder.decode(&body);
@@ -71,16 +72,16 @@ pub fn way(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Way> {
         let (Some(pose), odometry) = (reader.pose().or(localized), reader.odometry_pose()) else {
             continue;
         };
-        let is_new = |last: &WayPlace| (last.pose.translation.vector - pose.translation.vector).norm() >= STEP_M;
-        if places.last().is_none_or(is_new) {
-            places.push(WayPlace { log_ns: head.log_ns, stamp_ns: stamp_ns(message), pose, odometry });
+        let is_new = |last: &TrajectoryPoint| (last.pose.translation.vector - pose.translation.vector).norm() >= STEP_M;
+        if points.last().is_none_or(is_new) {
+            points.push(TrajectoryPoint { log_ns: head.log_ns, stamp_ns: stamp_ns(message), pose, odometry });
         }
     }
-    Some(Way { map: reader.map?, places }).filter(|way| !way.places.is_empty())
+    Some(Trajectory { map: reader.map?, points }).filter(|trajectory| !trajectory.points.is_empty())
 }
 
 fn stamp_ns(message: Structure<'_>) -> Option<i64> {
     let stamp = message.part("header")?.part("stamp")?;
-    // The bag's own definition of a stamp may hold any number.
+    // By the bag's own definition, a stamp may contain any number.
     Some((stamp.number("sec")? as i64).saturating_mul(1_000_000_000).saturating_add(stamp.number("nanosec")? as i64))
 }

@@ -1,26 +1,27 @@
-//! The answers of the nodes of a recorded tree, beside the events that are judged.
+//! The tree of a recording, with the outcomes of its nodes, for the records of the events that are judged.
 
 use std::cell::RefCell;
 use std::path::Path;
 
 use recording::{Header, Recording, RunView, Step};
 
-/// The tree of a recording, and its answers up to the event that was judged last.
-pub(super) struct Answers(RefCell<Read>);
+/// The tree of a recording, with the outcomes of its nodes up to the last event that was judged.
+pub(super) struct RecordedTree(RefCell<RecordingPosition>);
 
-struct Read {
+/// A position in a recording.
+struct RecordingPosition {
     recording: Recording,
     view: RunView,
     /// The number of the last event.
     event: u64,
 }
 
-impl Answers {
-    /// The answers in a recording; none without a tree, or if it cannot be read.
+impl RecordedTree {
+    /// The tree of a recording; none if it has no tree, or cannot be read.
     pub(super) fn of(path: &Path) -> Option<Self> {
         let mut recording = Recording::open(path).ok()?;
         let view = recording.begin().ok().filter(|view| !view.header().tree.is_empty())?;
-        Some(Self(RefCell::new(Read { recording, view, event: 0 })))
+        Some(Self(RefCell::new(RecordingPosition { recording, view, event: 0 })))
     }
 
     /// Adds the tree to a header.
@@ -28,12 +29,12 @@ impl Answers {
         header.tree.clone_from(&self.0.borrow().view.header().tree);
     }
 
-    /// Adds the answers up to an event to its record.
+    /// Adds the outcomes up to an event to the record of the event.
     pub(super) fn add(&self, event: u64, step: &mut Step) {
-        let mut read = self.0.borrow_mut();
-        let Read { recording, view, event: last } = &mut *read;
+        let mut position = self.0.borrow_mut();
+        let RecordingPosition { recording, view, event: last } = &mut *position;
         while *last < event {
-            // Where the recording ends, or cannot be read any further, so do its events.
+            // If the recording ends or cannot be read any further, no more events follow either.
             if view.end().is_some() || recording.advance(view).is_err() {
                 return;
             }

@@ -1,0 +1,307 @@
+//! Event logs and recordings, judged in one pass from start to end.
+
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeSet, VecDeque};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Read as _};
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Duration;
+
+use bags::{Bag, Found};
+use campaigns::Error;
+use channels::{ChannelId, Event, EventKind, Flaw, Gap, Ground, Topology};
+use diagnostics::counted;
+use editor::System;
+use monitors::{Channels, EventLog, GapMark, LogError, Property};
+use recording::{BagTree, Carried, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
+
+use super::args::VerifyArgs;
+use super::description::Description;
+use super::growing::{GrowingLog, STILL_WRITTEN};
+use super::judge::{self, NO_FORMULA, Verification, VerificationResult, load, recorded_properties, unreported_levels};
+use super::log_context::LogContext;
+use super::recorded_tree::RecordedTree;
+use super::ticks::Ticks;
+use super::tree_log;
+use crate::interrupt;
+use crate::output::note;
+use crate::results::node_places;
+
+/// The maximum number of gaps of a log that are listed. More would not be read.
+const MOST_NOTES: usize = 5;
+
+/// Checks an event log or a recording, in constant memory.
+pub(super) fn verify(
+    args: &VerifyArgs,
+    path: &Path,
+    folder: Option<&Path>,
+    tree: Option<&BagTree>,
+) -> Result<VerificationResult, Error> {
+    verify_by(args, path, folder, tree, |described, header| Specification::of(args, described, header))
+}
+
+/// The same, by the specification that follows from the description or the header of the log.
+pub(super) fn verify_by(
+    args: &VerifyArgs,
+    path: &Path,
+    folder: Option<&Path>,
+    tree: Option<&BagTree>,
+    specification: impl FnOnce(&Description, Option<&Header>) -> Result<Specification, Error>,
+) -> Result<VerificationResult, Error> {
+    let is_foreign = path != Path::new("-") && !bags::is_bag(path);
+    match is_foreign.then(|| Bag::open(path).err()).flatten() {
+        Some(error @ (bags::Error::Ros1(_) | bags::Error::Read(_)))
+            if args.map_channels.is_some() || matches!(error, bags::Error::Ros1(_)) =>
+        {
+            return Err(Error::refused(error.to_string(), error.help()));
+        }
+        _ if args.map_channels.is_some() => {
+            let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
+            return Err(Error::refused(message, "leave out `--map-channels`"));
+        }
+        _ => {}
+    }
+    let unreadable = |error: std::io::Error| {
+        let message = format!("cannot read the log {}: {error}", path.display());
+        let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording; or a \
+                    log of BehaviorTree.CPP";
+        Error::refused(message, help)
+    };
+    let truncated = Truncated::default();
+    let mut input = open(path, tree, args.follow, &truncated).map_err(unreadable)?;
+    let mut first = Vec::new();
+    // A longer line is refused below.
+    input.by_ref().take(1 << 20).read_until(b'\n', &mut first).map_err(unreadable)?;
+    let described = Description::of(&first);
+    described.check_version()?;
+    let of_recording = header(path, tree);
+    let Specification { system, run, mut properties, unjudged } = specification(&described, of_recording.as_ref())?;
+    let lacks_ticks = of_recording.as_ref().map_or(described.lacks_ticks, |header| !header.knows_ticks());
+    if lacks_ticks {
+        tree_log::refuse_unknown(&properties)?;
+    }
+    let log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
+    let mut log = if args.follow { log.until_end() } else { log };
+    let help = |error: &LogError| match (&of_recording, error) {
+        (Some(_), _) => "the recording was changed after it was written: record the run again",
+        (None, LogError::Foreign { .. }) => {
+            "correct the message; or name the scenario that the log is from: `--scenario NAME|FILE`"
+        }
+        (None, LogError::AfterEnd { .. } | LogError::Backwards { .. }) => {
+            "check logs of several runs each in a file of its own"
+        }
+        (None, _) => "each line of a log is one JSON object",
+    };
+    let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
+    let ground = if of_recording.is_some() { Ground::Complete } else { described.ground() };
+    let ground = if lacks_ticks { ground.weaker(tree_log::ground()) } else { ground };
+    let gaps = RefCell::default();
+    // The end of a truncated recording is reported in another way.
+    let breaks_off = "the log breaks off: its last line, which says how its run ended, is missing";
+    let breaks_off = of_recording.is_none().then_some(breaks_off);
+    let events = events_of(&mut log, (&system.topology, &ground), breaks_off, refused, &gaps);
+    let is_stated = of_recording.is_some() || described.tick.is_some();
+    let ticks = RefCell::new((!lacks_ticks).then(|| Ticks::new(&properties, (!is_stated).then_some(system.tick))));
+    let events = events.inspect(|found| ticks.borrow_mut().iter_mut().for_each(|ticks| ticks.note(found)));
+    let unfit = std::iter::from_fn(|| {
+        let why = ticks.take()?.unfit()?;
+        gaps.borrow_mut().note(&why);
+        Some(Ok(Found::LeftOut(Gap { flaw: Flaw::Ticks, since: Some(Duration::ZERO), ..Gap::of_anything(why) })))
+    });
+    // Whether a recording is truncated is known only at its end. Any message may be missing after that.
+    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
+    let nodes = of_recording.as_ref().map_or(&described.remote, |header| &header.remote);
+    let mut doubts = Doubts::of_run(&properties, &system.topology, &ground, nodes);
+    let carried = of_recording.as_ref().map(|header| Carried::by(&header.topology)).or(described.carried.clone());
+    if let Some(carried) = carried {
+        doubts = doubts.only(&carried, &system.topology);
+    }
+    let about = match of_recording.as_ref().filter(|_| lacks_ticks) {
+        Some(header) => header.about.clone(),
+        None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
+    };
+    let stories = args.results.have_stories();
+    let has_tree = of_recording.is_some() && (folder.is_some() || stories) && args.scenario.is_none();
+    let recorded_tree = if has_tree { RecordedTree::of(path) } else { None };
+    let verification = Verification {
+        command: args.command(path),
+        name: judge::name(path),
+        folder,
+        stories,
+        about,
+        mapping: String::new(),
+        inputs: args.inputs(path),
+        system: &system,
+        context: &LogContext { tree: recorded_tree, lacks_ticks, ..LogContext::default() },
+        announcer: args.announcer(),
+        board: None,
+    };
+    let monitoring = verification.judge(events.chain(unfit).chain(rest), &mut properties, doubts)?;
+    let later = monitoring.notes(&properties);
+    let skipped = (log.skipped() > 0)
+        .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
+    let GapNotes { first, more } = gaps.into_inner();
+    let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
+    let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
+    let unreported = of_recording.as_ref().map(|_| unreported_levels(path, &properties, &system.topology));
+    let is_cut = args.follow && interrupt::flow().is_break() && log.end().is_none();
+    let stopped = is_cut.then(|| STILL_WRITTEN.to_owned());
+    let left_open = lacks_ticks.then(|| tree_log::LEFT_OPEN.to_owned());
+    let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
+    let nodes = tree.iter().flat_map(|named| node_places(&named.tree));
+    let processes = run.tree.iter().map(|node| node.process.clone()).zip(nodes).collect();
+    let result = VerificationResult::of_monitoring(properties, monitoring, notes.collect());
+    Ok(VerificationResult {
+        unjudged,
+        unreported_levels: unreported.unwrap_or(result.unreported_levels),
+        header: run,
+        processes,
+        knows_ticks: !lacks_ticks,
+        ..result
+    })
+}
+
+/// Notes about the gaps of a log: the first few, and the number of further ones.
+#[derive(Default)]
+struct GapNotes {
+    first: Vec<String>,
+    more: u64,
+}
+
+impl GapNotes {
+    fn note(&mut self, why: &str) {
+        if self.first.len() < MOST_NOTES { self.first.push(why.to_owned()) } else { self.more += 1 }
+    }
+}
+
+/// The events of a log, and its gaps, for which notes are added.
+///
+/// If the log has messages on channels that the topology does not have, it is of another system. Then the log vouches
+/// only for channels on which a message has been received: the others may not have been in it.
+fn events_of<R: BufRead>(
+    log: &mut EventLog<R>,
+    (topology, ground): (&Topology, &Ground),
+    mut breaks_off: Option<&'static str>,
+    refused: impl Fn(LogError) -> Error,
+    gaps: &RefCell<GapNotes>,
+) -> impl Iterator<Item = Result<Found, Error>> {
+    let (mut ahead, mut is_over, mut is_ended) = (None, false, false);
+    let mut without_message: BTreeSet<ChannelId> = topology.channels().collect();
+    let (mut is_foreign, mut vouched) = (false, VecDeque::new());
+    std::iter::from_fn(move || {
+        if ahead.is_none() && !is_over {
+            match log.next_event() {
+                Ok(event) => (is_over, ahead) = (event.is_none(), event),
+                Err(error) => {
+                    is_over = true;
+                    return Some(Err(refused(error)));
+                }
+            }
+            if log.is_foreign() && !std::mem::replace(&mut is_foreign, true) {
+                let why = "none is in the log, which has messages on channels that the scenario does not have";
+                vouched.extend(without_message.iter().map(|channel| (*channel, Ground::Missing(why.to_owned()))));
+            }
+            if let Some(Event { kind: EventKind::Received { channel, .. }, .. }) = &ahead {
+                let is_first = without_message.remove(channel);
+                vouched.extend((is_first && is_foreign).then(|| (*channel, ground.clone())));
+            }
+        }
+        if let Some((channel, ground)) = vouched.pop_front() {
+            return Some(Ok(Found::Vouched(channel, ground)));
+        }
+        if let Some(mark) = log.next_gap_mark() {
+            return Some(Ok(match mark {
+                GapMark::Begins(gap) => {
+                    gaps.borrow_mut().note(&gap.why);
+                    Found::LeftOut(gap)
+                }
+                GapMark::Ends(channel) => Found::Resumed(channel),
+            }));
+        }
+        // The end of a followed log may not have been written yet.
+        if ahead.is_none() && log.lacks_end() && interrupt::flow().is_continue() {
+            return breaks_off.take().map(|why| {
+                gaps.borrow_mut().note(why);
+                Ok(Found::LeftOut(log.rest(why)))
+            });
+        }
+        let end = || log.end().filter(|_| !std::mem::replace(&mut is_ended, true)).map(Found::Ended);
+        ahead.take().map(Found::Event).or_else(end).map(Ok)
+    })
+}
+
+/// The system and the properties with which a log is judged.
+pub(super) struct Specification {
+    pub(super) system: System,
+    /// The header of the run. For an event log, only the argument of its scenario is known.
+    pub(super) run: Header,
+    pub(super) properties: Vec<Property>,
+    /// The names of the properties of a recording that no formula describes.
+    pub(super) unjudged: Vec<String>,
+}
+
+impl Specification {
+    /// The system and the properties of the arguments, or else those of the recording.
+    fn of(args: &VerifyArgs, described: &Description, header: Option<&Header>) -> Result<Self, Error> {
+        let header = header.filter(|_| args.scenario.is_none());
+        let (mut system, run) = match header {
+            Some(header) => (System::new(Arc::clone(&header.topology), header.tick), header.clone()),
+            None => {
+                let argument = described.scenario(args.scenario.as_deref())?;
+                let origin = Origin { argument: argument.to_owned(), ..Origin::default() };
+                (System::of_runs(argument)?, Header { origin, ..Header::default() })
+            }
+        };
+        system.tick = described.tick.unwrap_or(system.tick);
+        let (properties, unjudged) = match header {
+            Some(header) if args.properties.is_empty() => recorded_properties(header)?,
+            _ => (load(&args.properties, &system)?, Vec::new()),
+        };
+        Ok(Self { system, run, properties, unjudged })
+    }
+}
+
+/// The header of a recording, which describes its system; none for other logs.
+fn header(log: &Path, tree: Option<&BagTree>) -> Option<Header> {
+    let is_whole = tree.is_some() || !is_pipe(log);
+    let view =
+        is_whole.then(|| Recording::open_with(log, tree).and_then(|mut recording| recording.begin()).ok()).flatten();
+    view.map(|view| view.header().clone())
+}
+
+/// Whether a log can be read only once, like standard input. A name without a file may denote a part of a recording,
+/// which can be read again.
+fn is_pipe(log: &Path) -> bool {
+    std::fs::metadata(log).is_ok_and(|about| !about.is_file())
+}
+
+/// Why a recording ends before its run, in words; none if it is complete.
+type Truncated = Rc<Cell<Option<String>>>;
+
+/// The bytes of a log from a file, a pipe or standard input. A recording is read as an event log.
+fn open(log: &Path, tree: Option<&BagTree>, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
+    if follow {
+        return Ok(Box::new(BufReader::new(GrowingLog::open(log)?)));
+    }
+    if log == Path::new("-") {
+        return Ok(Box::new(std::io::stdin().lock()));
+    }
+    let recording = (tree.is_some() || !is_pipe(log)).then(|| Recording::open_with(log, tree));
+    match recording {
+        None | Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) => {
+            diagnostics::reading(log)?;
+            Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
+        }
+        Some(recording) => {
+            let truncated = Rc::clone(truncated);
+            let note_end = move |error: &RecordingError| {
+                note(&error.to_string());
+                truncated.set(Some(error.to_string()));
+            };
+            let logged = recording.and_then(|recording| LoggedRecording::begin(recording, note_end));
+            Ok(Box::new(logged.map_err(std::io::Error::other)?))
+        }
+    }
+}
