@@ -1,9 +1,12 @@
-//! The arrows of ARCHITECTURE.md: which crate may use which. Also checks that the files of a crate do not use each
-//! other in circles.
+//! ARCHITECTURE.md: the crates, what none of them may use, and that everything on the page exists. Also the files within
+//! a crate, which do not use each other in circles.
 
 mod circles;
 mod modules;
 mod names;
+mod nevers;
+mod page;
+mod rooms;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -11,182 +14,9 @@ use std::path::{Path, PathBuf};
 
 use crate::workspace::{cargo, metadata};
 
-/// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 35] = [
-    ("channels", &[]),
-    ("diagnostics", &[]),
-    ("explorer", &["channels"]),
-    ("ros_messages", &["diagnostics"]),
-    ("interfaces", &["channels", "diagnostics", "ros_messages"]),
-    ("rasters", &[]),
-    ("maps", &["diagnostics", "rasters"]),
-    ("robot", &["maps"]),
-    ("sim", &["robot", "maps"]),
-    ("nav", &["robot", "maps"]),
-    ("bt", &["channels", "diagnostics"]),
-    ("tree_logs", &["bags", "bt", "channels", "diagnostics", "ros_messages"]),
-    ("groot", &["tree_logs"]),
-    ("skills", &["channels", "diagnostics"]),
-    ("components", &["channels", "nav", "robot", "maps"]),
-    ("devices", &["channels", "interfaces", "skills"]),
-    ("programs", &["channels", "diagnostics", "skills"]),
-    ("remote", &["channels", "diagnostics", "interfaces", "ros_messages", "skills"]),
-    ("monitors", &["channels", "diagnostics"]),
-    ("bags", &["channels", "diagnostics", "ros_messages"]),
-    ("network", &["bags", "ros_messages"]),
-    ("batch", &[]),
-    ("drawing", &["diagnostics", "maps", "rasters"]),
-    ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt", "tree_logs"]),
-    ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
-    ("tools", &["channels", "diagnostics", "explorer", "monitors", "ros_messages"]),
-    ("trials", &["bags", "batch", "diagnostics", "maps", "robot", "ros_messages", "sim", "nav", "drawing"]),
-    (
-        "scenarios",
-        &[
-            "channels",
-            "diagnostics",
-            "maps",
-            "robot",
-            "sim",
-            "nav",
-            "bt",
-            "explorer",
-            "interfaces",
-            "skills",
-            "components",
-            "devices",
-            "programs",
-            "monitors",
-            "recording",
-            "remote",
-            "roaml",
-        ],
-    ),
-    (
-        "runs",
-        &[
-            "channels",
-            "diagnostics",
-            "maps",
-            "robot",
-            "sim",
-            "nav",
-            "bt",
-            "explorer",
-            "skills",
-            "components",
-            "devices",
-            "programs",
-            "monitors",
-            "recording",
-            "remote",
-            "roaml",
-            "scenarios",
-        ],
-    ),
-    (
-        "proofs",
-        &[
-            "channels",
-            "diagnostics",
-            "robot",
-            "bt",
-            "explorer",
-            "skills",
-            "components",
-            "devices",
-            "monitors",
-            "recording",
-            "scenarios",
-            "runs",
-        ],
-    ),
-    ("reports", &["channels", "diagnostics", "maps", "robot", "bt", "monitors", "recording", "drawing"]),
-    ("cockpit", &["channels", "diagnostics", "maps", "robot", "recording", "scenarios", "runs", "reports"]),
-    (
-        "campaigns",
-        &[
-            "channels",
-            "diagnostics",
-            "robot",
-            "monitors",
-            "batch",
-            "recording",
-            "drawing",
-            "scenarios",
-            "runs",
-            "reports",
-        ],
-    ),
-    (
-        "editor",
-        &[
-            "channels",
-            "diagnostics",
-            "maps",
-            "bt",
-            "interfaces",
-            "skills",
-            "monitors",
-            "bags",
-            "scenarios",
-            "runs",
-            "campaigns",
-        ],
-    ),
-    (
-        "steward",
-        &[
-            "channels",
-            "diagnostics",
-            "maps",
-            "robot",
-            "ros_messages",
-            "nav",
-            "bt",
-            "tree_logs",
-            "groot",
-            "explorer",
-            "interfaces",
-            "skills",
-            "programs",
-            "remote",
-            "monitors",
-            "bags",
-            "network",
-            "batch",
-            "drawing",
-            "recording",
-            "trials",
-            "scenarios",
-            "runs",
-            "proofs",
-            "reports",
-            "campaigns",
-            "editor",
-            "cockpit",
-        ],
-    ),
-];
-
 /// The name that the code uses for a package: `steward-bt` in the registry is the crate `bt`.
 fn crate_name(package: &str) -> String {
     package.strip_prefix("steward-").unwrap_or(package).replace('-', "_")
-}
-
-#[test]
-fn crates_use_only_the_crates_below_them() {
-    let metadata = metadata(&["--no-deps"]);
-    let rooms = BTreeMap::from(ROOMS);
-    let found: BTreeSet<String> = metadata.packages.iter().map(|package| crate_name(&package.name)).collect();
-    assert!(found.iter().eq(rooms.keys()), "the crates of the workspace: {found:?}");
-    for package in &metadata.packages {
-        let allowed = rooms[&*crate_name(&package.name)];
-        let used = package.normal_dependencies().map(crate_name);
-        for dependency in used.filter(|dependency| rooms.contains_key(&**dependency)) {
-            assert!(allowed.contains(&&*dependency), "{} must not use {dependency}", package.name);
-        }
-    }
 }
 
 /// Simulation and robot software compile without readers of YAML, TOML and images, and without error rendering.
@@ -261,6 +91,7 @@ fn only_sim_simulates_and_only_drawing_draws() {
         ("image", "rasters"),
         ("resvg", "drawing"),
         ("clap", "steward"),
+        ("lsp-server", "steward"),
     ];
     for package in &metadata.packages {
         for used in package.normal_dependencies() {

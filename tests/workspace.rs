@@ -20,6 +20,7 @@ pub(crate) struct Package {
     pub(crate) license: Option<String>,
     /// The registry, unless the package is in this workspace.
     pub(crate) source: Option<String>,
+    pub(crate) manifest_path: PathBuf,
     pub(crate) dependencies: Vec<Dependency>,
     pub(crate) targets: Vec<Target>,
 }
