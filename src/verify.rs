@@ -18,13 +18,13 @@ pub(crate) mod judge;
 mod lines;
 pub(crate) mod live_page;
 pub(crate) mod log_context;
+mod logged_run;
 mod logs;
 #[cfg(test)]
 mod loss;
 pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
-mod recorded_tree;
 mod scene_sampler;
 mod ticks;
 pub(crate) mod tree_log;
@@ -144,19 +144,29 @@ impl LogOutput {
 /// Checks a log, and writes its report to the folder, if there is one.
 fn verify_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<VerificationResult, Error> {
     let tree = args.tree.load(std::slice::from_ref(&path.to_owned()))?;
-    if let Some(tree) = &tree {
-        Recording::of_bag(path, tree).map_err(reports::Error::from)?;
-    }
+    let is_bag = tree.is_none() && bags::is_bag(path);
     // A recording of a run in MCAP is also a bag. It needs no mapping, but accepts one.
-    let is_recording = || matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }));
-    let is_bag = tree.is_none() && bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
-    if args.follow && !is_bag && path != Path::new("-") && is_recording() {
+    let is_mapped = is_bag && args.map_channels.is_some();
+    // A name without a file may denote a part of a recording. A pipe can be read only once.
+    let is_file = path != Path::new("-") && std::fs::metadata(path).map_or(true, |about| about.is_file());
+    let recording = (tree.is_some() || is_file && !is_mapped).then(|| Recording::open_with(path, tree.as_ref()));
+    let recording = match recording {
+        Some(Ok(recording)) => Some(recording),
+        Some(Err(error)) if tree.is_some() => return Err(reports::Error::from(error).into()),
+        Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) | None => None,
+        // A bag may be damaged, or compressed, in another way than a recording.
+        Some(Err(error)) if !is_bag || matches!(error, RecordingError::Version { .. }) => {
+            return Err(event_log::unreadable(path, &error));
+        }
+        Some(Err(_)) => None,
+    };
+    if args.follow && recording.is_some() {
         let message = format!("{} is a recording by steward, which cannot be followed", path.display());
         return Err(Error::refused(message, "check it when the run is over, without `--follow`"));
     }
-    let result = match is_bag {
+    let result = match is_bag && recording.is_none() {
         true => bag::verify(args, path, folder),
-        false => event_log::verify(args, path, folder, tree.as_ref()),
+        false => event_log::verify(args, path, folder, recording, tree.as_ref()),
     }?;
     result.notes.iter().for_each(|text| note(text));
     Ok(result)
@@ -365,8 +375,8 @@ mod tests {
             std::fs::write(&file, text.replace("LEVEL", "BatteryReader, BatteryLevel, m[2]")).expect("room for both");
             let args = args(log.path(), file.to_str().expect("a path in UTF-8"));
             let verified = verify_log(&args, log.path(), None).expect("a readable log");
-            assert_eq!(verified.verdict(1), "satisfied", "it counts no ticks");
-            verified.verdict(0)
+            assert_eq!(verified.verdict(1).name(), "satisfied", "it counts no ticks");
+            verified.verdict(0).name()
         };
         assert_eq!(verdict("always ((LEVEL = 50) implies time_until (LEVEL < 10) < 3)"), "unsure");
         assert_eq!(verdict("always ((LEVEL < 10) implies once[<= 3] (LEVEL = 50))"), "unsure");

@@ -253,7 +253,7 @@ pub use formula::{
 };
 pub use load::{Property, PropertyFile, check, formulas, load, scope_monitor};
 pub use location::location_meaning;
-pub use log::{Channels, EventLog, GapMark, LogEnd, LogError, topology_of_log, verify};
+pub use log::{Channels, EventLog, ForeignMessage, GapMark, LogEnd, LogError, admit, topology_of_log, verify};
 pub use monitor::{
     Continuation, EventTime, OpenObligation, PossibleStates, ScopeMonitor, Sighting, Vacuity, Violation, Violations,
     Witness,

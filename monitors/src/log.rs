@@ -59,16 +59,12 @@ pub enum LogError {
         to: String,
     },
     /// A message that its channel cannot carry.
-    #[error("line {line} of the log: {channel} does not carry {message}{}, but {domain}", rounded(message, domain))]
+    #[error("line {line} of the log: {message}")]
     Foreign {
         /// The number of the line, counted from 1.
         line: u64,
-        /// The channel, in words.
-        channel: String,
         /// The message.
-        message: Message,
-        /// What the channel carries.
-        domain: Domain,
+        message: ForeignMessage,
     },
     /// An event after the line with the end of the run.
     #[error("line {line} of the log comes after the end of its run")]
@@ -88,6 +84,31 @@ pub enum LogError {
         /// The line's time.
         time: Duration,
     },
+}
+
+/// A message that its channel cannot carry.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{channel} does not carry {message}{}, but {domain}", rounded(message, domain))]
+pub struct ForeignMessage {
+    /// The channel, in words.
+    channel: String,
+    message: Message,
+    /// What the channel carries.
+    domain: Domain,
+}
+
+/// A recorded message as a channel between these processes carries it. As for monitors, a domain without shapes
+/// contains every message.
+///
+/// # Errors
+/// [`ForeignMessage`] if the channel cannot carry it.
+pub fn admit(message: Message, (from, to): (&str, &str), domain: &Domain) -> Result<Message, ForeignMessage> {
+    // Nearly every message fits as it is, and is passed on without a copy.
+    if domain.shapes().is_empty() || domain.contains(&message) {
+        return Ok(message);
+    }
+    let foreign = |message| ForeignMessage { channel: format!("{from} → {to}"), message, domain: domain.clone() };
+    domain.admit(&message).ok_or_else(|| foreign(message))
 }
 
 /// That an integer of the message would be rounded, if nothing else keeps it out of the domain.
@@ -464,7 +485,12 @@ impl<R: BufRead> EventLog<R> {
         let to = found.to.ok_or_else(|| missing("to"))?;
         let message = found.message.ok_or_else(|| missing("message"))?;
         match (self.channel(from, to), self.which) {
-            (Some(place), _) => self.carried(&self.channels[place], message).map(Some),
+            (Some(place), _) => {
+                let NamedChannel { from, to, channel, domain } = &self.channels[place];
+                let admitted = admit(message, (from, to), domain);
+                let admitted = admitted.map_err(|message| LogError::Foreign { line: self.number, message })?;
+                Ok(Some(EventKind::Received { channel: *channel, message: admitted }))
+            }
             (None, Channels::Known) => {
                 self.skipped += 1;
                 self.is_foreign |= from != WORLD.as_bytes();
@@ -475,22 +501,6 @@ impl<R: BufRead> EventLog<R> {
                 Err(LogError::UnknownChannel { line: self.number, from, to })
             }
         }
-    }
-
-    /// The message as its channel carries it. As for monitors, a domain without shapes contains every message.
-    fn carried(&self, named: &NamedChannel, message: Message) -> Result<EventKind, LogError> {
-        let NamedChannel { from, to, channel, domain } = named;
-        // Nearly every message fits as it is, and is passed on without a copy.
-        if domain.shapes().is_empty() || domain.contains(&message) {
-            return Ok(EventKind::Received { channel: *channel, message });
-        }
-        let admitted = domain.admit(&message).map(|message| EventKind::Received { channel: *channel, message });
-        admitted.ok_or_else(|| LogError::Foreign {
-            line: self.number,
-            channel: format!("{from} → {to}"),
-            message,
-            domain: domain.clone(),
-        })
     }
 
     fn object<'a>(&mut self, scanner: &mut Scanner<'a>) -> Result<Found<'a>, Unreadable> {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use channels::Ground;
-use recording::Carried;
+use recording::{Carried, Header};
 use scenarios::scenario::find;
 
 use crate::output::note;
@@ -45,6 +45,19 @@ impl Description {
         let remote = described["remote"].as_array().into_iter().flatten();
         let remote = remote.filter_map(|name| Some(name.as_str()?.to_owned())).collect();
         Self { scenario: text("scenario"), is_own, version: text("version"), tick, lacks_ticks, carried, remote }
+    }
+
+    /// The description of a recorded run.
+    pub(super) fn of_recording(header: &Header) -> Self {
+        Self {
+            scenario: Some(header.scenario.clone()),
+            is_own: find::shipped(&header.origin.argument).is_none(),
+            version: Some(header.version.clone()),
+            tick: Some(header.tick).filter(|tick| !tick.is_zero()),
+            lacks_ticks: !header.knows_ticks(),
+            carried: Some(Carried::by(&header.topology)),
+            remote: header.remote.clone(),
+        }
     }
 
     /// Refuses a log of a newer version, whose format is unknown.

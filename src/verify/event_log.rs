@@ -1,9 +1,7 @@
 //! Event logs and recordings, judged in one pass from start to end.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::{BTreeSet, VecDeque};
-use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -14,19 +12,18 @@ use campaigns::Error;
 use channels::{ChannelId, Event, EventKind, Flaw, Gap, Ground, Topology};
 use diagnostics::counted;
 use editor::System;
-use monitors::{Channels, EventLog, GapMark, LogError, Property};
-use recording::{BagTree, Carried, Doubts, Header, LoggedRecording, Origin, Recording, RecordingError};
+use monitors::{GapMark, Property};
+use recording::{BagTree, Doubts, Header, Origin, Recording};
 
 use super::args::VerifyArgs;
 use super::description::Description;
-use super::growing::{GrowingLog, STILL_WRITTEN};
+use super::growing::STILL_WRITTEN;
 use super::judge::{self, NO_FORMULA, Verification, VerificationResult, load, recorded_properties, unreported_levels};
 use super::log_context::LogContext;
-use super::recorded_tree::RecordedTree;
+use super::logged_run::{LoggedRun, RecordedTree, Start};
 use super::ticks::Ticks;
 use super::tree_log;
 use crate::interrupt;
-use crate::output::note;
 use crate::results::node_places;
 
 /// The maximum number of gaps of a log that are listed. More would not be read.
@@ -37,9 +34,10 @@ pub(super) fn verify(
     args: &VerifyArgs,
     path: &Path,
     folder: Option<&Path>,
+    recording: Option<Recording>,
     tree: Option<&BagTree>,
 ) -> Result<VerificationResult, Error> {
-    verify_by(args, path, folder, tree, |described, header| Specification::of(args, described, header))
+    verify_by(args, path, folder, recording, tree, |described, header| Specification::of(args, described, header))
 }
 
 /// The same, by the specification that follows from the description or the header of the log.
@@ -47,6 +45,7 @@ pub(super) fn verify_by(
     args: &VerifyArgs,
     path: &Path,
     folder: Option<&Path>,
+    recording: Option<Recording>,
     tree: Option<&BagTree>,
     specification: impl FnOnce(&Description, Option<&Header>) -> Result<Specification, Error>,
 ) -> Result<VerificationResult, Error> {
@@ -63,68 +62,43 @@ pub(super) fn verify_by(
         }
         _ => {}
     }
-    let unreadable = |error: std::io::Error| {
-        let message = format!("cannot read the log {}: {error}", path.display());
-        let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording; or a \
-                    log of BehaviorTree.CPP";
-        Error::refused(message, help)
+    let start = match recording {
+        Some(recording) => Start::of_recording(recording).map_err(|error| unreadable(path, &error))?,
+        None => Start::of_lines(path, args.follow).map_err(|error| unreadable(path, &error))?,
     };
-    let truncated = Truncated::default();
-    let mut input = open(path, tree, args.follow, &truncated).map_err(unreadable)?;
-    let mut first = Vec::new();
-    // A longer line is refused below.
-    input.by_ref().take(1 << 20).read_until(b'\n', &mut first).map_err(unreadable)?;
-    let described = Description::of(&first);
+    let described = start.description();
     described.check_version()?;
-    let of_recording = header(path, tree);
+    let of_recording = start.header().cloned();
     let Specification { system, run, mut properties, unjudged } = specification(&described, of_recording.as_ref())?;
-    let lacks_ticks = of_recording.as_ref().map_or(described.lacks_ticks, |header| !header.knows_ticks());
+    let lacks_ticks = described.lacks_ticks;
     if lacks_ticks {
         tree_log::refuse_unknown(&properties)?;
     }
-    let log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
-    let mut log = if args.follow { log.until_end() } else { log };
-    let help = |error: &LogError| match (&of_recording, error) {
-        (Some(_), _) => "the recording was changed after it was written: record the run again",
-        (None, LogError::Foreign { .. }) => {
-            "correct the message; or name the scenario that the log is from: `--scenario NAME|FILE`"
-        }
-        (None, LogError::AfterEnd { .. } | LogError::Backwards { .. }) => {
-            "check logs of several runs each in a file of its own"
-        }
-        (None, _) => "each line of a log is one JSON object",
-    };
-    let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
-    let ground = if of_recording.is_some() { Ground::Complete } else { described.ground() };
+    let mut log = start.run(path, &system.topology, args.follow);
+    let ground = described.ground();
     let ground = if lacks_ticks { ground.weaker(tree_log::ground()) } else { ground };
     let gaps = RefCell::default();
-    // The end of a truncated recording is reported in another way.
-    let breaks_off = "the log breaks off: its last line, which says how its run ended, is missing";
-    let breaks_off = of_recording.is_none().then_some(breaks_off);
-    let events = events_of(&mut log, (&system.topology, &ground), breaks_off, refused, &gaps);
-    let is_stated = of_recording.is_some() || described.tick.is_some();
-    let ticks = RefCell::new((!lacks_ticks).then(|| Ticks::new(&properties, (!is_stated).then_some(system.tick))));
+    let stories = args.results.have_stories();
+    let has_tree = (folder.is_some() || stories) && args.scenario.is_none();
+    let tree_of_run = of_recording.as_ref().filter(|header| has_tree && !header.tree.is_empty());
+    let recorded_tree = tree_of_run.map(|header| Rc::new(RecordedTree::new(header)));
+    let events = events_of(log.as_mut(), (&system.topology, &ground), recorded_tree.as_deref(), &gaps);
+    let assumed = described.tick.is_none().then_some(system.tick);
+    let ticks = RefCell::new((!lacks_ticks).then(|| Ticks::new(&properties, assumed)));
     let events = events.inspect(|found| ticks.borrow_mut().iter_mut().for_each(|ticks| ticks.note(found)));
     let unfit = std::iter::from_fn(|| {
         let why = ticks.take()?.unfit()?;
         gaps.borrow_mut().note(&why);
         Some(Ok(Found::LeftOut(Gap { flaw: Flaw::Ticks, since: Some(Duration::ZERO), ..Gap::of_anything(why) })))
     });
-    // Whether a recording is truncated is known only at its end. Any message may be missing after that.
-    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap::of_anything(why)))));
-    let nodes = of_recording.as_ref().map_or(&described.remote, |header| &header.remote);
-    let mut doubts = Doubts::of_run(&properties, &system.topology, &ground, nodes);
-    let carried = of_recording.as_ref().map(|header| Carried::by(&header.topology)).or(described.carried.clone());
-    if let Some(carried) = carried {
-        doubts = doubts.only(&carried, &system.topology);
+    let mut doubts = Doubts::of_run(&properties, &system.topology, &ground, &described.remote);
+    if let Some(carried) = &described.carried {
+        doubts = doubts.only(carried, &system.topology);
     }
     let about = match of_recording.as_ref().filter(|_| lacks_ticks) {
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
     };
-    let stories = args.results.have_stories();
-    let has_tree = of_recording.is_some() && (folder.is_some() || stories) && args.scenario.is_none();
-    let recorded_tree = if has_tree { RecordedTree::of(path) } else { None };
     let verification = Verification {
         command: args.command(path),
         name: judge::name(path),
@@ -134,18 +108,18 @@ pub(super) fn verify_by(
         mapping: String::new(),
         inputs: args.inputs(path),
         system: &system,
-        context: &LogContext { tree: recorded_tree, lacks_ticks, ..LogContext::default() },
+        context: &LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() },
         announcer: args.announcer(),
         board: None,
     };
-    let monitoring = verification.judge(events.chain(unfit).chain(rest), &mut properties, doubts)?;
+    let monitoring = verification.judge(events.chain(unfit), &mut properties, doubts)?;
     let later = monitoring.notes(&properties);
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let GapNotes { first, more } = gaps.into_inner();
     let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
     let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
-    let unreported = of_recording.as_ref().map(|_| unreported_levels(path, &properties, &system.topology));
+    let unreported = log.view().map(|view| unreported_levels(view, &properties, &system.topology));
     let is_cut = args.follow && interrupt::flow().is_break() && log.end().is_none();
     let stopped = is_cut.then(|| STILL_WRITTEN.to_owned());
     let left_open = lacks_ticks.then(|| tree_log::LEFT_OPEN.to_owned());
@@ -163,6 +137,13 @@ pub(super) fn verify_by(
     })
 }
 
+pub(super) fn unreadable(path: &Path, error: &dyn std::error::Error) -> Error {
+    let message = format!("cannot read the log {}: {error}", path.display());
+    let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording; or a log of \
+                BehaviorTree.CPP";
+    Error::refused(message, help)
+}
+
 /// Notes about the gaps of a log: the first few, and the number of further ones.
 #[derive(Default)]
 struct GapNotes {
@@ -176,15 +157,14 @@ impl GapNotes {
     }
 }
 
-/// The events of a log, and its gaps, for which notes are added.
+/// The events of a log, and its gaps, for which notes are added; the outcomes of the nodes go to the tree.
 ///
 /// If the log has messages on channels that the topology does not have, it is of another system. Then the log vouches
 /// only for channels on which a message has been received: the others may not have been in it.
-fn events_of<R: BufRead>(
-    log: &mut EventLog<R>,
+fn events_of(
+    log: &mut dyn LoggedRun,
     (topology, ground): (&Topology, &Ground),
-    mut breaks_off: Option<&'static str>,
-    refused: impl Fn(LogError) -> Error,
+    tree: Option<&RecordedTree>,
     gaps: &RefCell<GapNotes>,
 ) -> impl Iterator<Item = Result<Found, Error>> {
     let (mut ahead, mut is_over, mut is_ended) = (None, false, false);
@@ -196,9 +176,10 @@ fn events_of<R: BufRead>(
                 Ok(event) => (is_over, ahead) = (event.is_none(), event),
                 Err(error) => {
                     is_over = true;
-                    return Some(Err(refused(error)));
+                    return Some(Err(error));
                 }
             }
+            tree.iter().for_each(|tree| tree.note(log.take_outcomes()));
             if log.is_foreign() && !std::mem::replace(&mut is_foreign, true) {
                 let why = "none is in the log, which has messages on channels that the scenario does not have";
                 vouched.extend(without_message.iter().map(|channel| (*channel, Ground::Missing(why.to_owned()))));
@@ -220,11 +201,11 @@ fn events_of<R: BufRead>(
                 GapMark::Ends(channel) => Found::Resumed(channel),
             }));
         }
-        // The end of a followed log may not have been written yet.
-        if ahead.is_none() && log.lacks_end() && interrupt::flow().is_continue() {
-            return breaks_off.take().map(|why| {
-                gaps.borrow_mut().note(why);
-                Ok(Found::LeftOut(log.rest(why)))
+        if ahead.is_none() && log.breaks_off() {
+            return (!std::mem::replace(&mut is_ended, true)).then(|| {
+                let (rest, why) = log.rest();
+                why.iter().for_each(|why| gaps.borrow_mut().note(why));
+                Ok(Found::LeftOut(rest))
             });
         }
         let end = || log.end().filter(|_| !std::mem::replace(&mut is_ended, true)).map(Found::Ended);
@@ -260,48 +241,5 @@ impl Specification {
             _ => (load(&args.properties, &system)?, Vec::new()),
         };
         Ok(Self { system, run, properties, unjudged })
-    }
-}
-
-/// The header of a recording, which describes its system; none for other logs.
-fn header(log: &Path, tree: Option<&BagTree>) -> Option<Header> {
-    let is_whole = tree.is_some() || !is_pipe(log);
-    let view =
-        is_whole.then(|| Recording::open_with(log, tree).and_then(|mut recording| recording.begin()).ok()).flatten();
-    view.map(|view| view.header().clone())
-}
-
-/// Whether a log can be read only once, like standard input. A name without a file may denote a part of a recording,
-/// which can be read again.
-fn is_pipe(log: &Path) -> bool {
-    std::fs::metadata(log).is_ok_and(|about| !about.is_file())
-}
-
-/// Why a recording ends before its run, in words; none if it is complete.
-type Truncated = Rc<Cell<Option<String>>>;
-
-/// The bytes of a log from a file, a pipe or standard input. A recording is read as an event log.
-fn open(log: &Path, tree: Option<&BagTree>, follow: bool, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
-    if follow {
-        return Ok(Box::new(BufReader::new(GrowingLog::open(log)?)));
-    }
-    if log == Path::new("-") {
-        return Ok(Box::new(std::io::stdin().lock()));
-    }
-    let recording = (tree.is_some() || !is_pipe(log)).then(|| Recording::open_with(log, tree));
-    match recording {
-        None | Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) => {
-            diagnostics::reading(log)?;
-            Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
-        }
-        Some(recording) => {
-            let truncated = Rc::clone(truncated);
-            let note_end = move |error: &RecordingError| {
-                note(&error.to_string());
-                truncated.set(Some(error.to_string()));
-            };
-            let logged = recording.and_then(|recording| LoggedRecording::begin(recording, note_end));
-            Ok(Box::new(logged.map_err(std::io::Error::other)?))
-        }
     }
 }

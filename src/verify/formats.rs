@@ -54,7 +54,7 @@ pub(super) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> 
         list: false,
         json: false,
     };
-    verify_by(&args, path, None, None, |described, header| {
+    verify_by(&args, path, None, Recording::open(path).ok(), None, |described, header| {
         let tick = described.tick.unwrap_or(header.map_or(TICK_OF_SCENARIO, |header| header.tick));
         let system = System::new(Arc::clone(topology), tick);
         let properties = system.read("p.scope", properties)?.properties;

@@ -11,7 +11,7 @@ use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{
-    Certainty, Doubts, Evidence, Follower, Header, InputFile, Judge, Monitor, Origin, Provenance, Recording,
+    Certainty, Doubts, Evidence, Follower, Header, InputFile, Judge, Monitor, Origin, Provenance, RunView,
     ShownVerdict, TrustedView,
 };
 use reports::file_place::FilePlace;
@@ -161,17 +161,12 @@ impl VerificationResult {
     }
 }
 
-/// For each property that is satisfied although the true level in this recording of a simulated run fell below the
-/// required one: a note that no message reported this. Levels in the missing part of a truncated recording are unknown.
-pub(super) fn unreported_levels(path: &Path, properties: &[Property], topology: &Topology) -> Vec<Option<String>> {
-    let view = Recording::open(path).and_then(|mut recording| {
-        let mut view = recording.begin()?;
-        while view.end().is_none() && recording.advance(&mut view).is_ok() {}
-        Ok(view)
-    });
+/// For each property that is satisfied although the true level in this recorded run fell below the required one: a note
+/// that no message reported this. Levels in the missing part of a truncated recording are unknown.
+pub(super) fn unreported_levels(view: &RunView, properties: &[Property], topology: &Topology) -> Vec<Option<String>> {
     let unreported = |property: &Property| {
         let outcome = Outcome::of(property.monitor.as_ref());
-        reports::unheard_level(&Monitor::of(property, topology), outcome, view.as_ref().ok()?)
+        reports::unheard_level(&Monitor::of(property, topology), outcome, view)
     };
     properties.iter().map(unreported).collect()
 }
@@ -328,9 +323,8 @@ impl Verification<'_> {
                         presentation.follow(&view)?;
                         page.iter_mut().try_for_each(|page| page.follow(&view))?;
                     }
-                    let number = event.step;
                     let mut step = judge.step(event, properties);
-                    context.tree.iter().for_each(|tree| tree.add(number, &mut step));
+                    context.tree.iter().for_each(|tree| tree.add(&mut step));
                     view.apply(step);
                     if let Some(page) = &mut page {
                         page.follow(&view)?;

@@ -9,7 +9,7 @@ use recording::{Header, Premises, RobotBody};
 use trials::replay::live_pose::LivePose;
 use trials::replay::trajectory::{Trajectory, TrajectoryPoint};
 
-use super::recorded_tree::RecordedTree;
+use super::logged_run::RecordedTree;
 
 /// What is known of a log besides its events.
 #[derive(Default)]
@@ -23,7 +23,7 @@ pub(crate) struct LogContext {
     /// The pose of a running robot, if a page shows it.
     pub(super) live_pose: Option<Rc<RefCell<LivePose>>>,
     /// The tree of a recording, with the outcomes of its nodes.
-    pub(super) tree: Option<RecordedTree>,
+    pub(super) tree: Option<Rc<RecordedTree>>,
     /// Whether the times of events are those at which the log received them, rather than stamps.
     pub(super) is_by_log: bool,
     /// Whether the ticks of the tree are unknown.

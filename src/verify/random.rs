@@ -14,7 +14,7 @@ use channels::{Event, EventKind, Ground, Message, Topology, Value, Verdict};
 use monitors::{Channels, EventLog, Outcome, Property};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-use recording::{Archive, Doubts, Evidence, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
+use recording::{Archive, Doubts, Evidence, Follower, Judge, Origin, RecordedEvents, Recording, RunView, event_line};
 
 use super::judge::{MonitoringResult, judge_without_report};
 use super::log_context::LogContext;
@@ -313,8 +313,10 @@ fn read_again(events: &[Event], topology: &Arc<Topology>, file: Option<&Path>) -
         archive.follow(&view).unwrap();
     }
     archive.finish().unwrap();
-    let logged = LoggedRecording::begin(Recording::open(path).unwrap(), |error| panic!("{error}")).unwrap();
-    EventLog::new(logged, topology, Channels::All).map(Result::unwrap).collect()
+    let mut recording = Recording::open(path).unwrap();
+    let start = recording.begin().unwrap();
+    let mut recorded = RecordedEvents::new(recording, start, topology);
+    std::iter::from_fn(|| recorded.next_event().unwrap()).collect()
 }
 
 /// Checks this many logs, each with ten properties. Returns how many pairs there were, and how many were unsure.

@@ -86,8 +86,8 @@ fn value_json(value: &Value) -> serde_json::Value {
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
-    /// The tree's statuses as they were last written, at first unknown; none if they are not to be written.
-    statuses: Option<Vec<Option<bt::Outcome>>>,
+    /// The tree's statuses as they were last written, at first unknown.
+    statuses: Vec<Option<bt::Outcome>>,
     /// The step and the tick of the last event.
     last: (u64, Option<u64>),
     /// How many messages of the world have been written, and how many lines with gaps or their ends.
@@ -102,16 +102,8 @@ impl<W: Write> EventLogWriter<W> {
     /// # Errors
     /// If writing fails.
     pub fn begin(output: W, view: &RunView) -> io::Result<Self> {
-        Self::with(output, Some(Vec::new()), view)
-    }
-
-    /// The same without the tree's statuses.
-    pub(crate) fn of_messages(output: W, view: &RunView) -> io::Result<Self> {
-        Self::with(output, None, view)
-    }
-
-    fn with(output: W, statuses: Option<Vec<Option<bt::Outcome>>>, view: &RunView) -> io::Result<Self> {
-        let mut log = Self { output: BufWriter::new(output), statuses, last: (0, None), of_world: 0, gaps: 0 };
+        let mut log =
+            Self { output: BufWriter::new(output), statuses: Vec::new(), last: (0, None), of_world: 0, gaps: 0 };
         let header = view.header();
         let mut description = json!({
             "scenario": header.scenario,
@@ -192,22 +184,12 @@ impl<W: Write> EventLogWriter<W> {
     /// Writes the tree's statuses if they have changed.
     fn write_statuses(&mut self, view: &RunView, outcomes: &[Option<bt::Outcome>], tick: u64) -> io::Result<()> {
         // Before anything has happened, there is nothing to write.
-        let is_new =
-            |written: &&mut Vec<_>| written.as_slice() != outcomes && !(written.is_empty() && view.events().is_empty());
-        if let Some(written) = self.statuses.as_mut().filter(is_new) {
+        if self.statuses != outcomes && !(self.statuses.is_empty() && view.events().is_empty()) {
             let (time_s, tree) = (seconds(view.time()), statuses(view, outcomes));
             writeln!(self.output, "{}", json!({ "tick": tick, "time_s": time_s, "tree": tree }))?;
-            outcomes.clone_into(written);
+            outcomes.clone_into(&mut self.statuses);
         }
         Ok(())
-    }
-}
-
-impl EventLogWriter<Vec<u8>> {
-    /// Writes the lines since the last call.
-    pub(crate) fn lines(&mut self) -> io::Result<Vec<u8>> {
-        self.output.flush()?;
-        Ok(std::mem::take(self.output.get_mut()))
     }
 }
 

@@ -171,10 +171,6 @@ impl Recording {
         RecordingError::Truncated { path: self.path.clone(), extent }
     }
 
-    pub(crate) fn unreadable(&self, source: io::Error) -> RecordingError {
-        RecordingError::Read { path: self.path.clone(), source }
-    }
-
     /// The first two records.
     fn start(&mut self) -> Result<(Header, Step), RecordingError> {
         match (self.next_record()?, self.next_record()?) {

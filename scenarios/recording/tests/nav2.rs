@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bt::{Status, Tree};
 use channels::{EventKind, Flaw, Gap};
 use mcap::records::MessageHeader;
-use recording::{BagTree, Happening, LogError, LoggedRecording, Recording, RecordingError, RunView};
+use recording::{BagTree, Happening, LogError, RecordedEvents, Recording, RecordingError, RunView};
 use ros_messages::{CdrWriter, RosMessage, messages};
 use tree_logs::{Log as TreeLog, LogEntry, NodeStatus};
 
@@ -175,11 +176,11 @@ fn a_status_that_does_not_follow_from_the_one_before_is_a_loss() {
                missing, or the tree is another one";
     assert_eq!((gap.why.as_str(), view.lost()), (why, &[why.to_owned()][..]));
     assert_eq!(told.last().map(String::as_str), Some("9 ComputePathToPose running"));
-    // Who reads it as a log hears of it, too.
-    let recording = Recording::of_bag(&path, &tree()).unwrap();
-    let mut log = LoggedRecording::begin(recording, |error| panic!("{error}")).unwrap();
-    let text = std::io::read_to_string(&mut log).unwrap();
-    let mut events = monitors::EventLog::new(text.as_bytes(), view.topology(), monitors::Channels::All);
+    // The monitors of other properties are notified of it, too.
+    let mut recording = Recording::of_bag(&path, &tree()).unwrap();
+    let start = recording.begin().unwrap();
+    let topology = Arc::clone(&start.header().topology);
+    let mut events = RecordedEvents::new(recording, start, &topology);
     while events.next_event().unwrap().is_some() {}
     let begins = monitors::GapMark::Begins(gap.clone());
     assert_eq!((events.next_gap_mark(), events.next_gap_mark()), (Some(begins), None));
