@@ -5,16 +5,15 @@ mod boards;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
 use campaigns::Error;
 use channels::Ground;
-use cockpit::Cockpit;
+use cockpit::{Cockpit, Feed};
 use editor::System;
 use groot::{Blackboards, Client, GrootError, TreeSnapshot, TreeUpdate, TreeWatch};
 use monitors::Property;
-use recording::{Archive, Doubts, Ended, Follower as _, Origin, Step, TreeRun, TrustedView};
+use recording::{Archive, Doubts, Ended, Follower as _, Origin, RunView, Step, TreeRun, fitting};
 use tree_logs::LoggedTree;
 
 use crate::interrupt;
@@ -25,7 +24,6 @@ use crate::verify::announcer::{Announcer, Reactions};
 use crate::verify::growing::pause;
 use crate::verify::in_words;
 use crate::verify::judge::{VerificationResult, load};
-use crate::verify::live_page::LivePage;
 use crate::verify::log_context::LogContext;
 use crate::verify::tree_log::refuse_unknown;
 use boards::{BoardBudget, entry_value};
@@ -53,8 +51,9 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
     let client = Client::connect(&address, TIMEOUT).map_err(refused)?;
     note(if args.passive { PASSIVE } else { COST });
     let (mut program, snapshot) = TreeWatch::begin(client, args.passive).map_err(refused)?;
-    let mut watched = WatchedTree::begin(args, &address, program.tree(), snapshot, 1)?;
-    let shown = show(page, &watched.shown)?;
+    let (feed, records) = Feed::new();
+    let mut watched = WatchedTree::begin(args, &address, program.tree(), snapshot, (1, feed))?;
+    serve_meanwhile(page.announce(Cockpit::follow(records, page.port()))?);
     let mut status = 0;
     while interrupt::flow().is_continue() {
         let error = match program.next_update() {
@@ -64,7 +63,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
                 continue;
             }
             Ok(None) => {
-                watched.idle()?;
+                watched.idle();
                 pause();
                 continue;
             }
@@ -83,19 +82,18 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
             watched.take(TreeUpdate::Missing { why: "the program answers again".to_owned(), snapshot })?;
         } else {
             note("it runs another tree");
-            let next = WatchedTree::begin(args, &address, program.tree(), snapshot, watched.number + 1)?;
-            program.read_every(next.boards.period());
-            status = status.max(std::mem::replace(&mut watched, next).finish()?);
-            // An error means that the page has ended.
-            let _ = shown.send(watched.shown.clone());
+            let number = watched.number + 1;
+            let (found, feed) = watched.finish()?;
+            status = status.max(found);
+            watched = WatchedTree::begin(args, &address, program.tree(), snapshot, (number, feed))?;
+            program.read_every(watched.boards.period());
         }
     }
     match program.end() {
         Ok(last) => last.into_iter().try_for_each(|update| watched.take(update))?,
         Err(error) => watched.note_loss(&format!("the program does not answer: {error}"))?,
     }
-    status = status.max(watched.finish()?);
-    Ok(ExitCode::from(status))
+    Ok(ExitCode::from(status.max(watched.finish()?.0)))
 }
 
 /// The address, with Groot2's port if it has none.
@@ -103,13 +101,6 @@ fn with_port(address: &str) -> String {
     let is_whole = |host: &str| !host.contains(':') || host.ends_with(']');
     let has_port = address.rsplit_once(':').is_some_and(|(host, _)| is_whole(host));
     if has_port { address.to_owned() } else { format!("{address}:{}", groot::PORT) }
-}
-
-/// Serves the page, which shows a recording, and then each recording that is sent.
-fn show(page: &PageArgs, first: &Path) -> Result<Sender<PathBuf>, Error> {
-    let (shown, shows) = channel();
-    serve_meanwhile(page.announce(Cockpit::follow(first, shows, page.port()))?);
-    Ok(shown)
 }
 
 /// Waits until the program answers again, or until Ctrl-C.
@@ -123,7 +114,7 @@ fn await_program(
         if let Ok(again) = client.and_then(|client| TreeWatch::begin(client, is_passive)) {
             return Ok(Some(again));
         }
-        watched.idle()?;
+        watched.idle();
         (0..20).take_while(|_| interrupt::flow().is_continue()).for_each(|_| pause());
     }
     Ok(None)
@@ -135,12 +126,10 @@ struct WatchedTree {
     /// The number of trees so far.
     number: usize,
     run: TreeRun,
-    view: TrustedView,
+    view: RunView,
     properties: Vec<Property>,
     announcer: Announcer,
-    page: LivePage,
-    /// The recording that the page shows.
-    shown: PathBuf,
+    page: Feed,
     archive: Option<Archive>,
     last_us: i64,
     boards: BoardBudget,
@@ -154,7 +143,7 @@ impl WatchedTree {
         address: &str,
         tree: &LoggedTree,
         snapshot: TreeSnapshot,
-        number: usize,
+        (number, page): (usize, Feed),
     ) -> Result<Self, Error> {
         let topology = TreeRun::topology(tree);
         let system = System::new(Arc::clone(&topology), Duration::ZERO);
@@ -168,16 +157,16 @@ impl WatchedTree {
         let ground = Ground::Assumed("the program tells every change of status while it is asked".to_owned());
         let doubts = Doubts::about_losses(&properties, &topology).on(&ground);
         let (run, header, start) = TreeRun::begin(name, origin, (tree, &topology), snapshot.at_us, &properties, doubts);
-        let view = TrustedView::new(header, start);
-        let page = LivePage::begin(&view)?;
+        let view = fitting(RunView::new(header, start));
+        page.begin(&view);
         let file = args.record.as_deref().map(|file| numbered(file, number));
         let archive = file.map(|file| Archive::begin(&file, &view)).transpose()?;
         let announcer = Announcer::new(false, Reactions::default());
-        let (shown, last_us) = (page.recording(), snapshot.at_us);
+        let last_us = snapshot.at_us;
         let tree = tree.clone();
         let (boards, unshown) = (BoardBudget::default(), Vec::new());
         let mut watched =
-            Self { tree, number, run, view, properties, announcer, page, shown, archive, last_us, boards, unshown };
+            Self { tree, number, run, view, properties, announcer, page, archive, last_us, boards, unshown };
         if args.passive {
             let step = watched.run.doubt(last_us, PASSIVE, &mut watched.properties);
             watched.add(step)?;
@@ -242,38 +231,36 @@ impl WatchedTree {
     }
 
     fn add(&mut self, step: Step) -> Result<(), Error> {
-        self.view.apply(step);
-        self.page.follow(&self.view)?;
+        fitting(self.view.apply(step));
+        let Ok(()) = self.page.follow(&self.view);
         self.archive.follow(&self.view)?;
         self.announcer.follow(self.view.time(), &self.properties, self.run.doubts(), &LogContext::without_ticks())
     }
 
-    /// Updates the progress line and the page without a new step.
-    fn idle(&mut self) -> Result<(), Error> {
+    /// Updates the progress line without a new step.
+    fn idle(&mut self) {
         self.announcer.idle(&self.properties, &LogContext::without_ticks());
-        self.page.show()
     }
 
-    /// Ends the recordings, and prints the verdicts. Returns the exit status.
-    fn finish(mut self) -> Result<u8, Error> {
+    /// Ends the recordings, and prints the verdicts. Returns the exit status, and the feed of the page.
+    fn finish(mut self) -> Result<(u8, Feed), Error> {
         // The last step is recorded with the end.
         let last = self.run.note(self.last_us, "nobody asks the program any more".to_owned());
-        self.view.apply(last);
-        self.view.finish(self.run.finish(Ended::Recorded, &self.properties));
+        fitting(self.view.apply(last));
+        fitting(self.view.finish(self.run.finish(Ended::Recorded, &self.properties)));
         self.archive.follow(&self.view)?;
         self.archive.map_or(Ok(()), Archive::finish)?;
-        self.page.follow(&self.view)?;
-        self.page.finish(&self.view)?;
+        let Ok(()) = self.page.follow(&self.view);
         if self.properties.is_empty() {
             self.unshown.iter().for_each(|text| note(text));
-            return Ok(0);
+            return Ok((0, self.page));
         }
         let (end, left_open) = (self.run.end(), LEFT_OPEN.to_owned());
         let mut result = VerificationResult::of(self.properties, end, self.run.doubts(), left_open);
         result.notes.extend(self.unshown);
         result.notes.iter().for_each(|text| note(text));
         print_wrapped(in_words(&result))?;
-        Ok(result.status())
+        Ok((result.status(), self.page))
     }
 }
 

@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use campaigns::Error;
 use clap::Args;
-use cockpit::{Board, Cockpit};
+use cockpit::{Board, Cockpit, Feed};
 use diagnostics::Unfinished;
-use recording::{Recording, RecordingError};
+use recording::{Recording, RecordingError, RunView};
 use runs::{Partners, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
@@ -19,6 +19,7 @@ use crate::names::ScenarioName;
 use crate::output::{note, note_elsewhere, print_wrapped};
 use crate::run::BesideArgs;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
+use crate::verify::growing::pause;
 use crate::{browser, interrupt};
 use groot_args::GrootArgs;
 
@@ -78,7 +79,7 @@ impl PageArgs {
 }
 
 /// Whether there is a page, and on which port.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct BoardArgs {
     /// Shows the progress on a page in the browser
     #[arg(long)]
@@ -116,17 +117,29 @@ impl BoardArgs {
         self.live.then_some(PageArgs { port: self.port, no_open: self.no_open })
     }
 
+    /// Waits until the program is interrupted, if there is a page that goes on until then.
+    pub(crate) fn stay(&self) {
+        if self.live && interrupt::flow().is_continue() {
+            note("Ctrl-C ends the page");
+            while interrupt::flow().is_continue() {
+                pause();
+            }
+        }
+    }
+
     /// Whether a page was requested.
     pub(crate) fn is_live(&self) -> bool {
         self.live
     }
 
-    /// Shows a recording that is being written, as long as the program goes on.
-    pub(crate) fn follow(&self, recording: &Path) -> Result<(), Error> {
-        let cockpit = Cockpit::replay(&[recording.to_owned()], Recording::open, self.port).map_err(refused)?;
+    /// Shows a run from its start, as long as the program goes on.
+    pub(crate) fn feed(&self, start: &RunView) -> Result<Feed, Error> {
+        let (feed, records) = Feed::new();
+        feed.begin(start);
+        let cockpit = Cockpit::follow(records, self.port).map_err(refused)?;
         self.show("the page is", &cockpit.address());
         serve_meanwhile(cockpit);
-        Ok(())
+        Ok(feed)
     }
 }
 

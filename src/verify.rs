@@ -14,9 +14,9 @@ mod formats;
 pub(crate) mod growing;
 pub(crate) mod inputs;
 pub(crate) mod judge;
+mod judged_run;
 #[cfg(test)]
 mod lines;
-pub(crate) mod live_page;
 pub(crate) mod log_context;
 mod logged_run;
 mod logs;
@@ -55,12 +55,15 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let folders = folders(args);
     let names: Vec<String> = args.logs.iter().map(|log| log.display().to_string()).collect();
     args.results.or_refused("verify", &names, logs::check_outputs(args, &folders))?;
-    let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
+    let (mut bad, mut refused, mut is_shown, mut reports, mut lines) = (false, false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
-    if args.follow {
-        if several {
-            return Err(Error::refused("several logs cannot be followed at once", "follow each with its own command"));
+    for (is_given, done) in [(args.follow, "followed"), (args.board.is_live(), "shown")] {
+        if is_given && several {
+            let message = format!("several logs cannot be {done} at once");
+            return Err(Error::refused(message, "give each its own command"));
         }
+    }
+    if args.follow || args.board.is_live() {
         interrupt::listen();
     }
     for (log, folder) in args.logs.iter().zip(folders) {
@@ -81,6 +84,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         };
         if let LogOutput::Verdicts(result) = &output {
             lines.push(Line::of(args, log, folder, Ok(result)));
+            is_shown = true;
         }
         let status = output.status();
         bad |= status == 1;
@@ -109,6 +113,9 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     }
     if let Some(out) = args.out.as_ref().filter(|_| several) {
         logs::write_index(&lines, out)?;
+    }
+    if is_shown {
+        args.board.stay();
     }
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
@@ -272,6 +279,7 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
+    use crate::live::BoardArgs;
     use crate::results::ResultsArgs;
 
     fn args(log: &Path, property: &str) -> VerifyArgs {
@@ -286,6 +294,7 @@ mod tests {
             out: None,
             results: ResultsArgs::default(),
             follow: false,
+            board: BoardArgs::default(),
             list: false,
             json: true,
         }

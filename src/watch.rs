@@ -27,7 +27,6 @@ use crate::output::{note, print, print_json, print_json_line, print_wrapped};
 use crate::verify::announcer::{Alarm, Announcer, Reactions};
 use crate::verify::args::RobotsArgs;
 use crate::verify::bag::contents;
-use crate::verify::growing::pause;
 use crate::verify::inputs::inputs;
 use crate::verify::mapped::{Mapped, await_topics, check_no_metadata, load_mapping};
 use crate::verify::{self, bag};
@@ -176,12 +175,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         print_wrapped(verify::in_words(&verified))?;
     }
     written?;
-    if args.board.is_live() && interrupt::flow().is_continue() {
-        note("Ctrl-C ends the page");
-        while interrupt::flow().is_continue() {
-            pause();
-        }
-    }
+    args.board.stay();
     Ok(ExitCode::from(verified.status()))
 }
 

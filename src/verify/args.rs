@@ -13,6 +13,7 @@ use scenarios::files::Kind;
 use super::announcer::{Announcer, Reactions};
 use super::inputs::inputs;
 use crate::bag_tree::BagTreeArgs;
+use crate::live::BoardArgs;
 use crate::results::{self, ResultsArgs};
 use crate::ros_names::{namespace, remapping};
 
@@ -80,8 +81,10 @@ pub(crate) struct VerifyArgs {
     /// prints verdicts as they are reached
     #[arg(long, conflicts_with = "tree")]
     pub(crate) follow: bool,
+    #[command(flatten)]
+    pub(crate) board: BoardArgs,
     /// Lists the contents of bags instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "tree", "out", "follow"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "tree", "out", "follow", "live"])]
     #[arg(conflicts_with_all = ["results", "junit"])]
     pub(crate) list: bool,
     /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array; with `--follow`, lines of
@@ -109,6 +112,11 @@ impl VerifyArgs {
         let files = on_disk.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
         let on_disk = results::on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());
         move |name| if shipped.iter().any(|file| file == Path::new(name)) { None } else { on_disk(name) }
+    }
+
+    /// The page on which the log is shown, if one was requested.
+    pub(super) fn board(&self) -> Option<&BoardArgs> {
+        Some(&self.board).filter(|board| board.is_live())
     }
 
     /// The files with which a log is judged, if they are shown. They must have been read before.

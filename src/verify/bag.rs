@@ -28,7 +28,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         return Err(Error::refused(message, help));
     };
     let robots = args.robots.spaces()?;
-    let is_shown = folder.is_some() || args.results.have_stories();
+    let is_shown = folder.is_some() || args.results.have_stories() || args.board().is_some();
     let (mapping, text) = load_mapping(mapping, &args.robots)?;
     let mut damage: Vec<String> = Vec::new();
     let (survey, source, trajectory): (Survey, Box<dyn Source>, _) = if args.follow {
@@ -58,7 +58,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         command: args.command(path),
         trajectory,
         announcer: args.announcer(),
-        board: None,
+        board: args.board(),
         inputs: &|| args.inputs(path),
     };
     let is_to_end = || args.follow && interrupt::flow().is_break();

@@ -23,6 +23,7 @@ use serde_json::json;
 use super::args::{RobotsArgs, VerifyArgs};
 use super::{as_json, verify_log};
 use crate::bag_tree::BagTreeArgs;
+use crate::live::BoardArgs;
 use crate::results::ResultsArgs;
 use crate::summary;
 
@@ -100,6 +101,7 @@ fn args(log: &Path, properties: Vec<PathBuf>) -> VerifyArgs {
         out: None,
         results: ResultsArgs::default(),
         follow: false,
+        board: BoardArgs::default(),
         list: false,
         json: true,
     }

@@ -79,7 +79,8 @@ pub(super) fn verify_by(
     let ground = if lacks_ticks { ground.weaker(tree_log::ground()) } else { ground };
     let gaps = RefCell::default();
     let stories = args.results.have_stories();
-    let has_tree = (folder.is_some() || stories) && args.scenario.is_none();
+    let is_shown = folder.is_some() || stories || args.board().is_some();
+    let has_tree = is_shown && args.scenario.is_none();
     let tree_of_run = of_recording.as_ref().filter(|header| has_tree && !header.tree.is_empty());
     let recorded_tree = tree_of_run.map(|header| Rc::new(RecordedTree::new(header)));
     let events = events_of(log.as_mut(), (&system.topology, &ground), recorded_tree.as_deref(), &gaps);
@@ -110,7 +111,7 @@ pub(super) fn verify_by(
         system: &system,
         context: &LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() },
         announcer: args.announcer(),
-        board: None,
+        board: args.board(),
     };
     let monitoring = verification.judge(events.chain(unfit), &mut properties, doubts)?;
     let later = monitoring.notes(&properties);

@@ -2,6 +2,7 @@
 //! refused.
 
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,13 +12,14 @@ use channels::Topology;
 use editor::System;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
-use recording::{Header, Recording};
+use recording::{Detail, Header, Recording, RunView, conduct};
 use tree_logs::{LogWriter, LoggedTransition};
 
 use super::args::{RobotsArgs, VerifyArgs};
 use super::event_log::{Specification, verify_by};
 use super::judge::VerificationResult;
 use crate::bag_tree::BagTreeArgs;
+use crate::live::BoardArgs;
 use crate::results::ResultsArgs;
 
 /// The time between ticks in the scenario of a log that does not tell it: its run was made with another.
@@ -51,6 +53,7 @@ pub(super) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> 
         out: None,
         results: ResultsArgs::default(),
         follow: false,
+        board: BoardArgs::default(),
         list: false,
         json: false,
     };
@@ -80,7 +83,8 @@ pub(super) fn in_every_format(
     let [a, b, c, d] = files.each_ref().map(PathBuf::as_path);
     for (from, to) in [(path, a), (a, b), (path, c), (b, d)] {
         let recording = Recording::open(from).expect("a recording");
-        let played = recording.play(Some(to), |_| Ok::<(), Box<dyn std::error::Error>>(()));
+        let begin = |_: &RunView| Ok::<(), Box<dyn std::error::Error>>(());
+        let played = conduct(recording, Detail::Full, Some(to), begin, |_| ControlFlow::Continue(()));
         played.expect("room for a file");
     }
     [path, a, b, c, d].map(|path| verdicts(path, properties, topology))

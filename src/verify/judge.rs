@@ -1,9 +1,9 @@
 //! Checks properties against events, and writes the report of the results.
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bags::Found;
 use campaigns::{Error, refuse_campaign};
@@ -11,23 +11,17 @@ use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{
-    Certainty, Doubts, Evidence, Follower, Header, InputFile, Judge, Monitor, Origin, Provenance, RunView,
-    ShownVerdict, TrustedView,
+    Certainty, Detail, Doubts, Evidence, Header, InputFile, Judge, Monitor, Origin, Provenance, RunView, ShownVerdict,
+    conduct,
 };
 use reports::file_place::FilePlace;
 use reports::{Outputs, Presentation};
-use trials::replay::live_pose::LivePose;
 
 use super::announcer::Announcer;
-use super::live_page::LivePage;
+use super::judged_run::{JudgedRun, await_live_pose};
 use super::log_context::LogContext;
-use super::scene_sampler::SceneSampler;
 use crate::live::BoardArgs;
-use crate::output::{note, warn};
-
-/// How long a page waits for the map, the pose of the robot and its laser: a latched message may take as long as the
-/// period of the publisher's heartbeats.
-const LONGEST_WAIT: Duration = Duration::from_secs(4);
+use crate::output::warn;
 
 /// Why a property of a recording is not judged again.
 pub(super) const NO_FORMULA: &str = "no formula describes it";
@@ -289,100 +283,26 @@ impl Verification<'_> {
         let live_pose = context.live_pose.iter();
         let first = live_pose.flat_map(|live_pose| await_live_pose(live_pose, &mut events, &mut idle));
         let first: Vec<_> = first.collect();
-        let events = first.into_iter().chain(events);
         let folder = self.folder.map(Path::to_owned);
         let outputs = Outputs { folder, stories: self.stories, ..Outputs::default() };
         refuse_campaign(&outputs)?;
         let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
         let origin = Origin { text, recorded, inputs: self.inputs.clone(), ..Origin::default() };
         let about = [self.name.clone(), self.about.clone()];
-        let (mut judge, mut header, start) =
-            Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
-        context.describe(&mut header);
-        let mut sampler = SceneSampler::begin(context, &header);
-        let mut points = context.trajectory.iter().flat_map(|trajectory| &trajectory.points).peekable();
-        let mut view = TrustedView::new(header, start);
-        let mut presentation = Presentation::begin(&view, &outputs)?;
-        let mut page = self.board.map(|_| LivePage::begin(&view)).transpose()?;
-        if let (Some(board), Some(page)) = (self.board, &page) {
-            board.follow(&page.recording())?;
-        }
-        let mut events = events.peekable();
-        while let Some(event) = events.next() {
-            match event? {
-                Found::Event(event) => {
-                    while let Some(point) = points.next_if(|point| context.time(point) <= event.time) {
-                        let time = context.time(point).max(view.time());
-                        view.apply(judge.place(time, point.pose, None));
-                        presentation.follow(&view)?;
-                    }
-                    let sample = sampler.as_mut().and_then(|sampler| sampler.sample(event.time, context));
-                    if let Some((pose, scene)) = sample {
-                        let time = event.time.max(view.time());
-                        view.apply(judge.place(time, pose, scene));
-                        presentation.follow(&view)?;
-                        page.iter_mut().try_for_each(|page| page.follow(&view))?;
-                    }
-                    let mut step = judge.step(event, properties);
-                    context.tree.iter().for_each(|tree| tree.add(&mut step));
-                    view.apply(step);
-                    if let Some(page) = &mut page {
-                        page.follow(&view)?;
-                    }
-                }
-                Found::LeftOut(gap) => judge.miss(&gap, properties),
-                Found::Resumed(channel) => judge.resume(channel, properties),
-                Found::Ended(time) => view.apply(judge.end_at(time)),
-                Found::Vouched(channel, ground) => judge.vouch(channel, ground),
-                Found::Noted(note) => announcer.iter().for_each(|announcer| announcer.note(&note)),
-                Found::Idle => {
-                    announcer.iter_mut().for_each(|announcer| announcer.idle(properties, context));
-                    page.iter_mut().try_for_each(LivePage::show)?;
-                    continue;
-                }
-            }
-            if let Some(announcer) = &mut announcer {
-                announcer.follow(view.time(), properties, judge.doubts(), context)?;
-            }
-            // The last step is recorded with the end.
-            if events.peek().is_none() {
-                view.finish(judge.finish(properties));
-            }
-            presentation.follow(&view)?;
-        }
-        if view.end().is_none() {
-            view.finish(judge.finish(properties));
-        }
-        let mut view = view.into_inner();
+        let begun = Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
+        let mut run = JudgedRun::new(first.into_iter().chain(events), properties, begun, context, announcer);
+        let begin = |view: &RunView| {
+            let presentation = Presentation::begin(view, &outputs)?;
+            Ok::<_, Error>((presentation, self.board.map(|board| board.feed(view)).transpose()?))
+        };
+        let conducted = conduct(&mut run, Detail::Full, None, begin, |_| ControlFlow::Continue(()))?;
+        let ((presentation, _), mut view) = conducted;
+        let (judge, properties) = run.finish();
         view.set_began(context.start_ns.get().and_then(bags::date));
         let report = presentation.finish(&view)?;
-        if let Some(page) = page {
-            page.finish(&view)?;
-        }
         let stories = report.monitors.into_iter().map(|monitor| monitor.story).collect();
         Ok(MonitoringResult { stories, ..MonitoringResult::of(judge.end(), judge.doubts(), properties) })
     }
-}
-
-/// Waits a limited time until the robot can be shown. Returns the events that are found in the meantime.
-#[expect(clippy::disallowed_methods, reason = "a robot is awaited in real time")]
-fn await_live_pose(
-    live_pose: &RefCell<LivePose>,
-    events: &mut impl Iterator<Item = Result<Found, Error>>,
-    idle: &mut impl FnMut(),
-) -> Vec<Result<Found, Error>> {
-    let (mut found, start) = (Vec::new(), Instant::now());
-    while live_pose.borrow_mut().missing().is_some() && start.elapsed() < LONGEST_WAIT {
-        match events.next() {
-            Some(Ok(Found::Idle)) => idle(),
-            Some(next) => found.push(next),
-            None => break,
-        }
-    }
-    let mut live_pose = live_pose.borrow_mut();
-    live_pose.unread().for_each(note);
-    live_pose.missing().into_iter().for_each(note);
-    found
 }
 
 /// Runs the monitors on the events without making records, which is faster.

@@ -11,7 +11,7 @@ use channels::{Capacity, Domain, Event, EventKind, FieldKind, Message, Shape, To
 use monitors::{MONITORS, Outcome, Property, WORLD};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-use recording::{Archive, Certainty, Doubts, Follower as _, Judge, Origin, TrustedView};
+use recording::{Archive, Certainty, Doubts, Follower as _, Judge, Origin, RunView, fitting};
 
 use super::formats::{check_tree_log, in_every_format, judge};
 
@@ -109,14 +109,14 @@ fn run(random: &mut ChaCha8Rng, topology: &Topology) -> Vec<Event> {
 fn record(events: &[Event], topology: &Arc<Topology>, path: &Path) {
     let doubts = Doubts::new(&[], topology);
     let (mut judge, header, start) = Judge::begin(Default::default(), Origin::default(), topology, TICK, &[], doubts);
-    let mut view = TrustedView::new(header, start);
+    let mut view = fitting(RunView::new(header, start));
     let mut archive = Archive::begin(path, &view).expect("room for a file");
     for event in events {
-        view.apply(judge.step(event.clone(), &mut []));
+        fitting(view.apply(judge.step(event.clone(), &mut [])));
         archive.follow(&view).expect("room for an event");
     }
-    view.apply(judge.end_at(view.time() + Duration::from_millis(50)));
-    view.finish(judge.finish(&[]));
+    fitting(view.apply(judge.end_at(view.time() + Duration::from_millis(50))));
+    fitting(view.finish(judge.finish(&[])));
     archive.follow(&view).expect("room for the end");
     archive.finish().expect("room for a file");
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use channels::EventKind;
 use monitors::Outcome;
-use recording::{Detail, RunView};
-use runs::{Run, conduct};
+use recording::{Detail, RunView, conduct};
+use runs::Run;
 use scenarios::scenario::Scenario;
 
 use super::{LIFT, holds, load, run};

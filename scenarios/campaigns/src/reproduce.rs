@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use drawing::ExecutionContext;
-use recording::{Detail, RunView};
+use recording::{Detail, RunView, conduct};
 use reports::{Outputs, Presentation};
-use runs::{Run, conduct};
+use runs::Run;
 use scenarios::Complaints;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, TreeForm, find};

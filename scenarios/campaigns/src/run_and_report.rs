@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use recording::{Detail, Follower, RunView};
+use recording::{Detail, Follower, RunView, conduct};
 use reports::report::Report;
 use reports::{Outputs, Presentation};
-use runs::{Run, conduct};
+use runs::Run;
 use scenarios::scenario::Scenario;
 
 use crate::Error;

@@ -8,8 +8,8 @@
 //! page pauses it. While a step waits for them, the page still answers. What they did is not in a saved scenario.
 //!
 //! All records of a session go to a temporary file, from which the page can show the past. [`Cockpit::replay`] shows
-//! recordings in the same way: it copies each one to such a file, as far as it has been written. A [`Board`] shows the
-//! progress of a campaign.
+//! recordings in the same way: it copies each one to such a file, as far as it has been written. [`Cockpit::follow`]
+//! shows what a [`Feed`] sends. A [`Board`] shows the progress of a campaign.
 //!
 //! The run does not wait for browsers. A browser that is too slow misses frames, then gets the present state.
 //!
@@ -21,8 +21,8 @@
 //! address, gets nothing. The user's texts are escaped, and the page runs no scripts but its own.
 //!
 //! # Inside
-//! A `runner` on its own thread takes records from a `Session` (`steered`) or from files that may still grow
-//! (`open_recording`). Each run on the page is a `shown_run`: its `history` keeps all records in a `RecordStore`, a
+//! A `runner` on its own thread takes records from a `Session` (`steered`), or from files that may still grow or a
+//! `feed` (`open_recording`). Each run on the page is a `shown_run`: its `history` keeps all records in a `RecordStore`, a
 //! temporary file, and a playback shows any moment of it. The `server` passes frames on to pages (`broadcast`), and the
 //! pilot's actions back to the runner. A page gets what the records contain (`frame`), and the report's own verdicts
 //! and charts (`html/live.rs` in `reports`). Each act is a fault at the current step, so a session is always a
@@ -34,6 +34,7 @@ mod board;
 mod broadcast;
 mod clock;
 mod command;
+mod feed;
 mod frame;
 mod history;
 mod moment;
@@ -48,4 +49,5 @@ mod things;
 mod token;
 
 pub use board::{Board, Tally};
+pub use feed::Feed;
 pub use server::{Cockpit, Error};

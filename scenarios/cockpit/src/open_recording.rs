@@ -1,6 +1,7 @@
-//! A recording that is being read, and perhaps still being written.
+//! A recording that is being read, and perhaps still being written; or the records of a run as they are made.
 
 use std::path::Path;
+use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
 use diagnostics::Unfinished;
@@ -18,8 +19,29 @@ pub(crate) type Opener = dyn Fn(&Path) -> Result<Recording, RecordingError>;
 /// A recording that is being read.
 pub(crate) struct OpenRecording {
     name: String,
-    recording: Recording,
+    records: Records,
     state: ReadState,
+}
+
+/// Where its records come from.
+enum Records {
+    File(Recording),
+    /// Those of a [feed](crate::Feed).
+    Feed(Receiver<Record>),
+}
+
+impl Records {
+    /// The next record; none if there is none yet.
+    fn next(&mut self) -> Result<Option<Record>, String> {
+        match self {
+            Self::File(recording) => recording.next_record().map_err(|error| error.to_string()),
+            Self::Feed(records) => match records.try_recv() {
+                Ok(record) => Ok(Some(record)),
+                Err(TryRecvError::Empty) => Ok(None),
+                Err(TryRecvError::Disconnected) => Err("the program ends".to_owned()),
+            },
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,10 +67,25 @@ impl OpenRecording {
                 begun => {
                     let (recording, start) = begun?;
                     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                    return Ok((Self { name, recording, state: ReadState::Reading }, start));
+                    return Ok((Self { name, records: Records::File(recording), state: ReadState::Reading }, start));
                 }
             }
         }
+    }
+
+    /// The records of a feed, with the start of its first run; none if the feed has ended before that.
+    pub(crate) fn of_feed(records: Receiver<Record>) -> Option<(Self, RunView)> {
+        let start = start(records.recv().ok()?, &records)?;
+        let name = "live".to_owned();
+        Some((Self { name, records: Records::Feed(records), state: ReadState::Reading }, start))
+    }
+
+    /// The start of the next run of a feed, once the run before has ended.
+    pub(crate) fn next_run(&mut self) -> Option<RunView> {
+        let Records::Feed(records) = &self.records else { return None };
+        let first = self.has_ended().then(|| records.try_recv().ok()).flatten()?;
+        self.state = ReadState::Reading;
+        start(first, records)
     }
 
     /// The name of its file.
@@ -86,7 +123,7 @@ impl OpenRecording {
             return None;
         }
         while now() < deadline {
-            let read = self.recording.next_record().map_err(|error| error.to_string());
+            let read = self.records.next();
             // A record that cannot be read or stored ends the recording, and what has been read so far remains.
             let taken = read.and_then(|record| {
                 match record {
@@ -116,6 +153,14 @@ impl OpenRecording {
             }
         }
         None
+    }
+}
+
+/// The start of a run, from its first two records.
+fn start(first: Record, records: &Receiver<Record>) -> Option<RunView> {
+    match (first, records.recv()) {
+        (Record::Header(header), Ok(Record::Step(start))) => RunView::new(*header, start).ok(),
+        _ => None,
     }
 }
 

@@ -1,11 +1,10 @@
 //! The thread that drives the run on the page: it advances the run, obeys the pilot, and sends browsers what happens.
 
 use std::io;
-use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use recording::{Recording, RunView};
+use recording::RunView;
 use serde_json::{Map, Value, json};
 
 use crate::beside::Beside;
@@ -25,8 +24,8 @@ pub(crate) struct Request {
 /// Where the records come from.
 pub(crate) enum RunSource {
     Session(Box<Steered>),
-    /// One per run; and recordings that are to be shown instead, as they come.
-    Recordings(Vec<OpenRecording>, Option<Receiver<PathBuf>>),
+    /// One per run.
+    Recordings(Vec<OpenRecording>),
 }
 
 /// Drives what is shown, on its own thread.
@@ -57,7 +56,7 @@ impl Runner {
         around: Option<(Broadcast, Beside)>,
         requests: Receiver<Request>,
     ) -> Self {
-        let is_recorded = matches!(source, RunSource::Recordings(..));
+        let is_recorded = matches!(source, RunSource::Recordings(_));
         let mut runner = Self {
             source,
             runs,
@@ -108,7 +107,7 @@ impl Runner {
     fn wait(&self) -> Duration {
         let source = match &self.source {
             RunSource::Session(steered) => steered.wait(PARTS),
-            RunSource::Recordings(recordings, _) => {
+            RunSource::Recordings(recordings) => {
                 recordings.iter().map(|recording| recording.wait(PARTS)).min().unwrap_or(PARTS)
             }
         };
@@ -122,16 +121,15 @@ impl Runner {
     /// Lets the source go on for at most half the time of a frame.
     fn go_on(&mut self) -> io::Result<()> {
         let deadline = now() + FRAME / 2;
-        if let RunSource::Recordings(recordings, Some(later)) = &mut self.source
-            && let Ok(path) = later.try_recv()
+        if let RunSource::Recordings(recordings) = &mut self.source
+            && let Some(start) = recordings[0].next_run()
         {
-            let (recording, start) = OpenRecording::open(&path, &Recording::open).map_err(io::Error::other)?;
-            self.runs[0].restart(start, Some(recording.name()), None)?;
-            (recordings[0], self.past, self.sent) = (recording, None, None);
+            self.runs[0].restart(start, Some(recordings[0].name()), None)?;
+            (self.past, self.sent) = (None, None);
         }
         let failures: Vec<String> = match &mut self.source {
             RunSource::Session(steered) => steered.go_on(&mut self.runs[0], deadline)?.into_iter().collect(),
-            RunSource::Recordings(recordings, _) => {
+            RunSource::Recordings(recordings) => {
                 let mut failures = Vec::new();
                 for (index, (recording, run)) in recordings.iter_mut().zip(&mut self.runs).enumerate() {
                     let note = |view: &RunView| self.around.iter_mut().for_each(|(_, beside)| beside.note(index, view));
@@ -206,9 +204,9 @@ impl Runner {
     /// Called when the past has been played to its end.
     fn arrive(&mut self) {
         match &self.source {
-            RunSource::Recordings(..) if self.is_over() => self.clock.hold(),
+            RunSource::Recordings(_) if self.is_over() => self.clock.hold(),
             // The rest has not been read yet.
-            RunSource::Recordings(..) if !self.grows() => self.clock = self.clock.at(self.end()),
+            RunSource::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
             _ => self.follow(),
         }
         self.runs.iter_mut().for_each(ShownRun::stir);
@@ -221,14 +219,14 @@ impl Runner {
 
     /// Whether a recording is still being written, and everything there has been read.
     fn grows(&self) -> bool {
-        let RunSource::Recordings(recordings, _) = &self.source else { return false };
+        let RunSource::Recordings(recordings) = &self.source else { return false };
         recordings.iter().any(OpenRecording::grows)
             && recordings.iter().all(|recording| recording.grows() || recording.has_ended())
     }
 
     /// Whether nothing will be added to the recordings.
     fn is_over(&self) -> bool {
-        matches!(&self.source, RunSource::Recordings(recordings, _) if recordings.iter().all(OpenRecording::has_ended))
+        matches!(&self.source, RunSource::Recordings(recordings) if recordings.iter().all(OpenRecording::has_ended))
     }
 
     /// Shows the past.
@@ -249,7 +247,7 @@ impl Runner {
 
     /// Does what the pilot asks, and returns the answer.
     fn obey(&mut self, command: Command) -> io::Result<Value> {
-        let (end, is_recorded) = (self.end(), matches!(self.source, RunSource::Recordings(..)));
+        let (end, is_recorded) = (self.end(), matches!(self.source, RunSource::Recordings(_)));
         match command {
             Command::Seek { time } => match Duration::try_from_secs_f64(time) {
                 Ok(time) if time < end || self.is_over() => self.seek(time.min(end)),
@@ -316,7 +314,7 @@ impl Runner {
         match &self.source {
             _ if self.past.is_some() => self.clock.is_paused(),
             RunSource::Session(steered) => steered.rests(),
-            RunSource::Recordings(..) => self.is_over(),
+            RunSource::Recordings(_) => self.is_over(),
         }
     }
 

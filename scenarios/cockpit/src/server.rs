@@ -22,7 +22,7 @@ use axum::routing::{any, get};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use recording::{Recording, RecordingError, RunView};
+use recording::{Record, Recording, RecordingError, RunView};
 use runs::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -185,26 +185,27 @@ impl Cockpit {
                     broadcast.greet(&json!({ "greeting": { "sides": recordings.len(), "ticks": ticks } }));
                     (broadcast, Beside::new(names, &starts))
                 });
-                Ok((RunSource::Recordings(opened, None), shown, around))
+                Ok((RunSource::Recordings(opened), shown, around))
             }
         };
         Self::start(broadcast, sides, begin, port)
     }
 
-    /// Opens a growing recording, and listens as [`open`](Self::open) does. Each recording that comes later is shown
-    /// instead of the one before.
+    /// Shows the runs of a [feed](crate::Feed), of which the first has begun, and listens as [`open`](Self::open) does.
     ///
     /// # Errors
-    /// If the port is not available, or the recording cannot be read.
-    pub fn follow(first: &Path, later: mpsc::Receiver<PathBuf>, port: u16) -> Result<Self, Error> {
+    /// If the port is not available.
+    pub fn follow(records: mpsc::Receiver<Record>, port: u16) -> Result<Self, Error> {
         let broadcast = Broadcast::new();
+        let failed = move |source| Error::Io { port, source };
         let begin = {
-            let (broadcast, first) = (broadcast.clone(), first.to_owned());
+            let broadcast = broadcast.clone();
             move || {
-                let (recording, start) = OpenRecording::open(&first, &Recording::open)?;
-                let history = History::begin(start).map_err(move |source| Error::Io { port, source })?;
+                let followed = OpenRecording::of_feed(records);
+                let (recording, start) = followed.ok_or_else(|| failed(io::ErrorKind::UnexpectedEof.into()))?;
+                let history = History::begin(start).map_err(failed)?;
                 let shown = ShownRun::new(history, broadcast, Some(recording.name()), None);
-                Ok((RunSource::Recordings(vec![recording], Some(later)), vec![shown], None))
+                Ok((RunSource::Recordings(vec![recording]), vec![shown], None))
             }
         };
         Self::start(broadcast, Vec::new(), begin, port)

@@ -135,10 +135,16 @@ impl Judge {
         &self.doubts
     }
 
+    /// The record of a time at which nothing happened.
+    #[must_use]
+    pub fn quiet(&self, time: Duration) -> Step {
+        self.record(time, Vec::new(), Details::default())
+    }
+
     /// The run ended at this time. Returns the record of that.
     pub fn end_at(&mut self, time: Duration) -> Step {
         self.end.ended = Some(time);
-        self.record(time, Vec::new(), Details::default())
+        self.quiet(time)
     }
 
     fn record(&self, time: Duration, happenings: Vec<Happening>, details: Details) -> Step {

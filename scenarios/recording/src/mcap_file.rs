@@ -307,7 +307,8 @@ mod tests {
         let again = folder.join("again.mcap");
         [None, Some(again.as_path())].map(|again| {
             let recording = Recording::open(&path)?;
-            recording.play(again, |_| Ok::<(), Unplayed>(())).map(drop)
+            let goes_on = |_: &RunView| std::ops::ControlFlow::Continue(());
+            crate::conduct(recording, crate::Detail::Full, again, |_| Ok::<(), Unplayed>(()), goes_on).map(drop)
         })
     }
 

@@ -9,7 +9,7 @@ use crate::chunk::ChunkError;
 use crate::file::FileChunks;
 use crate::mcap_file::McapChunks;
 use crate::tree_log::TreeLog;
-use crate::{Archive, End, FORMAT, Follower, Header, Inconsistent, Record, RunView, Step};
+use crate::{End, FORMAT, Header, Inconsistent, Record, RunView, Step};
 
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -213,31 +213,6 @@ impl Recording {
         let (step, end) = self.step(view)?;
         let applied = view.apply(step).and_then(|()| end.map_or(Ok(()), |end| view.finish(*end)));
         applied.map_err(|Inconsistent| self.damaged())
-    }
-
-    /// Plays the whole run to whoever `begin` makes from its start. If `record` is given, writes the run to that file,
-    /// as an [`Archive`] does.
-    ///
-    /// # Errors
-    /// [`RecordingError`]; a file that could not be written; an error of who follows.
-    pub fn play<F: Follower, E>(
-        mut self,
-        record: Option<&Path>,
-        begin: impl FnOnce(&RunView) -> Result<F, E>,
-    ) -> Result<(F, RunView), E>
-    where
-        E: From<RecordingError> + From<diagnostics::Error> + From<F::Error>,
-    {
-        let mut view = self.begin()?;
-        let mut archive = record.map(|path| Archive::begin(path, &view)).transpose()?;
-        let mut follower = begin(&view)?;
-        while view.end().is_none() {
-            self.advance(&mut view)?;
-            archive.follow(&view)?;
-            follower.follow(&view)?;
-        }
-        archive.map_or(Ok(()), Archive::finish)?;
-        Ok((follower, view))
     }
 }
 

@@ -72,6 +72,15 @@ pub struct RunView {
     end: Option<End>,
 }
 
+/// What applying a record gives if this program has made the record itself. Unlike those of a file, which may be damaged,
+/// such records refer only to what their header contains and never go back in time.
+///
+/// # Panics
+/// If a record does not fit: this is a mistake in what makes the records.
+pub fn fitting<T>(applied: Result<T, Inconsistent>) -> T {
+    applied.expect("a run's records refer only to what its header contains")
+}
+
 impl RunView {
     /// The run at its start; `start` is its first step, in which nothing has happened yet.
     ///

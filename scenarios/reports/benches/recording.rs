@@ -15,9 +15,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-use recording::{Detail, Recording, RunView};
+use recording::{Detail, Recording, RunView, conduct};
 use reports::{Outputs, Presentation, report_recording};
-use runs::{Run, conduct};
+use runs::Run;
 use scenarios::scenario::{Scenario, find};
 
 /// How long each part of a round took, in seconds.

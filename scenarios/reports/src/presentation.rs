@@ -2,13 +2,16 @@
 
 use diagnostics::seconds;
 use std::cell::LazyCell;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use diagnostics::{Staging, Unfinished};
 use drawing::{GifWriter, Renderer};
 use monitors::Outcome;
-use recording::{Decision, Follower, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion};
+use recording::{
+    Decision, Detail, Follower, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion, conduct,
+};
 
 use crate::file_name;
 use crate::pictures::{self, Camera};
@@ -140,7 +143,8 @@ fn stale_pictures(staging: &Staging) -> Vec<String> {
 /// [`Error`] if the recording cannot be read, or something cannot be written.
 pub fn report_recording(recording: Recording, outputs: &Outputs, record: Option<&Path>) -> Result<Report, Error> {
     let begin = |view: &RunView| Presentation::begin(view, outputs);
-    let (presentation, view) = recording.play(record, begin)?;
+    let goes_on = |_: &RunView| ControlFlow::Continue(());
+    let (presentation, view) = conduct(recording, Detail::Full, record, begin, goes_on)?;
     presentation.finish(&view)
 }
 

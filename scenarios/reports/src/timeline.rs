@@ -267,10 +267,10 @@ mod tests {
     use std::ops::ControlFlow;
     use std::sync::Arc;
 
-    use recording::Detail;
+    use recording::{Detail, conduct};
 
     use super::*;
-    use runs::{Run, conduct};
+    use runs::Run;
     use scenarios::scenario::{Scenario, find};
 
     /// The timeline of the first experiment, together with its last moment.

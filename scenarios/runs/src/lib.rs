@@ -1,7 +1,7 @@
 //! Runs of scenarios: the simulated world, the channel system and its monitors, step by step.
 //!
-//! A [`Run`] advances step by step and describes itself in records; [`conduct()`] takes one from start to end, and a
-//! [`Session`] is one in which a person intervenes.
+//! A [`Run`] advances step by step and describes itself in records; [`conduct`](recording::conduct) takes one from start
+//! to end, and a [`Session`] is one in which a person intervenes.
 //!
 //! # Inside
 //! `wiring` makes the processes of a scenario and chooses the scheduler. `injector` applies the faults that `timetable`
@@ -12,7 +12,6 @@
 //! schedule instead of drivers and physics. `partners` are the other programs that take part: a `controller` drives the
 //! robot, and `remote_components` connects to components that are nodes of ROS 2. `ending` decides when a run ends.
 
-mod conduct;
 mod controller;
 mod end_is_final;
 mod ending;
@@ -25,6 +24,7 @@ mod run;
 mod schedule_replay;
 mod session;
 mod skill_errors;
+mod source;
 mod switched;
 mod tick_clock;
 mod timetable;
@@ -33,7 +33,6 @@ mod truth;
 mod wiring;
 mod world;
 
-pub use conduct::conduct;
 pub use controller::{Controller, ControllerInput, ControllerOutput, Touched, TripCommand};
 pub use error::StepError;
 pub use injector::opposite;

@@ -14,7 +14,7 @@ use std::time::Duration;
 use bt::{Outcome, Status};
 use channels::{ChannelSystem, Event, ProcessId, Scheduler};
 use monitors::Warnings;
-use recording::{Grounds, Happening, SceneClock, TraceHash};
+use recording::{Ended, Grounds, Happening, RunView, SceneClock, TraceHash};
 use remote::{NodeMessage, Offered, RemoteProcess};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
@@ -25,6 +25,7 @@ use scenarios::{Complaints, Error};
 use self::judged::Judged;
 use self::losses::Losses;
 use self::recorded::Recorded;
+use crate::ending::Ending;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
 use crate::partners::Partners;
@@ -84,6 +85,7 @@ pub struct Run {
     hash: TraceHash,
     scene_clock: SceneClock,
     recorded: Recorded,
+    ending: Ending,
 }
 
 /// What makes a run go on.
@@ -213,6 +215,7 @@ impl Run {
             happenings: Vec::new(),
             overruns: 0,
             hash: TraceHash::default(),
+            ending: Ending::default(),
         })
     }
 
@@ -458,6 +461,11 @@ impl Run {
         self.kind.refine();
         self.scenario = scenario;
         Ok(())
+    }
+
+    /// The reason why its scenario ends the run now, if it does.
+    pub(crate) fn reached(&mut self, view: &RunView) -> Option<Ended> {
+        self.ending.reached(&self.scenario.file, view)
     }
 
     /// Whether the schedule that it follows has ended.

@@ -5,13 +5,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use diagnostics::FileProblems;
-use recording::{Detail, Ended, Record, RunView};
+use recording::{Detail, Ended, Record, RecordSource as _, RunView};
 use scenarios::Error;
 use scenarios::faults::Fault;
 use scenarios::scenario::{Found, FoundKind, Scenario, ScenarioFile};
 use toml::{Table, Value};
 
-use crate::conduct::Conducted;
 use crate::partners::Partners;
 use crate::run::Run;
 
@@ -32,7 +31,8 @@ const APART: &str = "\
 /// the [saved](Self::saved) scenario gives the same run, unless [partners](Self::has_partners) took part.
 pub struct Session {
     found: Found,
-    conducted: Conducted,
+    run: Run,
+    view: RunView,
     /// The scenario without its faults.
     written: Table,
     /// The faults of the scenario, followed by the acts.
@@ -73,8 +73,9 @@ impl Session {
         let given = faults.len();
         let scenario = load(&base, found, &written, &faults)?;
         let partners = join(&scenario)?;
-        let conducted = Conducted::begin(Run::with_partners(Arc::new(scenario), seed, true, partners)?, Detail::Scenes);
-        Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new(), audience: None })
+        let mut run = Run::with_partners(Arc::new(scenario), seed, true, partners)?;
+        let view = run.start(Detail::Scenes)?;
+        Ok(Self { found: found.clone(), run, view, written, faults, given, records: Vec::new(), audience: None })
     }
 
     /// The same session, with an audience that receives its view: at once, and after each step.
@@ -88,7 +89,7 @@ impl Session {
     /// The scenario, with all acts so far.
     #[must_use]
     pub fn scenario(&self) -> &Scenario {
-        self.conducted.run.scenario()
+        self.run.scenario()
     }
 
     /// The time between steps.
@@ -100,7 +101,7 @@ impl Session {
     /// The run so far.
     #[must_use]
     pub fn view(&self) -> &RunView {
-        &self.conducted.view
+        &self.view
     }
 
     /// Whether partners take part, which set its pace.
@@ -124,27 +125,27 @@ impl Session {
 
     /// Continues after a pause, in which the time of the run stood still: its partners are notified.
     pub fn resume(&mut self) {
-        self.conducted.run.resume();
+        self.run.resume();
     }
 
     /// Ends the run here, if it has not ended. A step that has begun no longer waits for partners, and these leave.
     pub fn end(&mut self) {
-        if self.view().end().is_none() && self.conducted.run.is_waiting() {
+        if self.view().end().is_none() && self.run.is_waiting() {
             // If it fails, that is the end as well.
             let _ = self.go_on(Detail::Full, true);
         }
         if self.view().end().is_none() {
-            self.conducted.end(Ended::Interrupted, Detail::Full);
+            self.run.end_in(&mut self.view, Ended::Interrupted, Detail::Full);
             self.record_end();
         }
     }
 
     fn go_on(&mut self, detail: Detail, is_stopped: bool) -> Result<bool, Error> {
-        let stepped = self.conducted.step(detail, is_stopped);
+        let stepped = self.run.go_on(&mut self.view, detail, is_stopped);
         if !matches!(stepped, Ok(false)) {
             self.records.push(Record::Step(self.view().step().clone()));
             if let Some(audience) = &mut self.audience {
-                audience(&self.conducted.view);
+                audience(&self.view);
             }
             self.record_end();
         }
@@ -163,7 +164,7 @@ impl Session {
 
     /// The lasting faults that were caused by acts during the run and are still active, each with its index.
     pub fn lasting(&self) -> impl Iterator<Item = (usize, &Fault)> {
-        let acts = self.conducted.run.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
+        let acts = self.run.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
         acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none())
     }
 
@@ -190,7 +191,7 @@ impl Session {
         if self.view().end().is_some() {
             return Err(Error::refused("the run has ended", "start the session again"));
         }
-        fault.insert("at_s".to_owned(), seconds(self.conducted.run.time()));
+        fault.insert("at_s".to_owned(), seconds(self.run.time()));
         faults.push(Value::Table(fault));
         self.adopt(faults)?;
         Ok(self.faults.len() - 1)
@@ -214,21 +215,18 @@ impl Session {
             return Err(Error::refused(format!("fault {act} cannot be ended"), help));
         };
         let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);
-        fault.insert(
-            "lasts_s".to_owned(),
-            seconds(self.conducted.run.time().saturating_sub(begun).max(self.step_length())),
-        );
+        fault.insert("lasts_s".to_owned(), seconds(self.run.time().saturating_sub(begun).max(self.step_length())));
         Ok(faults)
     }
 
     /// Continues with these faults.
     fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
-        let scenario = load(self.conducted.run.scenario(), &self.found, &self.written, &faults)?;
+        let scenario = load(self.run.scenario(), &self.found, &self.written, &faults)?;
         if scenario.file.faults[self.faults.len()..].iter().any(|new| !new.kind().can_begin_later()) {
             let help = "write this fault into the scenario, with `at_s = 0`";
             return Err(Error::refused("the software's map can be wrong only from the start of a run", help));
         }
-        self.conducted.run.adopt(Arc::new(scenario))?;
+        self.run.adopt(Arc::new(scenario))?;
         self.faults = faults;
         Ok(())
     }
@@ -263,7 +261,7 @@ impl Session {
         for monitor in view.monitors() {
             set("expect", monitor.name(), monitor.outcome().name().into());
         }
-        let expect = &self.conducted.run.scenario().file.expect;
+        let expect = &self.run.scenario().file.expect;
         let reached: Vec<Value> = view.arrivals().map(|(name, _)| name.into()).collect();
         let collisions = view.robot().truth.map_or(0, |truth| truth.collisions);
         let lowest_pct = view.tally().battery().map_or(0.0, |battery| battery.minimum_pct);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use drawing::{ExecutionContext, Frame, Level};
-use recording::{Detail, Follower, Header, RunView};
+use recording::{Detail, Follower, Header, RunView, conduct};
 use reports::pictures::Camera;
-use runs::{Run, conduct};
+use runs::Run;
 use scenarios::scenario::Scenario;
 
 use super::shots::{self, Shot, When};

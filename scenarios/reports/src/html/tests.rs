@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use drawing::{Area, Renderer};
-use recording::{Detail, End, Ended, Header, Origin, RunView, Step};
-use runs::{Run, conduct};
+use recording::{Detail, End, Ended, Header, Origin, RunView, Step, conduct};
+use runs::Run;
 use scenarios::scenario::{Scenario, find};
 
 use super::evidence::Evidence;

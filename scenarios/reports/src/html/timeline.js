@@ -313,7 +313,7 @@ const explore = (() => {
         pen.roundRect(a + 0.5, top, b - a - 1, LANE - 1, 3.5);
         pen.fillStyle = color(ground);
         pen.fill();
-        pen.strokeStyle = color(outline);
+        [pen.strokeStyle, pen.lineWidth] = [color(outline), 1];
         pen.stroke();
         if (b - a > 16) write(text, a + 6, top + LANE / 2, ink, "left", b - a - 9);
       }

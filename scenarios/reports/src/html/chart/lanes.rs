@@ -388,24 +388,8 @@ impl Chart {
         lanes.flat_map(|lane| self.drawable(&lane.bars)).any(|(.., bar)| bar.style == BarStyle::CROWD)
     }
 
-    /// The bars with their positions; adjacent narrow bars become one bar.
     fn drawable(&self, bars: &[Bar]) -> Vec<(f64, f64, Bar)> {
-        let mut drawn: Vec<(f64, f64, Bar)> = Vec::new();
-        let mut crowded = false;
-        for bar in bars {
-            let (left, right) = (self.axis.x(bar.from), self.axis.x(bar.to));
-            let narrow = right - left < NARROWEST;
-            match drawn.last_mut().filter(|_| narrow && crowded) {
-                Some(last) => {
-                    last.1 = right;
-                    last.2.style = BarStyle::CROWD;
-                    last.2.text = "changes".to_owned();
-                }
-                None => drawn.push((left, right, bar.clone())),
-            }
-            crowded = narrow;
-        }
-        drawn
+        drawable(bars, |time| self.axis.x(time))
     }
 
     fn bar(&mut self, area: Area, bar: &Bar) {
@@ -437,5 +421,47 @@ impl Chart {
             }
         };
         self.canvas.centered_text((left, body.center().1), &text, TextStyle::new(self.sizes.small, style.ink));
+    }
+}
+
+/// The bars from left to right; adjacent narrow bars become one bar, with a color only if all of them look alike.
+fn drawable(bars: &[Bar], x: impl Fn(Duration) -> f64) -> Vec<(f64, f64, Bar)> {
+    let mut drawn: Vec<(f64, f64, Bar)> = Vec::new();
+    let mut crowded = false;
+    for bar in bars {
+        let (left, right) = (x(bar.from), x(bar.to));
+        let narrow = right - left < NARROWEST;
+        match drawn.last_mut().filter(|_| narrow && crowded) {
+            Some((_, end, last)) => {
+                *end = right;
+                if (last.style, &last.text) != (bar.style, &bar.text) {
+                    (last.style, last.text) = (BarStyle::CROWD, "changes".to_owned());
+                }
+            }
+            None => drawn.push((left, right, bar.clone())),
+        }
+        crowded = narrow;
+    }
+    drawn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn narrow_bars_that_look_alike_keep_their_color() {
+        let bars = |states: &[(&str, BarStyle)]| {
+            let times = (0..).map(Duration::from_secs);
+            let bars = times.zip(states).map(|(from, (text, style))| {
+                let to = from + Duration::from_secs(1);
+                Bar { from, to, text: (*text).to_owned(), style: *style }
+            });
+            let drawn = drawable(&bars.collect::<Vec<_>>(), |time| time.as_secs_f64());
+            drawn.into_iter().map(|(_, right, bar)| (right, bar.text, bar.style == BarStyle::CROWD)).collect::<Vec<_>>()
+        };
+        let [violated, waiting] = [("violated", BarStyle::AFTER), ("waiting", BarStyle::WAITING)];
+        assert_eq!(bars(&[violated; 3]), [(3.0, "violated".to_owned(), false)]);
+        assert_eq!(bars(&[violated, violated, waiting, waiting]), [(4.0, "changes".to_owned(), true)]);
     }
 }
