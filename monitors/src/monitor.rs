@@ -10,14 +10,11 @@ use std::any::Any;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{
-    ChannelId, Event, EventKind, GraphMonitor, LocationId, Message, Monitor, NoNormalForm, ProgramGraph, Topology,
-    Verdict,
-};
+use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict};
 
 use crate::clause::Window;
 use crate::describe;
-use crate::engine::{CompactRun, Letter, Limits, Obligation, Situation, Symbol, combinations};
+use crate::engine::{CompactRun, Letter, Limits, Obligation, Situation, State, Symbol, combinations};
 use crate::export::{Format, Picture};
 use crate::formula::{EventAtom, Formula, FormulaError};
 use crate::outcome::Outcome;
@@ -25,7 +22,7 @@ use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
 use crate::world::OwnWorld;
 use record::{Observation, Record};
 use vacuity::Watch;
-use violations::{Position, Recurrence};
+use violations::Recurrence;
 
 pub use possible::PossibleStates;
 pub use vacuity::Vacuity;
@@ -319,8 +316,7 @@ impl ScopeMonitor {
     /// Whether the very first tick violates the formula: then no run satisfies it.
     pub(crate) fn is_violated_by_a_tick(&self) -> bool {
         let mut run = self.synthesis.start();
-        run.read(Letter::TICK, None, &self.synthesis.alphabet);
-        run.verdict() == Verdict::False
+        run.read(Letter::TICK, None, &self.synthesis.alphabet) == Verdict::False
     }
 
     /// The letter of a message, or of a tick after τ has grown by one; `None` if the formula does not mention the
@@ -428,17 +424,13 @@ impl ScopeMonitor {
             return;
         }
         let now = tau - start;
-        let message = match &event.kind {
-            EventKind::Received { channel, message } => Some((*channel, message)),
-            EventKind::Tick => None,
-        };
-        self.record.see(event, letter, message, &self.synthesis.past, now - self.now);
+        self.record.see(event, letter, &self.synthesis.past, now - self.now);
         let before = self.verdict;
         if before != Verdict::False {
             self.watches.iter_mut().for_each(|watch| watch.see(event, letter, self.record.memory(), now));
         }
         if before == Verdict::Inconclusive {
-            self.step(letter, message, now);
+            self.step(event, letter, now);
         }
         self.now = now;
         if before == Verdict::True {
@@ -446,49 +438,53 @@ impl ScopeMonitor {
             return;
         }
         let owes_anew = self.rules.as_mut().map_or_else(|| self.run.owes_anew(), CompactRun::owes_anew);
-        let owes = self.recurrence.as_ref().is_some_and(|recurrence| recurrence.owes());
-        if self.verdict == Verdict::Inconclusive && !owes && !owes_anew {
-            return;
+        if owes_anew || self.verdict == Verdict::False {
+            self.note(event, letter, start, before);
         }
+        let Some(recurrence) = self.recurrence.as_mut().filter(|recurrence| recurrence.owes()) else { return };
+        if self.verdict != Verdict::False {
+            let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
+            recurrence.keep(&observation, State::present(letter, self.record.memory(), now));
+        }
+    }
+
+    /// Notes what else is owed than before an event, and how the property was violated.
+    #[inline(never)]
+    fn note(&mut self, event: &Event, letter: Letter, start: u64, before: Verdict) {
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
         let rules = self.run.rules().or(self.rules.as_ref());
-        if before == Verdict::Inconclusive && (owes_anew || self.verdict == Verdict::False) {
+        if before == Verdict::Inconclusive {
             if rules.is_none() {
-                self.record.note_beginnings(&observation, &self.run, letter, now);
+                self.record.note_beginnings(&observation, &self.run, letter, self.now);
             }
             self.record.follow(&observation, &self.run, rules, self.verdict);
         }
         let Some(recurrence) = &mut self.recurrence else { return };
-        let position = Position { observation: &observation, letter, memory: self.record.memory(), now };
         match self.record.witness() {
-            Some(witness) if self.verdict == Verdict::False => recurrence.follow(position, witness.settled),
-            _ => {
-                if owes_anew {
-                    recurrence.note(&self.run, rules);
-                }
-                recurrence.keep(position);
+            Some(witness) => {
+                let state = State::present(letter, self.record.memory(), self.now);
+                recurrence.follow(&observation, state, witness.settled);
             }
+            None => recurrence.note(&self.run, rules),
         }
     }
 
-    /// Moves the machine to a state with this letter and message at τ = `now`.
-    fn step(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>, now: u64) {
+    /// Moves the machine to the state of an event with this letter at τ = `now`.
+    fn step(&mut self, event: &Event, letter: Letter, now: u64) {
         if now > self.now {
-            self.run.advance(now);
             if let Some(rules) = &mut self.rules {
                 rules.advance(now);
             }
             // Everything else that time decides is decided at the tick itself.
-            if self.run.is_too_late() {
+            if self.run.advance(now) {
                 self.verdict = Verdict::False;
                 return;
             }
         }
-        self.run.read(letter, message, &self.synthesis.alphabet);
         if let Some(rules) = &mut self.rules {
             rules.read(letter, &self.synthesis.alphabet);
         }
-        self.verdict = self.run.verdict();
+        self.verdict = self.run.read(letter, Some(&event.kind), &self.synthesis.alphabet);
     }
 }
 

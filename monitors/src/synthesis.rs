@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use channels::{ChannelId, Message, Topology};
+use channels::{EventKind, Topology, Verdict};
 
 use crate::clause::{Form, Vocabulary, always, is_prompt, normal_form};
 use crate::engine::{
@@ -207,9 +207,9 @@ pub(crate) enum RunningMonitor {
 }
 
 impl RunningMonitor {
-    /// Sets τ, counted from the first state, to `now`.
+    /// Sets τ, counted from the first state, to `now`. Returns whether a deadline has passed unmet.
     #[inline]
-    pub(crate) fn advance(&mut self, now: u64) {
+    pub(crate) fn advance(&mut self, now: u64) -> bool {
         match self {
             Self::Compact(run) => run.advance(now),
             Self::Automaton(run) => run.advance(now),
@@ -244,28 +244,27 @@ impl RunningMonitor {
         }
     }
 
-    /// Processes a state with this letter and message.
+    /// Processes a state with this letter, and what happened if values are compared. Returns the verdict.
     #[inline]
-    pub(crate) fn read(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>, alphabet: &Alphabet) {
+    pub(crate) fn read(&mut self, letter: Letter, kind: Option<&EventKind>, alphabet: &Alphabet) -> Verdict {
         match self {
-            Self::Compact(run) => run.read(letter, alphabet),
-            Self::Automaton(run) => run.read(letter, alphabet),
-            Self::Progression(run) => run.read(letter, message),
+            Self::Compact(run) => {
+                run.read(letter, alphabet);
+                run.verdict()
+            }
+            Self::Automaton(run) => {
+                run.read(letter, alphabet);
+                run.verdict()
+            }
+            Self::Progression(run) => {
+                run.read(letter, kind);
+                run.verdict()
+            }
         }
     }
 
-    /// Whether a deadline has passed unmet.
     #[inline]
-    pub(crate) fn is_too_late(&self) -> bool {
-        match self {
-            Self::Compact(run) => run.broken().is_some(),
-            Self::Automaton(run) => run.is_broken(),
-            Self::Progression(run) => run.verdict() == channels::Verdict::False,
-        }
-    }
-
-    #[inline]
-    pub(crate) fn verdict(&self) -> channels::Verdict {
+    pub(crate) fn verdict(&self) -> Verdict {
         match self {
             Self::Compact(run) => run.verdict(),
             Self::Automaton(run) => run.verdict(),

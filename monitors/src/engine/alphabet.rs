@@ -57,6 +57,8 @@ pub(crate) struct Alphabet {
     /// For each channel of the topology, by index, its index in `readers`; `DEAF` if the formula does not mention it.
     by_channel: Vec<u16>,
     readers: Vec<ChannelAlphabet>,
+    /// For each event, the first symbol of its channel.
+    bases: Vec<u16>,
     /// The number of symbols; `None` if there are too many for tables.
     symbols: Option<u16>,
     pub(crate) limits: Limits,
@@ -91,12 +93,14 @@ impl Alphabet {
             channels.into_iter().map(|channel| ChannelAlphabet::new(channel, vocabulary, topology, limits)).collect();
         let most = limits.symbols.min(usize::from(u16::MAX));
         let mut symbols = usize::from(Symbol::MESSAGES);
+        let mut bases = Vec::with_capacity(vocabulary.len());
         for reader in &mut readers {
             reader.base = symbols.min(most) as u16;
+            bases.extend(reader.conditions.iter().map(|_| reader.base));
             symbols = symbols.saturating_add(1_usize.checked_shl(reader.mask.count_ones()).unwrap_or(most));
         }
         let symbols = (symbols <= most).then_some(symbols as u16);
-        Self { by_channel, readers, symbols, limits }
+        Self { by_channel, readers, bases, symbols, limits }
     }
 
     /// The letter of a message; `None` if the formula does not mention its channel.
@@ -111,8 +115,10 @@ impl Alphabet {
 
     /// The symbol of a letter of this alphabet; ticks become [`Symbol::TICK`]. Only if there are symbols.
     pub(crate) fn symbol(&self, letter: Letter) -> Symbol {
-        let reader = self.readers.iter().find(|reader| reader.mask == letter.channel);
-        reader.map_or(Symbol::TICK, |reader| Symbol(reader.base + (letter.satisfied >> reader.shift) as u16))
+        // A tick has no event.
+        let first = letter.channel.trailing_zeros();
+        let base = self.bases.get(first as usize);
+        base.map_or(Symbol::TICK, |base| Symbol(base + (letter.satisfied >> first) as u16))
     }
 
     /// The letter of a message's symbol.

@@ -318,29 +318,31 @@ impl AutomatonRun {
         Some((stem, end.1))
     }
 
-    /// Sets τ to `now`.
+    /// Sets τ to `now`. Returns whether a deadline has passed unmet.
     #[inline]
-    pub(crate) fn advance(&mut self, now: u64) {
+    pub(crate) fn advance(&mut self, now: u64) -> bool {
         if let Some(detour) = &mut self.detour {
             return detour.advance(now);
         }
+        let mut is_late = false;
         while self.now < now {
             let next = self.automaton.table.get(self.state, Symbol::ADVANCE);
-            if next != self.state && self.automaton.is_broken(next) {
-                self.missed = self.missed.take().or_else(|| self.meaning().0?.ending_by(self.now).cloned());
+            if !self.automaton.lasts[usize::from(self.state)] {
+                self.owes_anew = true;
+                if self.automaton.is_broken(next) {
+                    is_late = true;
+                    self.miss();
+                }
             }
-            self.owes_anew |= !self.automaton.lasts[usize::from(self.state)];
             self.now = if next == self.state { now } else { self.now + 1 };
             self.state = next;
         }
+        is_late
     }
 
-    /// Whether an obligation can no longer be met in any continuation.
-    pub(crate) fn is_broken(&self) -> bool {
-        match &self.detour {
-            Some(detour) => detour.verdict() == Verdict::False,
-            None => self.automaton.is_broken(self.state),
-        }
+    #[cold]
+    fn miss(&mut self) {
+        self.missed = self.meaning().0.and_then(|owed| owed.ending_by(self.now).cloned());
     }
 
     /// Processes a state with this letter.

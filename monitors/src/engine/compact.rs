@@ -356,9 +356,9 @@ impl CompactRun {
         Situation::Compact(self.state, &self.ticks, &self.memory)
     }
 
-    /// Sets τ to `now`.
+    /// Sets τ to `now`. Returns whether a deadline has passed unmet.
     #[inline]
-    pub(crate) fn advance(&mut self, now: u64) {
+    pub(crate) fn advance(&mut self, now: u64) -> bool {
         self.compact.past.advance(&mut self.memory, now.saturating_sub(self.now));
         let before = std::mem::replace(&mut self.now, now);
         for (index, (rule, tick)) in self.compact.rules.iter().zip(&self.ticks).enumerate() {
@@ -371,6 +371,7 @@ impl CompactRun {
                 self.broken = Some(index);
             }
         }
+        self.broken.is_some()
     }
 
     /// Processes a state with this letter.

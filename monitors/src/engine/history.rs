@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use channels::{ChannelId, Message};
+use channels::{ChannelId, EventKind, Message};
 
 use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, trigger};
 use crate::data::{Remembered, Values};
@@ -64,15 +64,17 @@ impl Moment {
 
 impl Data {
     /// Processes a state, and forgets those that no operator will ask for.
-    pub(super) fn read(&mut self, last: u64, message: Option<(ChannelId, &Message)>, known: &Known) {
+    #[inline(never)]
+    pub(super) fn read(&mut self, last: u64, kind: Option<&EventKind>, known: &Known) {
         let mut messages = self.moments.last().map(|moment| moment.messages.clone()).unwrap_or_default();
-        if let Some((channel, message)) = message {
-            match messages.iter_mut().find(|(known, _)| *known == channel) {
+        let mut channel = None;
+        if let Some(EventKind::Received { channel: own, message }) = kind {
+            match messages.iter_mut().find(|(known, _)| known == own) {
                 Some((_, known)) => known.clone_from(message),
-                None => messages.push((channel, message.clone())),
+                None => messages.push((*own, message.clone())),
             }
+            channel = Some(*own);
         }
-        let channel = message.map(|(channel, _)| channel);
         self.forget(known);
         self.moments.push(Moment { at: self.now, channel, last, messages });
     }

@@ -273,12 +273,6 @@ impl Obligations {
         Self { clauses: self.clauses.iter().map(at).collect() }
     }
 
-    /// Whether these are the clauses, with every tick counted from τ = `now` instead of from 0.
-    pub(crate) fn are_at<'a>(&self, now: u64, clauses: impl ExactSizeIterator<Item = &'a Clause>) -> bool {
-        let is_same = |(own, other)| order_at(own, now, other) == Ordering::Equal;
-        self.clauses.len() == clauses.len() && self.clauses.iter().zip(clauses).all(is_same)
-    }
-
     /// The obligations with every tick reduced by those that have passed: an automaton treats them as the same state.
     pub(crate) fn shifted(self, by: u64) -> Self {
         self.replace(|obligation| match obligation {

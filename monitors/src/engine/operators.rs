@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use channels::{ChannelId, Message, Relation};
+use channels::{EventKind, Relation};
 use smallvec::SmallVec;
 
 use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, trigger};
@@ -136,10 +136,10 @@ impl Operators {
         &self,
         memory: &'m mut Memory,
         letter: Letter,
-        message: Option<(ChannelId, &Message)>,
+        kind: Option<&EventKind>,
         now: u64,
     ) -> State<'m> {
-        self.past.read(memory, letter, message);
+        self.past.read(memory, letter, kind);
         State::present(letter, memory, now)
     }
 

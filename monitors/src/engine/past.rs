@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use channels::{ChannelId, Message};
+use channels::{ChannelId, EventKind};
 
 use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, Window, trigger};
 use crate::engine::alphabet::{Alphabet, Letter};
@@ -188,16 +188,18 @@ impl Past {
 
     /// Processes a state: `last` becomes what holds in it. Returns the operators whose operand holds in it.
     #[inline]
-    pub(crate) fn read(&self, memory: &mut Memory, letter: Letter, message: Option<(ChannelId, &Message)>) -> u64 {
-        memory.last = letter.after(memory.last & !(u64::MAX.checked_shl(self.known.first).unwrap_or(0)));
+    pub(crate) fn read(&self, memory: &mut Memory, letter: Letter, kind: Option<&EventKind>) -> u64 {
+        memory.last = letter.after(memory.last);
         let begun = if self.operators.is_empty() { 0 } else { self.look_back(memory, letter) };
         if let Some(data) = &mut memory.data {
-            data.read(memory.last, message, &self.known);
+            data.read(memory.last, kind, &self.known);
         }
         begun
     }
 
+    #[inline(never)]
     fn look_back(&self, memory: &mut Memory, letter: Letter) -> u64 {
+        memory.last &= (1 << self.known.first) - 1;
         let mut begun = 0;
         let mut rest = &mut memory.ages[..];
         for (number, operator) in self.operators.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use channels::{ChannelId, Message, Verdict};
+use channels::{EventKind, Verdict};
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligations};
@@ -36,19 +36,21 @@ impl Progression {
         Self { operators, owed, memory, now, missed: None }
     }
 
-    /// Sets τ to `now`.
-    pub(crate) fn advance(&mut self, now: u64) {
+    /// Sets τ to `now`. Returns whether a deadline has passed unmet.
+    pub(crate) fn advance(&mut self, now: u64) -> bool {
         self.operators.age(&mut self.memory, now.saturating_sub(self.now));
         self.now = now;
         if let Some(owed) = self.owed.take() {
             self.missed = self.missed.take().or_else(|| owed.ending_by(now.saturating_sub(1)).cloned());
             self.owed = Some(self.operators.advance(owed, now));
         }
+        self.verdict() == Verdict::False
     }
 
-    /// Processes a state with this letter, and its message if values are compared.
-    pub(crate) fn read(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>) {
-        let state = self.operators.read(&mut self.memory, letter, message, self.now);
+    /// Processes a state with this letter, and what happened if values are compared.
+    #[inline(never)]
+    pub(crate) fn read(&mut self, letter: Letter, kind: Option<&EventKind>) {
+        let state = self.operators.read(&mut self.memory, letter, kind, self.now);
         self.owed = Some(match self.owed.take() {
             None => self.operators.begin(state),
             Some(owed) => self.operators.step(owed, state),

@@ -105,15 +105,13 @@ impl Candidate {
         }
         if now > self.now {
             self.now = now;
-            self.run.advance(now);
-            if self.run.is_too_late() {
+            if self.run.advance(now) {
                 self.verdict = Verdict::False;
                 return;
             }
         }
-        self.run.read(letter, None, &synthesis.alphabet);
+        self.verdict = self.run.read(letter, None, &synthesis.alphabet);
         self.run.forget();
-        self.verdict = self.run.verdict();
     }
 
     fn outcome(&self) -> Outcome {

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, Message, Topology, Verdict};
+use channels::{Event, EventKind, Topology, Verdict};
 use smallvec::SmallVec;
 
 use crate::clause::{Form, Literal, LiteralSet, trigger};
@@ -105,16 +105,9 @@ impl Record {
     }
 
     /// Notes a message or a tick, after τ has grown.
-    pub(crate) fn see(
-        &mut self,
-        event: &Event,
-        letter: Letter,
-        message: Option<(ChannelId, &Message)>,
-        past: &Past,
-        by: u64,
-    ) {
+    pub(crate) fn see(&mut self, event: &Event, letter: Letter, past: &Past, by: u64) {
         past.advance(&mut self.memory, by);
-        let begun = past.read(&mut self.memory, letter, message);
+        let begun = past.read(&mut self.memory, letter, Some(&event.kind));
         if begun != 0 && channel(event).is_some() {
             for ((bit, seen), (_, most)) in self.reasons.iter_mut().zip(past.reasons()) {
                 if begun & *bit != 0 {
@@ -185,9 +178,7 @@ impl Record {
         now: u64,
     ) {
         let Some((owed, since)) = run.owed() else { return };
-        // Mostly, the same is pending as before.
-        let is_same = owed.are_at(since, self.begun.iter().map(|(clause, _)| clause));
-        if is_same || run.verdict() != Verdict::Inconclusive {
+        if run.verdict() != Verdict::Inconclusive {
             return;
         }
         // Both are sorted.
@@ -264,7 +255,7 @@ impl Record {
         let cause = missed.and_then(|missed| self.beginning(missed)).or(self.causes[0].as_ref());
         let cause = cause.cloned().unwrap_or_default();
         let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
-        let since = cause.last();
+        let since = latest(&cause);
         let missing: Vec<String> = missed.into_iter().flatten().filter_map(|owed| name(owed, observation)).collect();
         let mut messages = cause.clone();
         messages
@@ -371,7 +362,7 @@ impl Record {
         is_timed: bool,
     ) -> OpenObligation {
         let cause = clause.and_then(|clause| self.beginning(clause)).or(self.causes.get(rule).and_then(Option::as_ref));
-        let since = cause.and_then(|cause| cause.last()).map(EventTime::of);
+        let since = cause.and_then(|cause| latest(cause)).map(EventTime::of);
         match until.filter(|_| is_timed) {
             Some(until) => {
                 let what = format!("{what}, due by {:.3} s", Duration::from_nanos(until).as_secs_f64());
@@ -408,7 +399,7 @@ fn everything(messages: &[Event], event: &Event) -> Vec<Event> {
     if channel(event).is_none() {
         events.push(event.clone());
     }
-    sorted(events)
+    events
 }
 
 fn sightings(events: &[Event], topology: &Topology) -> Vec<Sighting> {
@@ -420,6 +411,10 @@ fn channel(event: &Event) -> Option<channels::ChannelId> {
         EventKind::Received { channel, .. } => Some(*channel),
         EventKind::Tick => None,
     }
+}
+
+fn latest(events: &[Event]) -> Option<&Event> {
+    events.iter().max_by_key(|event| (event.step, event.tick))
 }
 
 fn sorted(mut events: Vec<Event>) -> Vec<Event> {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::record::Observation;
 use super::witness::EventTime;
 use crate::clause::{Form, LiteralSet, always, is_of_the_present, trigger};
-use crate::engine::{Awaited, CompactRun, Letter, LetterTrigger, Memory, Obligations, Operators, State};
+use crate::engine::{Awaited, CompactRun, LetterTrigger, Obligations, Operators, State};
 use crate::synthesis::{RunningMonitor, Synthesis};
 
 /// How often, when and how long a property was violated.
@@ -158,22 +158,6 @@ struct Failed {
     count: u64,
 }
 
-/// A state of the run, after it has been read.
-#[derive(Clone, Copy)]
-pub(super) struct Position<'a> {
-    pub(super) observation: &'a Observation<'a>,
-    pub(super) letter: Letter,
-    pub(super) memory: &'a Memory,
-    /// τ, counted from the first state.
-    pub(super) now: u64,
-}
-
-impl<'a> Position<'a> {
-    fn state(self) -> State<'a> {
-        State::present(self.letter, self.memory, self.now)
-    }
-}
-
 impl Recurrence {
     pub(super) fn new(synthesis: &Synthesis) -> Self {
         let clauses = always(&synthesis.form);
@@ -207,7 +191,6 @@ impl Recurrence {
     }
 
     /// Notes whether something is owed because of the states so far.
-    #[inline]
     pub(super) fn note(&mut self, run: &RunningMonitor, rules: Option<&CompactRun>) {
         if !self.looks_ahead {
             return;
@@ -221,22 +204,19 @@ impl Recurrence {
         }
     }
 
-    /// Keeps a state before the property is violated, if something is owed.
+    /// Keeps a state before the property is violated, while something is owed.
     #[inline]
-    pub(super) fn keep(&mut self, position: Position<'_>) {
-        if !self.owes {
-            return;
-        }
-        match position.state().without_memory() {
+    pub(super) fn keep(&mut self, observation: &Observation<'_>, state: State<'_>) {
+        match state.without_memory() {
             Some(state) if self.unread.len() < MOST_UNREAD => self.unread.push(state),
-            _ => self.read(position),
+            _ => self.read(observation, state),
         }
     }
 
     /// Processes a state of a property that is violated: first at the time `settled`, by its witness.
-    pub(super) fn follow(&mut self, position: Position<'_>, settled: EventTime) {
-        self.read(position);
-        self.check(position.state(), position.observation.event);
+    pub(super) fn follow(&mut self, observation: &Observation<'_>, state: State<'_>, settled: EventTime) {
+        self.read(observation, state);
+        self.check(state, observation.event);
         if self.violations.count == 0 {
             let place = self.begin(settled);
             self.foreseen = self.violations.goes_on.then_some(place);
@@ -245,11 +225,12 @@ impl Recurrence {
 
     /// Processes a state, and those before it, for the clauses that look ahead. What fails does so in this state:
     /// otherwise, the property would have been violated before.
-    fn read(&mut self, position: Position<'_>) {
+    #[inline(never)]
+    fn read(&mut self, observation: &Observation<'_>, state: State<'_>) {
         for state in std::mem::take(&mut self.unread) {
-            self.step(position.observation, state);
+            self.step(observation, state);
         }
-        self.step(position.observation, position.state());
+        self.step(observation, state);
     }
 
     fn step(&mut self, observation: &Observation<'_>, state: State<'_>) {
