@@ -2,10 +2,8 @@
 
 mod content;
 mod events;
-mod meaning;
 mod mentions;
 mod relations;
-mod relocate;
 mod show;
 mod state;
 

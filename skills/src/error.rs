@@ -1,7 +1,5 @@
 //! Why a skill cannot be run.
 
-use std::ops::Range;
-
 use diagnostics::{Problem, Source};
 use miette::Diagnostic;
 
@@ -117,18 +115,6 @@ impl Concerns {
 }
 
 impl SkillError {
-    /// The problems of a translated file, in the text that its author wrote.
-    pub(crate) fn moved(self, source: Source, place: &dyn Fn(Range<usize>) -> Range<usize>) -> Self {
-        match self {
-            Self::Load { problems, help, .. } => {
-                let mut problems: Vec<Problem> = problems.into_iter().map(|problem| problem.moved(place)).collect();
-                problems.sort_by_key(Problem::offset);
-                Self::Load { text: source, problems, help }
-            }
-            error => error,
-        }
-    }
-
     /// The error of a machine's file with these problems; `forgivable` of them are not errors in standard SCXML.
     pub(crate) fn load(text: Source, problems: Vec<Problem>, forgivable: usize) -> Self {
         let errors = problems.iter().filter(|problem| problem.is_error()).count();

@@ -4,7 +4,7 @@ use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use roxmltree::Node;
 
 use super::rules::{EXCLUSIVE, RULES, Rule};
-use super::xml::{NAMESPACE, Written, is_scxml, name_span};
+use super::xml::{Element, NAMESPACE, Written, is_scxml, name_span};
 
 /// The maximum nesting of elements.
 const MAX_DEPTH: usize = 64;
@@ -16,7 +16,7 @@ pub(super) fn depth(document: &roxmltree::Document<'_>) -> Option<Problem> {
         let depth = node.parent().map_or(0, |parent| deepest[parent.id().get_usize()] + 1);
         if depth > MAX_DEPTH {
             let problem = Problem::new(format!("elements may be nested at most {MAX_DEPTH} deep"));
-            return Some(problem.at(name_span(node), "one too many"));
+            return Some(problem.at(diagnostics::xml::name_span(node), "one too many"));
         }
         deepest[node.id().get_usize()] = depth;
     }
@@ -29,7 +29,7 @@ pub(super) fn is_machine(root: &Node<'_, '_>) -> bool {
 }
 
 /// Reports everything that violates the structure of SCXML, from the root downwards.
-pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
+pub(super) fn structure(root: Element<'_>, problems: &mut Vec<Problem>) {
     if !is_machine(&root) {
         let help = format!("a machine begins with <scxml xmlns=\"{NAMESPACE}\" version=\"1.0\">");
         problems.push(
@@ -53,20 +53,20 @@ pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
     }
 }
 
-fn element(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
+fn element(node: Element<'_>, rule: &Rule, problems: &mut Vec<Problem>) {
     attributes(node, rule, problems);
     for child in node.children() {
         if child.is_element() {
-            inside(child, rule, problems);
+            inside(node.beside(child), rule, problems);
         } else if !rule.text && child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
             let message = format!("text is not allowed in <{}>", rule.element);
-            let span = Written::text(node).map_or(child.range(), |text| text.span());
+            let span = Written::text(node).map_or_else(|| node.written(child.range()), |text| text.span());
             problems.push(Problem::new(message).at(span, "this text").with_help("<!-- a comment --> perhaps?"));
         }
     }
 }
 
-fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
+fn inside(node: Element<'_>, parent: &Rule, problems: &mut Vec<Problem>) {
     let name = node.tag_name().name();
     if ["data", "assign", "content"].contains(&parent.element) {
         let invokes =
@@ -108,14 +108,14 @@ fn contents(rule: &Rule) -> String {
     }
 }
 
-fn attributes(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
+fn attributes(node: Element<'_>, rule: &Rule, problems: &mut Vec<Problem>) {
     for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
         let name = attribute.name();
         if rule.required.contains(&name) || rule.optional.contains(&name) {
             continue;
         }
         let problem = Problem::new(format!("<{}> has no attribute `{name}`", rule.element));
-        let problem = problem.at(attribute.range_qname(), "unknown attribute");
+        let problem = problem.at(node.written(attribute.range_qname()), "unknown attribute");
         problems.push(problem.with_help(nearest_or_all(name, "its attributes", &rule.attributes())));
     }
     for name in rule.required {

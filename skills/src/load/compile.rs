@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use diagnostics::{Problem, nearest_or_all};
-use roxmltree::Node;
 
 use super::origin::Origin;
 use super::outline::{Outline, descriptors};
 use super::value::{InlineContent, content_of_file};
-use super::xml::{Written, elements_named, name_span};
+use super::xml::{Element, Written, elements_named, name_span};
 use super::{reach, targets};
 use crate::Strictness;
 use crate::chart::{Binding, Chart, DataItem, EventTree, Mentions, State, StateKind, Transition};
@@ -18,9 +17,10 @@ use crate::ids::{DataId, Identifiers, StateId, TransitionId};
 
 /// Compiles a machine with a valid structure, and reports its remaining problems. Also returns how many of them the
 /// recommendation would forgive.
-pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> (Chart, usize) {
+pub(super) fn chart(root: Element<'_>, origin: &Origin, problems: &mut Vec<Problem>) -> (Chart, usize) {
     let is_sound = !problems.iter().any(Problem::is_error);
-    let name = root.attribute("name").filter(|name| !name.is_empty()).unwrap_or(origin.stem).into();
+    let name = root.attribute("name").filter(|name| !name.is_empty());
+    let name = name.map_or_else(|| origin.stem().into(), Arc::from);
     let Outline { states, data, names, .. } = Outline::of(root, origin, problems);
     let mut compiler = Compiler::new(root, origin, names, problems);
     let late = choice(root, "binding", &["early", "late"], compiler.problems) == 1;
@@ -57,7 +57,7 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
 }
 
 /// The value of an attribute of the root; the first of `values` if it is missing.
-fn choice(root: Node<'_, '_>, name: &'static str, values: &[&str], problems: &mut Vec<Problem>) -> usize {
+fn choice(root: Element<'_>, name: &'static str, values: &[&str], problems: &mut Vec<Problem>) -> usize {
     let Some(written) = Written::attribute(root, name) else {
         return 0;
     };
@@ -70,7 +70,7 @@ fn choice(root: Node<'_, '_>, name: &'static str, values: &[&str], problems: &mu
 
 /// The state of compiling a part of the file.
 pub(super) struct Compiler<'p> {
-    pub(super) origin: &'p Origin<'p>,
+    pub(super) origin: &'p Origin,
     pub(super) null_model: bool,
     pub(super) names: Names,
     pub(super) events: EventTree,
@@ -86,7 +86,7 @@ pub(super) struct Compiler<'p> {
 }
 
 impl<'p> Compiler<'p> {
-    fn new(root: Node<'_, '_>, origin: &'p Origin<'p>, names: Names, problems: &'p mut Vec<Problem>) -> Self {
+    fn new(root: Element<'_>, origin: &'p Origin, names: Names, problems: &'p mut Vec<Problem>) -> Self {
         Self {
             origin,
             null_model: choice(root, "datamodel", &["ecmascript", "null"], problems) == 1,
@@ -101,7 +101,7 @@ impl<'p> Compiler<'p> {
         }
     }
 
-    fn data(&mut self, node: Option<Node<'_, '_>>, mut item: DataItem) -> DataItem {
+    fn data(&mut self, node: Option<Element<'_>>, mut item: DataItem) -> DataItem {
         let Some(node) = node else {
             return item;
         };
@@ -137,7 +137,7 @@ impl<'p> Compiler<'p> {
         }
     }
 
-    fn state(&mut self, id: StateId, node: Node<'_, '_>, mut state: State) -> State {
+    fn state(&mut self, id: StateId, node: Element<'_>, mut state: State) -> State {
         let done: Arc<str> = format!("done.state.{}", state.id).into();
         state.done_event = (Arc::clone(&done), self.events.class(&done));
         state.on_entry = elements_named(node, "onentry").map(|block| self.block(block)).collect();

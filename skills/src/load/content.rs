@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use diagnostics::Problem;
-use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::rules::EXECUTABLE;
 use super::value::InlineContent;
-use super::xml::{Written, elements, elements_named, name_span};
+use super::xml::{Element, Written, elements, elements_named, name_span};
 use crate::Datum;
 use crate::chart::{
     Action, ActionKind, Attribute, Block, Branch, Content, Foreach, Param, Payload, Source, is_event_name,
@@ -18,16 +17,16 @@ use crate::expression::{self, Expr, is_identifier};
 
 impl Compiler<'_> {
     /// The executable content of an element.
-    pub(super) fn block(&mut self, node: Node<'_, '_>) -> Block {
+    pub(super) fn block(&mut self, node: Element<'_>) -> Block {
         self.actions(elements(node).filter(|child| EXECUTABLE.contains(&child.tag_name().name())))
     }
 
-    fn actions<'a, 'i: 'a>(&mut self, nodes: impl Iterator<Item = Node<'a, 'i>>) -> Block {
+    fn actions<'a>(&mut self, nodes: impl Iterator<Item = Element<'a>>) -> Block {
         nodes.filter_map(|node| self.action(node)).collect()
     }
 
     /// An element of executable content; `None` if a required part is missing.
-    fn action(&mut self, node: Node<'_, '_>) -> Option<Action> {
+    fn action(&mut self, node: Element<'_>) -> Option<Action> {
         let kind = match node.tag_name().name() {
             "raise" => self.raise(node)?,
             "if" => ActionKind::If(self.branches(node)?),
@@ -55,7 +54,7 @@ impl Compiler<'_> {
         Some(Action { kind, span: name_span(node).into() })
     }
 
-    fn raise(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
+    fn raise(&mut self, node: Element<'_>) -> Option<ActionKind> {
         let written = Written::attribute(node, "event")?;
         self.event_name(&written);
         Some(ActionKind::Raise { event: written.value.into(), class: self.events.class(written.value) })
@@ -69,7 +68,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn branches(&mut self, node: Node<'_, '_>) -> Option<Vec<Branch>> {
+    fn branches(&mut self, node: Element<'_>) -> Option<Vec<Branch>> {
         let condition = self.condition(&Written::attribute(node, "cond")?);
         let mut branches = vec![Branch { condition: Some(condition), content: Block::new() }];
         let mut closed = false;
@@ -93,7 +92,7 @@ impl Compiler<'_> {
         Some(branches)
     }
 
-    fn foreach(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
+    fn foreach(&mut self, node: Element<'_>) -> Option<ActionKind> {
         let array = self.expression(&Written::attribute(node, "array")?);
         let mut variable = |name: &'static str| {
             let written = Written::attribute(node, name)?;
@@ -111,7 +110,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn assign(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
+    fn assign(&mut self, node: Element<'_>) -> Option<ActionKind> {
         let location = self.assign_target(&Written::attribute(node, "location")?);
         let value = match (Written::attribute(node, "expr"), InlineContent::of(node)) {
             (Some(expr), None) if expr.value.trim().is_empty() => Expr::Constant(Datum::Undefined),
@@ -133,7 +132,7 @@ impl Compiler<'_> {
         })
     }
 
-    pub(super) fn script(&mut self, node: Node<'_, '_>) -> Action {
+    pub(super) fn script(&mut self, node: Element<'_>) -> Action {
         let kind = match (Written::attribute(node, "src"), Written::text(node)) {
             (Some(src), Some(text)) => {
                 let problem = Problem::new("a script is either in a file or here, not both");
@@ -167,7 +166,7 @@ impl Compiler<'_> {
     }
 
     /// The value that the attribute `literal` contains or the attribute `computed` computes.
-    pub(super) fn alternative(&mut self, node: Node<'_, '_>, literal: &str, computed: &str) -> Option<Attribute> {
+    pub(super) fn alternative(&mut self, node: Element<'_>, literal: &str, computed: &str) -> Option<Attribute> {
         if let Some(written) = Written::attribute(node, literal) {
             return Some(Attribute { source: Source::Literal(written.value.into()), span: written.span().into() });
         }
@@ -176,7 +175,7 @@ impl Compiler<'_> {
     }
 
     /// The parameters or the content of a `<send>` or `<donedata>`.
-    pub(super) fn payload(&mut self, node: Node<'_, '_>) -> Payload {
+    pub(super) fn payload(&mut self, node: Element<'_>) -> Payload {
         let params: Vec<Param> = elements_named(node, "param").filter_map(|param| self.param(param)).collect();
         let content = elements_named(node, "content").next();
         if let (Some(content), false) = (content, params.is_empty()) {
@@ -186,7 +185,7 @@ impl Compiler<'_> {
         Payload { params, content: content.map(|content| self.content(content)) }
     }
 
-    pub(super) fn param(&mut self, node: Node<'_, '_>) -> Option<Param> {
+    pub(super) fn param(&mut self, node: Element<'_>) -> Option<Param> {
         let name: Arc<str> = Written::attribute(node, "name")?.value.into();
         let written = Written::attribute(node, "expr").or_else(|| Written::attribute(node, "location"));
         let Some(written) = written else {
@@ -197,7 +196,7 @@ impl Compiler<'_> {
         Some(Param { name, value: self.expression(&written), location: None, span: written.span().into() })
     }
 
-    fn content(&mut self, node: Node<'_, '_>) -> Content {
+    fn content(&mut self, node: Element<'_>) -> Content {
         match Written::attribute(node, "expr") {
             Some(written) => Content::Computed(self.expression(&written), written.span().into()),
             None => Content::Literal(InlineContent::of(node).map_or_else(|| "".into(), |text| text.value)),

@@ -5,10 +5,10 @@ use std::ops::Range;
 use diagnostics::Problem;
 use roxmltree::Node;
 
-use super::xml::{NAMESPACE, Written, is_scxml, name_span};
+use super::xml::{Element, NAMESPACE, Written, is_scxml, name_span};
 
 /// The problem of a file in another dialect.
-pub(super) fn foreign(root: Node<'_, '_>) -> Option<Problem> {
+pub(super) fn foreign(root: Element<'_>) -> Option<Problem> {
     match root.tag_name().name() {
         "ascxml" => Some(roaml(name_span(root), "this is not <scxml>")),
         "roaml" | "convince_mc_tc" => Some(model(root)),
@@ -24,19 +24,19 @@ fn roaml(place: Range<usize>, label: impl Into<String>) -> Problem {
 }
 
 /// The main file of a RoAML model.
-fn model(root: Node<'_, '_>) -> Problem {
+fn model(root: Element<'_>) -> Problem {
     let problem = Problem::new("this is a whole RoAML model, not a machine").at(name_span(root), "a model");
     problem.with_help("run it with `steward run FILE`")
 }
 
 /// An `<scxml>` with RoAML's elements for ROS and for the tree, in SCXML's own namespace or a similar one.
-fn extended(root: Node<'_, '_>) -> Option<Problem> {
+fn extended(root: Element<'_>) -> Option<Problem> {
     let is_own = |node: &Node<'_, '_>| {
         let name = node.tag_name();
         name.namespace() == root.tag_name().namespace()
             && (name.name().starts_with("ros_") || name.name().starts_with("bt_"))
     };
-    let element = root.descendants().find(|node| node.is_element() && is_own(node))?;
+    let element = root.beside(root.descendants().find(|node| node.is_element() && is_own(node))?);
     let problem = roaml(name_span(element), format!("<{}> is not an SCXML element", element.tag_name().name()));
     Some(match namespace_span(root).filter(|_| !is_scxml(&root)) {
         Some(span) => problem.at(span, "this is not the namespace of SCXML"),
@@ -45,7 +45,7 @@ fn extended(root: Node<'_, '_>) -> Option<Problem> {
 }
 
 /// An `<scxml>` in another namespace.
-fn namespace(root: Node<'_, '_>) -> Option<Problem> {
+fn namespace(root: Element<'_>) -> Option<Problem> {
     if is_scxml(&root) {
         return None;
     }
@@ -59,7 +59,7 @@ fn namespace(root: Node<'_, '_>) -> Option<Problem> {
 }
 
 /// The position where the root declares its namespace.
-fn namespace_span(root: Node<'_, '_>) -> Option<Range<usize>> {
+fn namespace_span(root: Element<'_>) -> Option<Range<usize>> {
     let start = root.range().start;
     let tag = root.document().input_text().get(start..)?;
     let tag = tag.get(..tag.find('>')?)?;
@@ -67,11 +67,11 @@ fn namespace_span(root: Node<'_, '_>) -> Option<Range<usize>> {
     let quote = tag[name + "xmlns=".len()..].chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
     let value = name + "xmlns=".len() + 1;
     let length = tag[value..].find(quote)?;
-    Some(start + name..start + value + length + 1)
+    Some(root.written(start + name..start + value + length + 1))
 }
 
 /// A machine whose expressions are C++.
-fn data_model(root: Node<'_, '_>) -> Option<Problem> {
+fn data_model(root: Element<'_>) -> Option<Problem> {
     let written = Written::attribute(root, "datamodel")?;
     let class = written.value.strip_prefix("cplusplus:")?;
     let class = class.split(':').next().filter(|class| !class.is_empty()).unwrap_or("without a name");

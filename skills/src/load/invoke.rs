@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use diagnostics::{Problem, nearest_or_all};
-use roxmltree::Node;
 
 use super::compile::{self, Compiler};
-use super::xml::{Written, elements, elements_named, name_span};
+use super::xml::{Element, Written, elements, elements_named, name_span};
 use crate::chart::{ActionKind, Block};
 use crate::chart::{AssignTarget, INVOKE_KINDS, Invoke, InvokeSource, Named, Param, Source, visit_actions};
 use crate::expression::Expr;
 use crate::expression::Form;
 
 impl Compiler<'_> {
-    pub(super) fn invoke(&mut self, node: Node<'_, '_>) -> Invoke {
+    pub(super) fn invoke(&mut self, node: Element<'_>) -> Invoke {
         if let Some(kind) = Written::attribute(node, "type")
             && !INVOKE_KINDS.contains(&kind.value)
         {
@@ -35,7 +34,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn auto_forward(&mut self, node: Node<'_, '_>) -> bool {
+    fn auto_forward(&mut self, node: Element<'_>) -> bool {
         let Some(written) = Written::attribute(node, "autoforward") else {
             return false;
         };
@@ -46,13 +45,13 @@ impl Compiler<'_> {
         written.value == "true"
     }
 
-    fn invoke_param(&mut self, node: Node<'_, '_>) -> Option<Param> {
+    fn invoke_param(&mut self, node: Element<'_>) -> Option<Param> {
         let location = Written::attribute(node, "location");
         let param = self.param(node)?;
         Some(Param { location: location.and_then(|written| self.assign_target(&written).ok()), ..param })
     }
 
-    fn finalize(&mut self, node: Node<'_, '_>) -> Block {
+    fn finalize(&mut self, node: Element<'_>) -> Block {
         let block = self.block(node);
         let mut misplaced = Vec::new();
         visit_actions(&block, &mut |action| {
@@ -69,7 +68,7 @@ impl Compiler<'_> {
         block
     }
 
-    fn invoke_source(&mut self, node: Node<'_, '_>) -> InvokeSource {
+    fn invoke_source(&mut self, node: Element<'_>) -> InvokeSource {
         let content = elements_named(node, "content").next();
         let file = self.alternative(node, "src", "srcexpr");
         match (file, content) {
@@ -95,7 +94,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn invoke_content(&mut self, content: Node<'_, '_>) -> InvokeSource {
+    fn invoke_content(&mut self, content: Element<'_>) -> InvokeSource {
         if let Some(written) = Written::attribute(content, "expr") {
             return InvokeSource::Computed(self.expression(&written));
         }
@@ -113,12 +112,11 @@ impl Compiler<'_> {
     }
 
     /// The data named by `namelist`. An unreadable one is reported, and is an error when it is read.
-    pub(super) fn name_list(&mut self, node: Node<'_, '_>) -> Vec<Named> {
+    pub(super) fn name_list(&mut self, node: Element<'_>) -> Vec<Named> {
         let Some(written) = Written::attribute(node, "namelist") else {
             return Vec::new();
         };
-        let words = written.words();
-        words.into_iter().map(|(word, span)| self.named(written.part(word, span))).collect()
+        written.words().into_iter().map(|word| self.named(word)).collect()
     }
 
     fn named(&mut self, word: Written<'_>) -> Named {

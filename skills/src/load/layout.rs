@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
-use diagnostics::{Disk, LineEnds, Problem, Source, xml};
+use diagnostics::{Disk, LineEnds, Problem, xml};
 use roxmltree::Node;
 
 use super::check::is_machine;
+use super::meaning::meaning;
+use super::origin::Origin;
 use super::parse_xml;
 use super::rules::Rule;
+use super::xml::AS_READ;
 use crate::chart::Chart;
 use crate::folder::Folder;
 use crate::{SkillError, Strictness};
@@ -33,20 +36,20 @@ use crate::{SkillError, Strictness};
 /// # Errors
 /// [`SkillError::Load`] if the text is not well-formed XML, or its outermost element is not `<scxml>`.
 pub fn layout(file: &str, text: &str, folder: Option<&Path>) -> Result<String, SkillError> {
-    let refused = |problem| SkillError::load(Source::new(file, text), vec![problem], 0);
     let folder = folder.map(|path| Folder { path: path.to_owned(), disk: Disk::default() });
-    let compiled = |text: &str| Chart::compile(file, text, Strictness::Standard, folder.clone(), false);
+    let origin = Origin { folder, ..Origin::of(file, text, Strictness::Standard) };
+    let refused = |problem| SkillError::load(origin.file.clone(), vec![problem], 0);
     if xml::root_name(text).is_none_or(|name| name.rsplit(':').next() != Some("scxml")) {
         // The loader knows what else it may be.
-        compiled(text)?;
+        Chart::compile(text, AS_READ, &origin)?;
     }
     parse_xml(text).map_err(refused)?;
     let plain = LineEnds::plain(text);
     let before = parse_xml(&plain).map_err(refused)?;
     let laid_out = xml::layout(&before, &has_value).map_err(refused)?;
     let after = parse_xml(&laid_out).map_err(refused)?;
-    let is_alike = match (compiled(&plain), compiled(&laid_out)) {
-        (Ok(old), Ok(new)) => old.meaning() == new.meaning(),
+    let is_alike = match (meaning(&plain, &origin), meaning(&laid_out, &origin)) {
+        (Ok(old), Ok(new)) => old == new,
         (Err(SkillError::Load { problems: old, .. }), Err(SkillError::Load { problems: new, .. })) => {
             old.len() == new.len()
         }

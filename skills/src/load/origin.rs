@@ -1,5 +1,8 @@
 //! The origin of a machine.
 
+use std::borrow::Cow;
+use std::path::Path;
+
 use diagnostics::Source;
 
 use super::files;
@@ -8,11 +11,9 @@ use crate::chart::Chart;
 use crate::folder::Folder;
 
 /// The origin of a machine, and how strictly it is checked.
-#[derive(Clone, Debug)]
-pub(super) struct Origin<'o> {
+#[derive(Debug)]
+pub(super) struct Origin {
     pub(super) file: Source,
-    /// The name of a machine that does not name itself.
-    pub(super) stem: &'o str,
     pub(super) strictness: Strictness,
     /// The folder in which files are looked up.
     pub(super) folder: Option<Folder>,
@@ -20,7 +21,18 @@ pub(super) struct Origin<'o> {
     pub(super) looks_further: bool,
 }
 
-impl Origin<'_> {
+impl Origin {
+    /// The origin of a text that is given, without access to files.
+    pub(super) fn of(file: &str, text: &str, strictness: Strictness) -> Self {
+        Self { file: Source::new(file, text), strictness, folder: None, looks_further: false }
+    }
+
+    /// The name of a machine that does not name itself.
+    pub(super) fn stem(&self) -> Cow<'_, str> {
+        let file = self.file.name();
+        Path::new(file).file_stem().map_or(file.into(), |stem| stem.to_string_lossy())
+    }
+
     /// The text of a file beside the machine's.
     pub(super) fn read(&self, address: &str) -> Result<String, String> {
         let (path, folder) = files::path(address, self.folder.as_ref())?;

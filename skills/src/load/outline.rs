@@ -5,10 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use diagnostics::Problem;
-use roxmltree::Node;
 
 use super::origin::Origin;
-use super::xml::{Written, elements, elements_named, name_span, own_elements};
+use super::xml::{Element, Written, elements, elements_named, name_span, own_elements};
 use crate::chart::{DataItem, EventClass, HistoryKind, Payload, State, StateKind, is_descriptor};
 use crate::expression::scan::{Declarations, declarations};
 use crate::expression::{Names, is_identifier};
@@ -17,18 +16,18 @@ use crate::ids::{DataId, StateId};
 const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
 
 /// The results of the first pass; states and data with their elements.
-pub(super) struct Outline<'a, 'i> {
-    pub(super) states: Vec<(Node<'a, 'i>, State)>,
+pub(super) struct Outline<'a> {
+    pub(super) states: Vec<(Element<'a>, State)>,
     /// Data without an element are declared by `<foreach>` or a script.
-    pub(super) data: Vec<(Option<Node<'a, 'i>>, DataItem)>,
+    pub(super) data: Vec<(Option<Element<'a>>, DataItem)>,
     pub(super) names: Names,
     defined: BTreeMap<String, Range<usize>>,
     /// A position in the file, in bytes, and its line. States are visited in order.
     line: (usize, usize),
 }
 
-impl<'a, 'i: 'a> Outline<'a, 'i> {
-    pub(super) fn of(root: Node<'a, 'i>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> Self {
+impl<'a> Outline<'a> {
+    pub(super) fn of(root: Element<'a>, origin: &Origin, problems: &mut Vec<Problem>) -> Self {
         let names = Names::default();
         let mut outline = Self { states: Vec::new(), data: Vec::new(), names, defined: BTreeMap::new(), line: (0, 1) };
         outline.state(root, None, problems);
@@ -42,7 +41,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         outline
     }
 
-    fn state(&mut self, node: Node<'a, 'i>, parent: Option<StateId>, problems: &mut Vec<Problem>) -> StateId {
+    fn state(&mut self, node: Element<'a>, parent: Option<StateId>, problems: &mut Vec<Problem>) -> StateId {
         let id = StateId::new(self.states.len());
         let state = skeleton(node, self.state_name(node, id, problems), kind(node, parent.is_none(), problems), parent);
         self.states.push((node, state));
@@ -62,7 +61,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
     }
 
     /// The state's id; if the file gives none, it is generated from the line.
-    fn state_name(&mut self, node: Node<'a, 'i>, id: StateId, problems: &mut Vec<Problem>) -> Arc<str> {
+    fn state_name(&mut self, node: Element<'a>, id: StateId, problems: &mut Vec<Problem>) -> Arc<str> {
         if id == StateId::ROOT {
             return "scxml".into();
         }
@@ -86,7 +85,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         name.into()
     }
 
-    fn data(&mut self, node: Node<'a, 'i>, state: StateId, problems: &mut Vec<Problem>) {
+    fn data(&mut self, node: Element<'a>, state: StateId, problems: &mut Vec<Problem>) {
         let Some(written) = Written::attribute(node, "id") else {
             return;
         };
@@ -110,7 +109,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         self.states[state.index()].1.data.push(id);
     }
 
-    fn add_data(&mut self, name: &str, node: Option<Node<'a, 'i>>, span: Range<usize>, top_level: bool) -> DataId {
+    fn add_data(&mut self, name: &str, node: Option<Element<'a>>, span: Range<usize>, top_level: bool) -> DataId {
         let id = DataId::new(self.data.len());
         self.data.push((node, DataItem { id: name.into(), init: None, span: span.into(), top_level }));
         self.names.data.insert(name.to_owned(), id);
@@ -118,7 +117,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
     }
 
     /// `<foreach>` declares its item and index, a script its variables (SCXML 4.6, 5.8).
-    fn declared_in_passing(&mut self, node: Node<'a, 'i>, origin: &Origin<'_>) {
+    fn declared_in_passing(&mut self, node: Element<'a>, origin: &Origin) {
         let names: Vec<String> = match node.tag_name().name() {
             "foreach" => {
                 ["item", "index"].into_iter().filter_map(|name| node.attribute(name)).map(str::to_owned).collect()
@@ -141,13 +140,13 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
 }
 
 /// The event descriptors of all transitions.
-pub(super) fn descriptors<'a, 'i: 'a>(root: Node<'a, 'i>) -> impl Iterator<Item = &'a str> {
+pub(super) fn descriptors<'a>(root: Element<'a>) -> impl Iterator<Item = &'a str> {
     let transitions = own_elements(root).into_iter().filter(|node| node.tag_name().name() == "transition");
     let words = transitions.flat_map(|transition| transition.attribute("event").unwrap_or_default().split_whitespace());
     words.filter(|word| is_descriptor(word))
 }
 
-fn kind(node: Node<'_, '_>, is_root: bool, problems: &mut Vec<Problem>) -> StateKind {
+fn kind(node: Element<'_>, is_root: bool, problems: &mut Vec<Problem>) -> StateKind {
     let has_children = || elements(node).any(|child| ["state", "parallel", "final"].contains(&child.tag_name().name()));
     match node.tag_name().name() {
         "parallel" => StateKind::Parallel,
@@ -166,7 +165,7 @@ fn kind(node: Node<'_, '_>, is_root: bool, problems: &mut Vec<Problem>) -> State
     }
 }
 
-fn skeleton(node: Node<'_, '_>, id: Arc<str>, kind: StateKind, parent: Option<StateId>) -> State {
+fn skeleton(node: Element<'_>, id: Arc<str>, kind: StateKind, parent: Option<StateId>) -> State {
     State {
         id,
         kind,
@@ -183,6 +182,6 @@ fn skeleton(node: Node<'_, '_>, id: Arc<str>, kind: StateKind, parent: Option<St
         done_data: Payload::default(),
         done_event: ("".into(), EventClass::default()),
         span: name_span(node).into(),
-        extent: node.range().into(),
+        extent: node.written(node.range()).into(),
     }
 }

@@ -3,10 +3,9 @@
 use std::time::Duration;
 
 use diagnostics::Problem;
-use roxmltree::Node;
 
 use super::compile::Compiler;
-use super::xml::{Written, elements_named, name_span};
+use super::xml::{Element, Written, elements_named, name_span};
 use crate::chart::{ActionKind, CHANNEL_PROCESSOR, CHOICE_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId};
 use crate::delay;
 
@@ -14,7 +13,7 @@ use crate::delay;
 pub(crate) const INTERNAL_TARGET: &str = "#_internal";
 
 impl Compiler<'_> {
-    pub(super) fn send(&mut self, node: Node<'_, '_>) -> ActionKind {
+    pub(super) fn send(&mut self, node: Element<'_>) -> ActionKind {
         if let Some(written) = Written::attribute(node, "event") {
             self.event_name(&written);
         }
@@ -41,7 +40,7 @@ impl Compiler<'_> {
         }))
     }
 
-    fn check_processor(&mut self, node: Node<'_, '_>) {
+    fn check_processor(&mut self, node: Element<'_>) {
         let has = |name: &str| node.attribute(name).is_some();
         let has_content = elements_named(node, "content").next();
         match Written::attribute(node, "type") {
@@ -84,7 +83,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn delay(&mut self, node: Node<'_, '_>) -> Delay {
+    fn delay(&mut self, node: Element<'_>) -> Delay {
         let literal = Written::attribute(node, "delay");
         let computed = Written::attribute(node, "delayexpr");
         if let Some(span) = literal.as_ref().or(computed.as_ref()).map(Written::span)

@@ -1,15 +1,14 @@
 //! Compiling transitions, and the default children of states (SCXML 3.3 to 3.6, 3.10).
 
 use diagnostics::{MAX_HINTS, Problem, nearest_or_all};
-use roxmltree::Node;
 
 use super::compile::Compiler;
-use super::xml::{CHANCE_NAMESPACE, Written, elements, elements_named, is_scxml, name_span};
+use super::xml::{CHANCE_NAMESPACE, Element, Written, elements, elements_named, is_scxml, name_span};
 use crate::chart::{Block, Descriptor, Initial, State, StateKind, Transition, TransitionDomain, is_descriptor};
 use crate::ids::StateId;
 
 impl Compiler<'_> {
-    pub(super) fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {
+    pub(super) fn transition(&mut self, source: StateId, node: Element<'_>) -> Transition {
         let event = Written::attribute(node, "event");
         let targets = Written::attribute(node, "target").map_or_else(Vec::new, |target| self.targets(&target));
         let internal = Written::attribute(node, "type").is_some_and(|written| self.is_internal(&written));
@@ -33,18 +32,19 @@ impl Compiler<'_> {
     }
 
     /// The attribute `chance`, an extension in its own namespace.
-    fn chance(&mut self, node: Node<'_, '_>) -> Option<f64> {
+    fn chance(&mut self, node: Element<'_>) -> Option<f64> {
         let attribute = node.attribute_node((CHANCE_NAMESPACE, "chance"))?;
         let chance = attribute.value().parse().ok().filter(|chance| (0.0..=1.0).contains(chance));
         if chance.is_none() {
             let problem = Problem::new(format!("`{}` is not a probability", attribute.value()));
-            self.problems.push(problem.at(attribute.range_value(), "not a number from 0 to 1"));
+            self.problems.push(problem.at(node.written(attribute.range_value()), "not a number from 0 to 1"));
         }
         // Each region would draw its own number.
-        let parallel = |node: &Node<'_, '_>| is_scxml(node) && node.tag_name().name() == "parallel";
-        if node.parent().is_some_and(|source| source.descendants().any(|node| parallel(&node))) {
+        let mut around = node.parent().into_iter().flat_map(|source| source.descendants());
+        if around.any(|node| is_scxml(&node) && node.tag_name().name() == "parallel") {
             let problem = Problem::new("a transition of a state with parallel regions cannot be left to chance");
-            self.problems.push(problem.at(attribute.range_qname(), "here").with_help("put it into one of the regions"));
+            let problem = problem.at(node.written(attribute.range_qname()), "here");
+            self.problems.push(problem.with_help("put it into one of the regions"));
         }
         chance
     }
@@ -64,18 +64,19 @@ impl Compiler<'_> {
             self.problems.push(problem.with_help("leave out the attribute for a transition without an event"));
         }
         let mut descriptors = Vec::new();
-        for (word, span) in words {
-            if word == ".*" {
+        for word in words {
+            let (text, span) = (word.value, word.span());
+            if text == ".*" {
                 let problem =
                     Problem::new("`.*` has nothing before its dot").at(span.clone(), "did you mean every event, `*`?");
                 self.defer(problem.with_help("`*`"));
             }
-            if is_descriptor(word) || word == ".*" {
-                let matches = self.events.listen(word);
-                descriptors.push(Descriptor { text: word.into(), matches, span: span.into() });
+            if is_descriptor(text) || text == ".*" {
+                let matches = self.events.listen(text);
+                descriptors.push(Descriptor { text: text.into(), matches, span: span.into() });
             } else {
                 self.leads_nowhere = true;
-                let problem = Problem::new(format!("`{word}` matches no event")).at(span, "not an event descriptor");
+                let problem = Problem::new(format!("`{text}` matches no event")).at(span, "not an event descriptor");
                 let forms = "use `BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
                 self.problems.push(problem.with_help(forms));
             }
@@ -91,15 +92,16 @@ impl Compiler<'_> {
             self.problems.push(problem.with_help("leave out the attribute to stay in the state"));
         }
         let mut targets = Vec::new();
-        for (word, span) in words {
-            match self.names.states.get(word) {
+        for word in words {
+            match self.names.states.get(word.value) {
                 Some(state) => targets.push(*state),
                 None => {
                     self.leads_nowhere = true;
-                    let problem = Problem::new(format!("unknown state `{word}`")).at(span, "unknown state");
+                    let problem = Problem::new(format!("unknown state `{}`", word.value));
+                    let problem = problem.at(word.span(), "unknown state");
                     let help = (self.problems.len() < MAX_HINTS).then(|| {
                         let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
-                        nearest_or_all(word, "states", &known)
+                        nearest_or_all(word.value, "states", &known)
                     });
                     self.problems.push(problem.with_help_if(help));
                 }
@@ -109,7 +111,7 @@ impl Compiler<'_> {
     }
 
     /// The default child of a compound state: by its attribute, its element, or else its first child.
-    pub(super) fn initial(&mut self, node: Node<'_, '_>, state: &State) -> Option<Initial> {
+    pub(super) fn initial(&mut self, node: Element<'_>, state: &State) -> Option<Initial> {
         let attribute = Written::attribute(node, "initial");
         let element = elements_named(node, "initial").next();
         if state.kind != StateKind::Compound {
@@ -139,9 +141,9 @@ impl Compiler<'_> {
     }
 
     /// The only transition of `<initial>` or `<history>`: it has a target, and neither event nor condition.
-    pub(super) fn default_transition(&mut self, node: Node<'_, '_>) -> Option<Initial> {
+    pub(super) fn default_transition(&mut self, node: Element<'_>) -> Option<Initial> {
         let name = node.tag_name().name();
-        let transitions: Vec<Node<'_, '_>> = elements(node).collect();
+        let transitions: Vec<Element<'_>> = elements(node).collect();
         let [transition] = transitions.as_slice() else {
             self.leads_nowhere = true;
             let message = format!("<{name}> must have one transition, not {}", transitions.len());

@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use roxmltree::Node;
-
-use super::xml::{Written, name_span};
+use super::xml::{Element, Written, name_span};
 use crate::Datum;
 use crate::datum::standalone;
 use crate::expression;
@@ -17,9 +15,10 @@ pub(super) struct InlineContent {
 
 impl InlineContent {
     /// The content of an element; `None` if it is empty.
-    pub(super) fn of(node: Node<'_, '_>) -> Option<Self> {
-        if let Some(element) = node.children().find(Node::is_element) {
-            return Some(Self { value: Datum::Xml(standalone(node.children()).into()), span: name_span(element) });
+    pub(super) fn of(node: Element<'_>) -> Option<Self> {
+        if let Some(element) = node.children().find(|child| child.is_element()) {
+            let span = name_span(node.beside(element));
+            return Some(Self { value: Datum::Xml(standalone(node.children()).into()), span });
         }
         Written::text(node).map(|text| Self { value: literal(text.value), span: text.span() })
     }

@@ -1,10 +1,14 @@
 //! Elements and attributes with their positions in the file.
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use roxmltree::Node;
 
-pub(crate) use diagnostics::xml::name_span;
+/// Maps ranges of the text that is read to the text that its author wrote, from which it may have been translated.
+pub(crate) type RangeMap<'p> = &'p dyn Fn(Range<usize>) -> Range<usize>;
+
+/// The map of a text that its author wrote.
+pub(crate) const AS_READ: RangeMap<'static> = &|range| range;
 
 /// The namespace of SCXML.
 pub(super) const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
@@ -12,78 +16,113 @@ pub(super) const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 /// The namespace of the attribute `chance` of transitions, which is not part of SCXML.
 pub(super) const CHANCE_NAMESPACE: &str = "urn:steward:chance";
 
+/// An element of the text that is read. All ranges that become part of a chart or of a problem come from here or from
+/// [`Written`], and are ranges of the text that its author wrote.
+#[derive(Clone, Copy)]
+pub(crate) struct Element<'a> {
+    node: Node<'a, 'a>,
+    map: RangeMap<'a>,
+}
+
+impl<'a> Element<'a> {
+    pub(crate) fn new(node: Node<'a, 'a>, map: RangeMap<'a>) -> Self {
+        Self { node, map }
+    }
+
+    /// An element of the same text.
+    pub(super) fn beside(self, node: Node<'a, 'a>) -> Self {
+        Self { node, ..self }
+    }
+
+    /// The range that its author wrote for a range of the text that is read.
+    pub(super) fn written(self, range: Range<usize>) -> Range<usize> {
+        (self.map)(range)
+    }
+}
+
+impl<'a> Deref for Element<'a> {
+    type Target = Node<'a, 'a>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.node
+    }
+}
+
+/// The range of an element's name in its start tag, including its prefix.
+pub(crate) fn name_span(element: Element<'_>) -> Range<usize> {
+    element.written(diagnostics::xml::name_span(element.node))
+}
+
 /// Whether the node is an element of SCXML.
 pub(super) fn is_scxml(node: &Node<'_, '_>) -> bool {
     node.is_element() && node.tag_name().namespace() == Some(NAMESPACE)
 }
 
 /// The child elements in SCXML's namespace.
-pub(super) fn elements<'a, 'i: 'a>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(is_scxml)
+pub(super) fn elements(element: Element<'_>) -> impl Iterator<Item = Element<'_>> {
+    element.children().filter(is_scxml).map(move |child| element.beside(child))
 }
 
 /// The child elements in SCXML's namespace with this name.
-pub(super) fn elements_named<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    elements(node).filter(move |child| child.tag_name().name() == name)
+pub(super) fn elements_named<'a>(element: Element<'a>, name: &'static str) -> impl Iterator<Item = Element<'a>> {
+    elements(element).filter(move |child| child.tag_name().name() == name)
 }
 
 /// The elements of a machine, including itself, without those of machines inside it and of XML data.
-pub(crate) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> {
+pub(crate) fn own_elements(root: Element<'_>) -> Vec<Element<'_>> {
     let mut found = Vec::new();
     let mut open = vec![root];
-    while let Some(node) = open.pop() {
-        found.push(node);
-        if !["content", "data", "assign"].contains(&node.tag_name().name()) {
-            open.extend(elements(node).collect::<Vec<_>>().into_iter().rev());
+    while let Some(element) = open.pop() {
+        found.push(element);
+        if !["content", "data", "assign"].contains(&element.tag_name().name()) {
+            open.extend(elements(element).collect::<Vec<_>>().into_iter().rev());
         }
     }
     found
 }
 
 /// A piece of text in the file: an attribute's value, or the text between two tags.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Written<'a> {
     /// The text with entities resolved: `&gt;` is `>`.
     pub(crate) value: &'a str,
-    /// The text as written in the file.
+    /// The text as it is read.
     raw: &'a str,
     start: usize,
+    map: RangeMap<'a>,
 }
 
 impl<'a> Written<'a> {
     /// The attribute with this name.
-    pub(crate) fn attribute(node: Node<'a, '_>, name: &str) -> Option<Self> {
+    pub(crate) fn attribute(element: Element<'a>, name: &str) -> Option<Self> {
         let attribute =
-            node.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name)?;
-        Some(Self::within(node, attribute.value(), attribute.range_value()))
+            element.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name)?;
+        Some(Self::within(element, attribute.value(), attribute.range_value()))
     }
 
     /// The text between an element's tags, unless it is only white space.
-    pub(crate) fn text(node: Node<'a, '_>) -> Option<Self> {
-        let text = node
+    pub(crate) fn text(element: Element<'a>) -> Option<Self> {
+        let text = element
             .children()
             .find(|child| child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()))?;
-        Some(Self::within(node, text.text()?, text.range()))
+        Some(Self::within(element, text.text()?, text.range()))
     }
 
-    fn within(node: Node<'a, '_>, value: &'a str, range: Range<usize>) -> Self {
-        let raw = node.document().input_text().get(range.clone());
-        let (raw, start) = (raw.unwrap_or_default(), range.start);
-        match raw.strip_prefix("<![CDATA[") {
-            Some(inside) => Self { value, raw: inside, start: start + raw.len() - inside.len() },
-            None => Self { value, raw, start },
-        }
+    fn within(element: Element<'a>, value: &'a str, range: Range<usize>) -> Self {
+        let raw = element.document().input_text().get(range.clone()).unwrap_or_default();
+        let inside = raw.strip_prefix("<![CDATA[").unwrap_or(raw);
+        Self { value, raw: inside, start: range.start + raw.len() - inside.len(), map: element.map }
     }
 
     /// The position of the whole text.
     pub(crate) fn span(&self) -> Range<usize> {
-        self.start..self.start + self.raw.len()
+        (self.map)(self.start..self.start + self.raw.len())
     }
 
     /// The position of a part of the value, given in bytes of the value.
     pub(crate) fn span_of(&self, part: Range<usize>) -> Range<usize> {
         let mut walk = self.walk();
-        walk.advance(part.start)..walk.advance(part.len())
+        (self.map)(walk.advance(part.start)..walk.advance(part.len()))
     }
 
     fn walk(&self) -> Walk<'a> {
@@ -91,26 +130,25 @@ impl<'a> Written<'a> {
     }
 
     /// Replaces the text with that of a file that the attribute names; its problems are reported here.
-    pub(crate) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
-        Written { value: text, raw: "", start: self.start }
+    pub(crate) fn whole<'t>(&self, text: &'t str) -> Written<'t>
+    where
+        'a: 't,
+    {
+        Written { value: text, raw: "", ..*self }
     }
 
-    /// A word of the value as a separate piece.
-    pub(crate) fn part(&self, word: &'a str, span: Range<usize>) -> Self {
-        let raw = self.raw.get(span.start - self.start..span.end - self.start).unwrap_or_default();
-        Self { value: word, raw, start: span.start }
-    }
-
-    /// The words of the value, each with its position in the file.
-    pub(crate) fn words(&self) -> Vec<(&'a str, Range<usize>)> {
+    /// The words of the value, each as a separate piece.
+    pub(crate) fn words(&self) -> Vec<Self> {
         let (base, mut walk, mut end) = (self.value.as_ptr() as usize, self.walk(), 0);
-        let place = |word: &'a str| {
+        let piece = |word: &'a str| {
             let start = word.as_ptr() as usize - base;
             let begins = walk.advance(start - end);
             end = start + word.len();
-            (word, begins..walk.advance(word.len()))
+            let ends = walk.advance(word.len());
+            let raw = self.raw.get(begins - self.start..ends - self.start).unwrap_or_default();
+            Self { value: word, raw, start: begins, map: self.map }
         };
-        self.value.split_whitespace().map(place).collect()
+        self.value.split_whitespace().map(piece).collect()
     }
 }
 
@@ -152,11 +190,11 @@ mod tests {
     fn places_inside_an_attribute_account_for_entities() {
         let text = "<a b='x &gt; y\r\n&#38;&amp; zz'/>";
         let document = roxmltree::Document::parse(text).unwrap();
-        let written = Written::attribute(document.root_element(), "b").unwrap();
+        let written = Written::attribute(Element::new(document.root_element(), AS_READ), "b").unwrap();
         assert_eq!(written.value, "x > y && zz");
         assert_eq!(&text[written.span_of(4..5)], "y");
         assert_eq!(&text[written.span_of(2..3)], "&gt;");
         assert_eq!(&text[written.span_of(9..11)], "zz");
-        assert_eq!(written.words().last().map(|(word, span)| (*word, &text[span.clone()])), Some(("zz", "zz")));
+        assert_eq!(written.words().last().map(|word| (word.value, &text[word.span()])), Some(("zz", "zz")));
     }
 }

@@ -4,13 +4,12 @@ use std::ops::Range;
 
 use diagnostics::markup::attribute;
 use diagnostics::{Problem, nearest_or_all};
-use roxmltree::Node;
 
 use super::place::Site;
 use super::{Mutation, TransitionPlace};
 use crate::chart::{Chart, StateKind, Transition, TransitionDomain};
 use crate::ids::{StateId, TransitionId};
-use crate::load::{Written, name_span};
+use crate::load::{Element, Written, name_span};
 
 /// A range of bytes and its new text.
 pub(super) type Edit = (Range<usize>, String);
@@ -63,19 +62,19 @@ fn insertion(at: usize, text: &str) -> Edit {
 }
 
 /// Replaces an element and its contents with white space, so that everything after it keeps its line and column.
-fn without(node: Node<'_, '_>) -> Edit {
+fn without(node: Element<'_>) -> Edit {
     blank(node.document().input_text(), node.range())
 }
 
 /// Makes an action that is never executed, but is still part of the machine: its channels and events stay the same.
-fn never(node: Node<'_, '_>) -> Vec<Edit> {
+fn never(node: Element<'_>) -> Vec<Edit> {
     if is_null_model(node) {
         return vec![without(node)];
     }
     vec![insertion(node.range().start, "<if cond=\"false\">"), insertion(node.range().end, "</if>")]
 }
 
-fn is_null_model(node: Node<'_, '_>) -> bool {
+fn is_null_model(node: Element<'_>) -> bool {
     node.document().root_element().attribute("datamodel") == Some("null")
 }
 

@@ -2,40 +2,40 @@
 
 use std::ops::Range;
 
-use diagnostics::{Problem, nearest_or_all};
-use roxmltree::{Document, Node};
+use diagnostics::{Problem, nearest_or_all, xml};
+use roxmltree::Document;
 
 use super::{SendPlace, TransitionPlace};
 use crate::chart::{Chart, Transition};
 use crate::ids::{StateId, TransitionId};
-use crate::load::{Written, name_span, own_elements};
+use crate::load::{AS_READ, Element, Written, name_span, own_elements};
 
 /// A machine and its elements.
 pub(super) struct Site<'a> {
     pub(super) chart: &'a Chart,
-    elements: Vec<Node<'a, 'a>>,
+    elements: Vec<Element<'a>>,
 }
 
 /// A `<send>` with a literal `event`.
 #[derive(Clone)]
 pub(super) struct WrittenSend<'a> {
-    pub(super) node: Node<'a, 'a>,
+    pub(super) node: Element<'a>,
     pub(super) state: StateId,
     pub(super) event: Written<'a>,
 }
 
 impl<'a> Site<'a> {
     pub(super) fn new(chart: &'a Chart, document: &'a Document<'a>) -> Self {
-        Self { chart, elements: own_elements(document.root_element()) }
+        Self { chart, elements: own_elements(Element::new(document.root_element(), AS_READ)) }
     }
 
     /// The element with its name at this position.
-    fn element(&self, name: &Range<usize>) -> Option<Node<'a, 'a>> {
+    fn element(&self, name: &Range<usize>) -> Option<Element<'a>> {
         self.elements.iter().copied().find(|node| name_span(*node) == *name)
     }
 
     /// The element of a transition.
-    pub(super) fn node(&self, transition: &Transition) -> Node<'a, 'a> {
+    pub(super) fn node(&self, transition: &Transition) -> Element<'a> {
         self.element(&transition.span()).expect("the chart was made from this document")
     }
 
@@ -76,7 +76,7 @@ impl<'a> Site<'a> {
         let sends = self.elements.iter().filter(|node| node.tag_name().name() == "send");
         sends.filter_map(|node| {
             let event = Written::attribute(*node, "event")?;
-            let mut around = node.ancestors().map(name_span);
+            let mut around = node.ancestors().map(xml::name_span);
             let state =
                 around.find_map(|span| self.chart.states().find(|state| self.chart.state(*state).span() == span))?;
             Some(WrittenSend { node: *node, state, event })
@@ -84,7 +84,7 @@ impl<'a> Site<'a> {
     }
 
     /// All `<data>`, in the order of the file.
-    pub(super) fn data(&self) -> impl Iterator<Item = (Node<'a, 'a>, Written<'a>)> {
+    pub(super) fn data(&self) -> impl Iterator<Item = (Element<'a>, Written<'a>)> {
         let data = self.elements.iter().filter(|node| node.tag_name().name() == "data");
         data.filter_map(|node| Some((*node, Written::attribute(*node, "id")?)))
     }

@@ -28,9 +28,10 @@ impl<'f> Plain<'f> {
         Self { file, text: String::new(), pieces: Vec::new() }
     }
 
-    /// Appends the beginning of a start tag; its attributes follow.
-    pub(crate) fn open(&mut self, element: &str, from: &Range<usize>) {
+    /// Appends the beginning of a start tag with these attributes; others may follow.
+    pub(crate) fn open(&mut self, element: &str, from: &Range<usize>, attributes: &[(&str, &str)]) {
         self.write(&format!("<{element}"), from);
+        attributes.iter().for_each(|(name, value)| self.attribute(name, value, from));
     }
 
     /// Appends an attribute to a start tag.

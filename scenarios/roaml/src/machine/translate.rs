@@ -83,10 +83,7 @@ impl<'f, 'p> Translator<'f, 'p> {
 
     pub(super) fn machine(mut self, root: Node<'_, '_>) -> Translated<'f> {
         let name = name_span(root);
-        self.out.plain.open("scxml", &name);
-        for (attribute, value) in HEAD {
-            self.out.plain.attribute(attribute, value, &name);
-        }
+        self.out.plain.open("scxml", &name, &HEAD);
         for attribute in root.attributes().filter(|attribute| attribute.namespace().is_none()) {
             let known = match root.tag_name().name() {
                 "ros_action_thread" => ["name", "n_threads", "initial"].contains(&attribute.name()),
@@ -117,7 +114,7 @@ impl<'f, 'p> Translator<'f, 'p> {
         if self.declared.ports.is_empty() {
             return;
         }
-        self.out.plain.open("datamodel", place);
+        self.out.plain.open("datamodel", place, &[]);
         self.out.plain.begin_content(place);
         for port in &self.declared.ports {
             let id = match port.direction {
@@ -126,9 +123,7 @@ impl<'f, 'p> Translator<'f, 'p> {
             };
             let value = port.value.as_ref().map_or_else(|| unset(port.kind).to_owned(), Datum::to_json);
             let value = if port.direction == PortDirection::In { &value } else { "undefined" };
-            self.out.plain.open("data", place);
-            self.out.plain.attribute("id", &id, place);
-            self.out.plain.attribute("expr", value, place);
+            self.out.plain.open("data", place, &[("id", &id), ("expr", value)]);
             self.out.plain.close_empty(place);
         }
         self.out.plain.close("datamodel", place);
@@ -198,7 +193,7 @@ impl<'f, 'p> Translator<'f, 'p> {
 
     /// Writes the start tag without its end.
     fn open(&mut self, node: Node<'_, '_>, keeps: impl Fn(&str) -> bool) {
-        self.out.plain.open(node.tag_name().name(), &name_span(node));
+        self.out.plain.open(node.tag_name().name(), &name_span(node), &[]);
         for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
             if keeps(attribute.name()) {
                 self.attribute(attribute);
@@ -297,7 +292,7 @@ impl<'f, 'p> Translator<'f, 'p> {
             self.problems.push(self.declared.unknown_port(node, key));
             return;
         }
-        self.out.plain.open("assign", &name_span(node));
+        self.out.plain.open("assign", &name_span(node), &[]);
         self.out.plain.attribute("location", &output_datum(key), &value_span(node, "key"));
         match node.attribute_node("expr") {
             Some(expr) => self.attribute(expr),

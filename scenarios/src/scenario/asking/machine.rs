@@ -1,7 +1,6 @@
 //! The machine of a leaf that asks, written as SCXML.
 
 use bt::{Kind, Node};
-use diagnostics::markup::attribute;
 use serde_json::Value;
 use skills::Datum;
 use std::collections::BTreeSet;
@@ -17,18 +16,17 @@ const HOLDS: &str = "holds__";
 impl Asking {
     /// The machine of a leaf, as SCXML.
     pub fn scxml(&self, leaf: &Node) -> String {
-        let mut text = Text::default();
-        text.open_machine(leaf.label());
         let is_condition = leaf.kind() == Kind::Condition;
-        text.element("datamodel", |text| {
-            self.data(is_condition).iter().for_each(|datum| text.line(&format!("<data id=\"{}\"/>", attribute(datum))));
-        });
-        match (self.of, is_condition) {
-            (Subject::Topic, true) => self.watch(&mut text),
-            (_, true) => self.ask_at_once(&mut text),
-            (_, false) => self.ask_and_go_on(&mut text),
-        }
-        text.finish()
+        Text::machine(leaf.label(), |text| {
+            text.element("datamodel", &[], |text| {
+                self.data(is_condition).iter().for_each(|datum| text.empty("data", &[("id", datum)]));
+            });
+            match (self.of, is_condition) {
+                (Subject::Topic, true) => self.watch(text),
+                (_, true) => self.ask_at_once(text),
+                (_, false) => self.ask_and_go_on(text),
+            }
+        })
     }
 
     /// The machine's data: the ports that it reads, and the values of those that it writes.
@@ -45,17 +43,14 @@ impl Asking {
 
     /// A condition answers the tick with the reply.
     fn ask_at_once(&self, text: &mut Text) {
-        text.state("idle", |text| {
-            text.line("<transition event=\"BT.tick\" target=\"asking\"/>");
-            text.answered("BT.halt", None, "halted", &[]);
-        });
+        text.idle();
         text.state("asking", |text| {
-            text.element("onentry", |text| {
+            text.element("onentry", &[], |text| {
                 self.begin(text);
                 self.start_timer(text);
             });
             self.stop_timer(text);
-            text.element(&self.transition("idle"), |text| {
+            text.transition(&self.success(), self.condition(), Some("idle"), |text| {
                 text.send_to_tree("success", &self.outputs, |written| format!("{DATA}.{}", written.field.value));
             });
             text.answered(&format!("{} {} timeout", self.success(), self.refusals()), Some("idle"), "failure", &[]);
@@ -65,13 +60,12 @@ impl Asking {
 
     /// A condition on a topic says what its last message said.
     fn watch(&self, text: &mut Text) {
-        let holds = self.condition().unwrap_or("true");
         text.state("watching", |text| {
-            text.element(&format!("transition event=\"{}\"", self.event("")), |text| {
-                text.line(&format!("<assign location=\"{HOLDS}\" expr=\"{}\"/>", attribute(holds)));
-                self.keep(text, &self.outputs);
+            text.transition(&self.event(""), None, None, |text| {
+                text.assign(HOLDS, self.condition().unwrap_or("true"));
+                text.keep(&self.outputs);
             });
-            text.element(&format!("transition event=\"BT.tick\" cond=\"{HOLDS}\""), |text| {
+            text.transition("BT.tick", Some(HOLDS), None, |text| {
                 text.send_to_tree("success", &self.outputs, Written::datum);
             });
             text.answered("BT.tick", None, "failure", &[]);
@@ -81,16 +75,11 @@ impl Asking {
 
     /// An action of the tree answers `running` until it knows.
     fn ask_and_go_on(&self, text: &mut Text) {
-        text.state("idle", |text| {
-            text.line("<transition event=\"BT.tick\" target=\"asking\"/>");
-            text.answered("BT.halt", None, "halted", &[]);
-        });
+        text.idle();
         text.state("asking", |text| {
-            text.element("onentry", |text| {
+            text.element("onentry", &[], |text| {
                 text.send_to_tree("running", &[], Written::datum);
-                for written in &self.feedback {
-                    text.line(&format!("<assign location=\"{}\" expr=\"undefined\"/>", attribute(&written.datum())));
-                }
+                self.feedback.iter().for_each(|written| text.assign(&written.datum(), "undefined"));
                 self.begin(text);
                 self.start_timer(text);
             });
@@ -107,7 +96,7 @@ impl Asking {
         for (state, answer, outputs) in answers.into_iter().take(1 + usize::from(fails)) {
             text.state(state, |text| {
                 text.answered("BT.tick", Some("idle"), answer, outputs);
-                self.halted(text);
+                self.halted(text, "BT.halt");
             });
         }
     }
@@ -116,25 +105,23 @@ impl Asking {
     fn known(&self, text: &mut Text) {
         let is_action = self.of == Subject::Action;
         if is_action {
-            text.line("<transition event=\"BT.halt\" target=\"halting\"/>");
-            text.element(&format!("transition event=\"{}\"", self.event(".feedback")), |text| {
-                self.keep(text, &self.feedback);
-            });
+            text.go_to("halting", "BT.halt");
+            text.transition(&self.event(".feedback"), None, None, |text| text.keep(&self.feedback));
         } else {
-            self.halted(text);
+            self.halted(text, "BT.halt");
         }
-        text.element(&self.transition("succeeded"), |text| self.keep(text, &self.outputs));
+        let when = self.condition();
+        text.transition(&self.success(), when, Some("succeeded"), |text| text.keep(&self.outputs));
         // A message of a topic that is not awaited changes nothing.
-        if self.success_when.is_some() && self.of != Subject::Topic {
-            text.line(&format!("<transition event=\"{}\" target=\"failed\"/>", self.success()));
+        if when.is_some() && self.of != Subject::Topic {
+            text.go_to("failed", &self.success());
         }
         let refusals = self.refusals();
         if !refusals.is_empty() {
-            text.line(&format!("<transition event=\"{refusals}\" target=\"failed\"/>"));
+            text.go_to("failed", &refusals);
         }
         if self.timeout.is_some() {
-            let target = if is_action { "canceling" } else { "failed" };
-            text.line(&format!("<transition event=\"timeout\" target=\"{target}\"/>"));
+            text.go_to(if is_action { "canceling" } else { "failed" }, "timeout");
         }
     }
 
@@ -143,96 +130,73 @@ impl Asking {
     fn cancel(&self, text: &mut Text) {
         let over = format!("{} {} timeout", self.success(), self.ends());
         let begin = |text: &mut Text| {
-            text.element("onentry", |text| {
-                text.line(&format!(
-                    "<send type=\"channel\" target=\"{0}\" event=\"{1}.cancel\"/>",
-                    attribute(&self.asked.component.value),
-                    attribute(&self.asked.name.value)
-                ));
-                text.line(&format!("<send event=\"timeout\" id=\"patience\" delay=\"{}ms\"/>", PATIENCE.as_millis()));
+            text.element("onentry", &[], |text| {
+                let cancel = format!("{}.cancel", self.asked.name.value);
+                text.message(&self.asked.component.value, &cancel, []);
+                text.start_timer("patience", &format!("{}ms", PATIENCE.as_millis()));
             });
-            text.element("onexit", |text| text.line("<cancel sendid=\"patience\"/>"));
+            text.stop_timer("patience");
         };
         if self.timeout.is_some() {
             text.state("canceling", |text| {
                 begin(text);
                 text.answered("BT.tick", None, "running", &[]);
-                text.line("<transition event=\"BT.halt\" target=\"halting\"/>");
-                text.line(&format!("<transition event=\"{over}\" target=\"failed\"/>"));
+                text.go_to("halting", "BT.halt");
+                text.go_to("failed", &over);
             });
         }
         text.state("halting", |text| {
             begin(text);
-            text.element(&format!("transition event=\"{over}\" target=\"idle\""), |text| self.leave(text));
+            self.halted(text, &over);
         });
     }
 
-    /// The transition of a halt that needs no answer.
-    fn halted(&self, text: &mut Text) {
-        text.element("transition event=\"BT.halt\" target=\"idle\"", |text| self.leave(text));
-    }
-
-    fn leave(&self, text: &mut Text) {
-        if let Some(Endpoint { component, name }) = &self.on_halt {
-            text.line(&format!(
-                "<send type=\"channel\" target=\"{}\" event=\"{}\"/>",
-                attribute(&component.value),
-                attribute(&name.value)
-            ));
-        }
-        text.send_to_tree("halted", &[], Written::datum);
+    /// The transition that ends a halt with this event.
+    fn halted(&self, text: &mut Text, event: &str) {
+        text.transition(event, None, Some("idle"), |text| {
+            if let Some(Endpoint { component, name }) = &self.on_halt {
+                text.message(&component.value, &name.value, []);
+            }
+            text.send_to_tree("halted", &[], Written::datum);
+        });
     }
 
     /// The request or goal.
     fn begin(&self, text: &mut Text) {
+        let Endpoint { component, name } = &self.asked;
         let event = match self.of {
-            Subject::Request => self.asked.name.value.clone(),
-            Subject::Action => format!("{}.goal", self.asked.name.value),
+            Subject::Request => name.value.clone(),
+            Subject::Action => format!("{}.goal", name.value),
             Subject::Topic => return,
         };
-        let send = format!(
-            "send type=\"channel\" target=\"{}\" event=\"{}\"",
-            attribute(&self.asked.component.value),
-            attribute(&event)
-        );
-        text.filled(&send, &self.arguments, |(field, argument)| {
-            let value = match &argument.value {
-                Argument::Port(port) => port.clone(),
-                Argument::Constant(value) => literal(value),
-            };
-            format!("<param name=\"{}\" expr=\"{}\"/>", attribute(&field.value), attribute(&value))
+        let fields = self.arguments.iter().map(|(field, argument)| match &argument.value {
+            Argument::Port(port) => (&*field.value, port.clone()),
+            Argument::Constant(value) => (&*field.value, literal(value)),
         });
+        text.message(&component.value, &event, fields);
     }
 
     fn start_timer(&self, text: &mut Text) {
         if let Some(timeout) = self.timeout {
-            text.line(&format!("<send event=\"timeout\" id=\"timeout\" delay=\"{}s\"/>", timeout.as_secs_f64()));
+            text.start_timer("timeout", &format!("{}s", timeout.as_secs_f64()));
         }
     }
 
     fn stop_timer(&self, text: &mut Text) {
         if self.timeout.is_some() {
-            text.element("onexit", |text| text.line("<cancel sendid=\"timeout\"/>"));
-        }
-    }
-
-    /// Keeps fields of a message until they are written to ports.
-    fn keep(&self, text: &mut Text, fields: &[Written]) {
-        for written in fields {
-            let (datum, field) = (attribute(&written.datum()), attribute(&written.field.value));
-            text.line(&format!("<assign location=\"{datum}\" expr=\"{DATA}.{field}\"/>"));
+            text.stop_timer("timeout");
         }
     }
 
     /// An event of the component about the action or topic.
     fn event(&self, what: &str) -> String {
-        attribute(&format!("{}.{}{what}", self.asked.component.value, self.asked.name.value))
+        format!("{}.{}{what}", self.asked.component.value, self.asked.name.value)
     }
 
     /// The event that may mean success.
     fn success(&self) -> String {
         match self.of {
-            Subject::Request => attribute(&format!("{}.ok", self.asked.component.value)),
+            Subject::Request => format!("{}.ok", self.asked.component.value),
             Subject::Action => self.event(".succeeded"),
             Subject::Topic => self.event(""),
         }
@@ -246,16 +210,10 @@ impl Asking {
     /// The events that mean failure, without the timeout.
     fn refusals(&self) -> String {
         match self.of {
-            Subject::Request => attribute(&format!("{}.error", self.asked.component.value)),
+            Subject::Request => format!("{}.error", self.asked.component.value),
             Subject::Action => format!("{} {}", self.event(".rejected"), self.ends()),
             Subject::Topic => String::new(),
         }
-    }
-
-    /// The transition of the event that may mean success.
-    fn transition(&self, target: &str) -> String {
-        let when = self.condition().map_or_else(String::new, |when| format!(" cond=\"{}\"", attribute(when)));
-        format!("transition event=\"{}\"{when} target=\"{target}\"", self.success())
     }
 
     fn condition(&self) -> Option<&str> {
@@ -271,19 +229,48 @@ impl Written {
 }
 
 impl Text {
+    /// The state of a leaf that is not active.
+    fn idle(&mut self) {
+        self.state("idle", |text| {
+            text.go_to("asking", "BT.tick");
+            text.answered("BT.halt", None, "halted", &[]);
+        });
+    }
+
+    /// A transition that only leads to a state.
+    fn go_to(&mut self, state: &str, event: &str) {
+        self.transition(event, None, Some(state), |_| {});
+    }
+
+    /// A message to a process, with the expressions of its fields.
+    fn message<'f>(&mut self, target: &str, event: &str, fields: impl IntoIterator<Item = (&'f str, String)>) {
+        self.send(&[("type", "channel"), ("target", target), ("event", event)], fields);
+    }
+
     /// An answer to the tree, with the values of output ports.
     fn send_to_tree(&mut self, answer: &str, outputs: &[Written], value: impl Fn(&Written) -> String) {
-        self.filled(&format!("send type=\"channel\" target=\"BT\" event=\"{answer}\""), outputs, |written| {
-            format!("<param name=\"{}\" expr=\"{}\"/>", attribute(&written.port.value), attribute(&value(written)))
-        });
+        let fields = outputs.iter().map(|written| (&*written.port.value, value(written)));
+        self.message("BT", answer, fields);
     }
 
     /// A transition that answers the tree.
     fn answered(&mut self, event: &str, target: Option<&str>, answer: &str, outputs: &[Written]) {
-        let target = target.map_or_else(String::new, |target| format!(" target=\"{target}\""));
-        self.element(&format!("transition event=\"{event}\"{target}"), |text| {
-            text.send_to_tree(answer, outputs, Written::datum);
-        });
+        self.transition(event, None, target, |text| text.send_to_tree(answer, outputs, Written::datum));
+    }
+
+    /// Keeps fields of a message until they are written to ports.
+    fn keep(&mut self, fields: &[Written]) {
+        fields.iter().for_each(|written| self.assign(&written.datum(), &format!("{DATA}.{}", written.field.value)));
+    }
+
+    /// Sends the event `timeout` after this time.
+    fn start_timer(&mut self, id: &str, delay: &str) {
+        self.empty("send", &[("event", "timeout"), ("id", id), ("delay", delay)]);
+    }
+
+    /// Stops the timer when the state is left.
+    fn stop_timer(&mut self, id: &str) {
+        self.element("onexit", &[], |text| text.empty("cancel", &[("sendid", id)]));
     }
 }
 

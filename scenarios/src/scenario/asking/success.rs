@@ -70,15 +70,15 @@ impl SuccessWhen {
     /// would have the same problems, in words that the author of the expression does not know.
     pub(super) fn problems(&self, answer: &str, mut names: BTreeSet<String>) -> Vec<Problem> {
         names.insert(answer.to_owned());
-        let written = attribute(&self.written);
-        let text = machine(&written, &names);
+        let text = machine(&self.written, &names);
         let problems = match Chart::load("condition", &text) {
             Ok(chart) => chart.warnings().to_vec(),
             Err(SkillError::Load { problems, .. }) => problems,
             Err(_) => Vec::new(),
         };
         let start = text.find("cond=\"").map_or(0, |start| start + "cond=\"".len());
-        let of_condition = problems.iter().filter(|found| (start..=start + written.len()).contains(&found.offset()));
+        let end = start + attribute(&self.written).len();
+        let of_condition = problems.iter().filter(|found| (start..=end).contains(&found.offset()));
         let in_file = |found: &Problem| {
             let problem = self.span.problem(found.message()).with_label(found.label_text().unwrap_or("here"));
             let help = match (found.label_text(), found.help_text()) {
@@ -95,7 +95,7 @@ impl SuccessWhen {
 
     /// Comparisons of the answer's fields with values that they never have.
     pub(super) fn misreadings(&self, fields: &[(String, FieldKind)]) -> Vec<Problem> {
-        let text = machine(&attribute(&self.expression), &self.ports.iter().cloned().collect());
+        let text = machine(&self.expression, &self.ports.iter().cloned().collect());
         let Ok(chart) = Chart::load("condition", &text) else { return Vec::new() };
         let answer = EventFields { event: ANSWER, fields };
         let found = chart.misreadings(&[answer]).into_iter();
@@ -121,11 +121,8 @@ impl SuccessWhen {
 
 /// A machine with this condition alone, and data with these names.
 fn machine(condition: &str, names: &BTreeSet<String>) -> String {
-    let mut text = Text::default();
-    text.open_machine("condition");
-    text.element("datamodel", |text| {
-        names.iter().for_each(|name| text.line(&format!("<data id=\"{}\"/>", attribute(name))));
-    });
-    text.state("asking", |text| text.line(&format!("<transition event=\"{ANSWER}\" cond=\"{condition}\"/>")));
-    text.finish()
+    Text::machine("condition", |text| {
+        text.element("datamodel", &[], |text| names.iter().for_each(|name| text.empty("data", &[("id", name)])));
+        text.state("asking", |text| text.transition(ANSWER, Some(condition), None, |_| {}));
+    })
 }

@@ -1,7 +1,6 @@
 //! The machine of a component that may say anything, written as SCXML.
 
 use channels::{FieldKind, Value};
-use diagnostics::markup::attribute;
 use interfaces::{
     ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, OK, REASON, REJECTED,
     SUCCEEDED, Service,
@@ -74,36 +73,38 @@ impl<'i> Repertoire<'i> {
     /// The machine of a component that answers every request at once, with anything, publishes anything or nothing once
     /// per tick, and pursues one goal of each action at a time. It ignores what is `heard`.
     pub(super) fn scxml(&self, name: &str, heard: &[String], tick_s: f64) -> String {
-        let mut text = Text::default();
-        text.open_machine(name);
         let pursued = self.actions.iter().map(|course| pursued(course.action));
-        let data: Vec<String> = [CLIENT.to_owned()].into_iter().chain(pursued).collect();
-        text.filled("datamodel", &data, |datum| format!("<data id=\"{}\" expr=\"''\"/>", attribute(datum)));
-        text.state("any", |text| {
-            let again = format!("<send event=\"again\" delay=\"{tick_s}s\"/>");
-            if !self.turns.is_empty() {
-                text.element("onentry", |text| text.line(&again));
-                text.element("transition event=\"again\"", |text| {
-                    text.line(&again);
-                    text.line("<raise event=\"turn.0\"/>");
-                });
-            }
-            for (number, turn) in self.turns.iter().enumerate() {
-                let next = (number + 1 < self.turns.len()).then(|| format!("<raise event=\"turn.{}\"/>", number + 1));
-                turn.write(number, next.as_slice(), text);
-            }
-            for (service, answers) in &self.services {
-                let choice = format!("choice.{}", service.name);
-                answer(text, &choice, answers, &[]);
-                text.element(&format!("transition event=\"{}\"", attribute(&service.name)), |text| {
-                    ask(text);
-                    choose(text, &choice, answers, false);
-                });
-            }
-            self.actions.iter().for_each(|course| course.write(text));
-            heard.iter().for_each(|event| text.line(&format!("<transition event=\"{}\"/>", attribute(event))));
-        });
-        text.finish()
+        let data = [CLIENT.to_owned()].into_iter().chain(pursued);
+        Text::machine(name, |text| {
+            text.element("datamodel", &[], |text| {
+                data.for_each(|datum| text.empty("data", &[("id", &datum), ("expr", "''")]));
+            });
+            text.state("any", |text| {
+                self.take_turns(tick_s, text);
+                for (service, answers) in &self.services {
+                    let choice = format!("choice.{}", service.name);
+                    answer(text, &choice, answers, |_| {});
+                    ask(text, &service.name, None, |text| choose(text, &choice, answers));
+                }
+                self.actions.iter().for_each(|course| course.write(text));
+                heard.iter().for_each(|event| text.transition(event, None, None, |_| {}));
+            });
+        })
+    }
+
+    /// Begins with the first turn once per tick.
+    fn take_turns(&self, tick_s: f64, text: &mut Text) {
+        let again = |text: &mut Text| text.empty("send", &[("event", "again"), ("delay", &format!("{tick_s}s"))]);
+        if !self.turns.is_empty() {
+            text.element("onentry", &[], again);
+            text.transition("again", None, None, |text| {
+                again(text);
+                begin_turn(text, 0);
+            });
+        }
+        for (number, turn) in self.turns.iter().enumerate() {
+            turn.write(number, (number + 1 < self.turns.len()).then_some(number + 1), text);
+        }
     }
 }
 
@@ -130,13 +131,16 @@ fn pursued(action: &Action) -> String {
     format!("{word}__")
 }
 
-fn set(text: &mut Text, datum: &str, expr: &str) {
-    text.line(&format!("<assign location=\"{datum}\" expr=\"{expr}\"/>"));
+fn begin_turn(text: &mut Text, number: usize) {
+    text.empty("raise", &[("event", &format!("turn.{number}"))]);
 }
 
-/// Notes who has asked.
-fn ask(text: &mut Text) {
-    set(text, CLIENT, "_event.origin");
+/// The transition of a request, which notes who has asked.
+fn ask(text: &mut Text, event: &str, cond: Option<&str>, then: impl FnOnce(&mut Text)) {
+    text.transition(event, cond, None, |text| {
+        text.assign(CLIENT, "_event.origin");
+        then(text);
+    });
 }
 
 /// The names of the events that stand for these messages. They begin with the choice's name and a number, and end with
@@ -154,32 +158,27 @@ fn names<'a>(choice: &'a str, messages: &'a [Answer]) -> impl Iterator<Item = St
     })
 }
 
-/// Chooses among these messages, or nothing.
-fn choose(text: &mut Text, choice: &str, messages: &[Answer], or_nothing: bool) {
-    // First, so that a shortest run prefers it.
-    let nothing = or_nothing.then(|| format!("{choice}.nothing"));
-    for event in nothing.into_iter().chain(names(choice, messages)) {
-        text.line(&format!("<send type=\"choice\" event=\"{}\"/>", attribute(&event)));
-    }
+/// Chooses among these messages.
+fn choose(text: &mut Text, choice: &str, messages: &[Answer]) {
+    names(choice, messages).for_each(|event| text.empty("send", &[("type", "choice"), ("event", &event)]));
 }
 
 /// The transition of each choice of a message to the client, and what follows it.
-fn answer(text: &mut Text, choice: &str, answers: &[Answer], then: &[String]) {
+fn answer(text: &mut Text, choice: &str, answers: &[Answer], then: impl Fn(&mut Text)) {
     for (event, message) in names(choice, answers).zip(answers) {
-        text.element(&format!("transition event=\"{}\"", attribute(&event)), |text| {
+        text.transition(&event, None, None, |text| {
             send(text, Some(CLIENT), message);
-            then.iter().for_each(|line| text.line(line));
+            then(text);
         });
     }
 }
 
 /// Sends a message to a process that this datum names, or publishes it.
 fn send(text: &mut Text, to: Option<&str>, (head, fields): &Answer) {
-    let to = to.map_or_else(String::new, |to| format!(" targetexpr=\"{to}\""));
-    let there: Vec<_> = fields.iter().filter(|(_, value)| !value.is_symbol(FieldKind::NONE)).collect();
-    text.filled(&format!("send type=\"channel\"{to} event=\"{}\"", attribute(head)), &there, |(name, value)| {
-        format!("<param name=\"{}\" expr=\"{}\"/>", attribute(name), attribute(&literal(value)))
-    });
+    let to = to.map(|to| ("targetexpr", to));
+    let attributes: Vec<_> = [("type", "channel")].into_iter().chain(to).chain([("event", &**head)]).collect();
+    let there = fields.iter().filter(|(_, value)| !value.is_symbol(FieldKind::NONE));
+    text.send(&attributes, there.map(|(name, value)| (&**name, literal(value))));
 }
 
 /// A value in ECMAScript.
@@ -194,27 +193,30 @@ fn literal(value: &Value) -> String {
 
 impl Turn<'_> {
     /// What may happen in this turn, or nothing; then it is the `next` one's turn, if there is one.
-    fn write(&self, number: usize, next: &[String], text: &mut Text) {
-        let choice = format!("choice.turn.{number}");
-        let go_on = |text: &mut Text| next.iter().for_each(|line| text.line(line));
+    fn write(&self, number: usize, next: Option<usize>, text: &mut Text) {
+        let (turn, choice) = (format!("turn.{number}"), format!("choice.turn.{number}"));
+        let go_on = |text: &mut Text| next.into_iter().for_each(|next| begin_turn(text, next));
         let client = self.action.map(pursued);
         for (event, message) in names(&choice, &self.messages).zip(&self.messages) {
-            text.element(&format!("transition event=\"{}\"", attribute(&event)), |text| {
+            text.transition(&event, None, None, |text| {
                 send(text, client.as_deref(), message);
                 let ends = self.action.is_some_and(|action| message.0 != format!("{}.{FEEDBACK}", action.name));
                 if let Some(client) = client.as_ref().filter(|_| ends) {
-                    set(text, client, "''");
+                    text.assign(client, "''");
                 }
                 go_on(text);
             });
         }
-        text.element(&format!("transition event=\"{choice}.nothing\""), go_on);
-        let cond = client.map_or_else(String::new, |client| format!(" cond=\"{client} != ''\""));
-        text.element(&format!("transition event=\"turn.{number}\"{cond}"), |text| {
-            choose(text, &choice, &self.messages, true);
+        let nothing = format!("{choice}.nothing");
+        text.transition(&nothing, None, None, go_on);
+        let cond = client.map(|client| format!("{client} != ''"));
+        text.transition(&turn, cond.as_deref(), None, |text| {
+            // First, so that a shortest run prefers it.
+            text.empty("send", &[("type", "choice"), ("event", &nothing)]);
+            choose(text, &choice, &self.messages);
         });
         if self.action.is_some() {
-            text.element(&format!("transition event=\"turn.{number}\""), go_on);
+            text.transition(&turn, None, None, go_on);
         }
     }
 }
@@ -224,29 +226,20 @@ impl Course<'_> {
     fn write(&self, text: &mut Text) {
         let Self { action, rejected, ends } = self;
         let (name, pursued) = (&action.name, pursued(action));
-        let part = |part: &str| attribute(&format!("{name}.{part}"));
-        let forget = format!("<assign location=\"{pursued}\" expr=\"''\"/>");
-        let begin = format!("<assign location=\"{pursued}\" expr=\"{CLIENT}\"/>");
+        let part = |part: &str| format!("{name}.{part}");
+        let forget = |text: &mut Text| text.assign(&pursued, "''");
         let (goal, cancel) = (format!("choice.{name}.{GOAL}"), format!("choice.{name}.{CANCEL}"));
         // A client that sends a goal again has given up its last one.
-        answer(text, &format!("{goal}.no"), rejected, std::slice::from_ref(&forget));
-        let accepted = [(format!("{name}.{ACCEPTED}"), Vec::new())];
-        answer(text, &format!("{goal}.yes"), &accepted, &[begin]);
-        answer(text, &format!("{goal}.other"), rejected, &[]);
-        answer(text, &cancel, ends, &[forget]);
-        let free = format!("{pursued} == '' || {pursued} == _event.origin");
-        text.element(&format!("transition event=\"{}\" cond=\"{free}\"", part(GOAL)), |text| {
-            ask(text);
-            choose(text, &format!("{goal}.yes"), &accepted, false);
-            choose(text, &format!("{goal}.no"), rejected, false);
+        answer(text, &format!("{goal}.no"), rejected, forget);
+        let accepted = [(part(ACCEPTED), Vec::new())];
+        answer(text, &format!("{goal}.yes"), &accepted, |text| text.assign(&pursued, CLIENT));
+        answer(text, &format!("{goal}.other"), rejected, |_| {});
+        answer(text, &cancel, ends, forget);
+        ask(text, &part(GOAL), Some(&format!("{pursued} == '' || {pursued} == _event.origin")), |text| {
+            choose(text, &format!("{goal}.yes"), &accepted);
+            choose(text, &format!("{goal}.no"), rejected);
         });
-        text.element(&format!("transition event=\"{}\"", part(GOAL)), |text| {
-            ask(text);
-            choose(text, &format!("{goal}.other"), rejected, false);
-        });
-        text.element(&format!("transition event=\"{}\" cond=\"{pursued} == _event.origin\"", part(CANCEL)), |text| {
-            ask(text);
-            choose(text, &cancel, ends, false);
-        });
+        ask(text, &part(GOAL), None, |text| choose(text, &format!("{goal}.other"), rejected));
+        ask(text, &part(CANCEL), Some(&format!("{pursued} == _event.origin")), |text| choose(text, &cancel, ends));
     }
 }

@@ -51,8 +51,7 @@ impl Translator<'_, '_> {
                 continue;
             };
             let place = written.range_qname();
-            self.out.plain.open("param", &place);
-            self.out.plain.attribute("name", attribute, &place);
+            self.out.plain.open("param", &place, &[("name", attribute)]);
             self.out.plain.write(" expr=\"", &place);
             self.expression(written.range_value());
             self.out.plain.write("\"", &place);
@@ -60,9 +59,7 @@ impl Translator<'_, '_> {
             names.push(*attribute);
         }
         if let Some(code) = sending.code {
-            self.out.plain.open("param", &name_span(node));
-            self.out.plain.attribute("name", "code", &name_span(node));
-            self.out.plain.attribute("expr", &code.to_string(), &name_span(node));
+            self.out.plain.open("param", &name_span(node), &[("name", "code"), ("expr", &code.to_string())]);
             self.out.plain.close_empty(&name_span(node));
             names.push("code");
         }
@@ -98,16 +95,14 @@ impl Translator<'_, '_> {
 
     /// Writes the start tag of a `<send>` without its end. `event` is an attribute with its value, from `place`.
     fn begin_send(&mut self, node: Node<'_, '_>, target: &str, event: (&str, &str), place: &Range<usize>) {
-        self.out.plain.open("send", &name_span(node));
-        self.out.plain.attribute("type", "channel", &name_span(node));
-        self.out.plain.attribute("target", target, &name_span(node));
+        self.out.plain.open("send", &name_span(node), &[("type", "channel"), ("target", target)]);
         self.out.plain.attribute(event.0, event.1, place);
     }
 
     /// A field of an event, and its kind.
     fn param(&mut self, node: Node<'_, '_>, of_ros: Option<DataKind>) -> Option<DataKind> {
         self.known_attributes(node, &["name", "expr", "location"]);
-        self.out.plain.open("param", &name_span(node));
+        self.out.plain.open("param", &name_span(node), &[]);
         self.out.plain.copied_attribute("name", value_span(node, "name"), &name_span(node));
         let written = node.attribute_node("expr").or_else(|| node.attribute_node("location"));
         let input = node.descendants().find(|inner| is(inner, "bt_get_input"));

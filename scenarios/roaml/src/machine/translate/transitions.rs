@@ -96,7 +96,7 @@ impl Translator<'_, '_> {
         chance: Option<f64>,
     ) {
         let plain = &mut self.out.plain;
-        plain.open("transition", &name_span(branch));
+        plain.open("transition", &name_span(branch), &[]);
         if let Some((name, place)) = event {
             plain.attribute("event", name, place);
         }
@@ -138,8 +138,7 @@ impl Translator<'_, '_> {
             }
             let name = event(&format!("action_{{}}_goal_{outcome}"), &interface);
             let (plain, place) = (&mut self.out.plain, name_span(node));
-            plain.open("transition", &place);
-            plain.attribute("event", &name, &place);
+            plain.open("transition", &place, &[("event", &name)]);
             plain.copied_attribute("target", value_span(node, attribute), &place);
             plain.close_empty(&place);
         }
