@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use std::{fs, io};
 
 use crate::files::{MAX_BYTES, MAX_TEXT_BYTES, too_large};
-use crate::{from_disk_up_to, normal, text};
+use crate::{Memo, from_disk_up_to, normal, text};
 
 /// The files on disk, except that some may be open in an editor: their texts are read instead, saved or not. Cheap to
 /// clone.
@@ -25,6 +25,7 @@ pub struct Disk {
     /// By [normal](normal) path.
     open: Arc<BTreeMap<PathBuf, Arc<str>>>,
     reads: Option<Arc<Mutex<Reads>>>,
+    memo: Arc<Memo>,
 }
 
 /// What tells one saved state of a file from another: when it was changed, and its length in bytes.
@@ -68,7 +69,19 @@ impl Disk {
     #[must_use]
     pub fn with_open(documents: impl IntoIterator<Item = (PathBuf, Arc<str>)>) -> Self {
         let open = documents.into_iter().map(|(path, text)| (normal(&path), text)).collect();
-        Self { open: Arc::new(open), reads: None }
+        Self { open: Arc::new(open), ..Self::default() }
+    }
+
+    /// The same disk, with the values that were made from the files of another one, perhaps in an earlier state.
+    #[must_use]
+    pub fn with_memo(self, memo: &Arc<Memo>) -> Self {
+        Self { memo: Arc::clone(memo), ..self }
+    }
+
+    /// The values that were made from its files; clones share them.
+    #[must_use]
+    pub fn memo(&self) -> &Arc<Memo> {
+        &self.memo
     }
 
     /// The same disk, remembering what is asked of it and of its clones.

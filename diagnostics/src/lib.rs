@@ -18,7 +18,7 @@
 //! ```
 //!
 //! [`text_from_disk`] and [`read_text`] read files, always with a limit. A [`Disk`] also has the unsaved texts of an
-//! editor. [`write_whole`], [`Unfinished`] and
+//! editor, and a [`Memo`] of what was made of its files. [`write_whole`], [`Unfinished`] and
 //! [`Staging`] write them: a file under its final name is always complete. After [`guard_inputs`], none of them
 //! overwrites what the process reads.
 //!
@@ -35,6 +35,7 @@ mod error;
 mod files;
 mod line_ends;
 pub mod markup;
+mod memo;
 mod nearest;
 mod normal_path;
 mod output;
@@ -53,6 +54,7 @@ pub use files::{
     ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, open_regular, read_text, text, text_from_disk,
 };
 pub use line_ends::LineEnds;
+pub use memo::{Memo, Same};
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
 pub use normal_path::normal;
 pub use output::{Staging, Unfinished, rewrite_whole, write_whole};

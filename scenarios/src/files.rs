@@ -1,12 +1,13 @@
 //! The sources of files: beside the scenario, or inside the program itself.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use diagnostics::document::{Field, Table};
-use diagnostics::{Disk, Problem, Span, Spanned};
+use diagnostics::{Disk, Memo, Problem, ReadFile, Span, Spanned};
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
@@ -93,8 +94,8 @@ pub struct Files {
     /// Whether the scenario is shipped. If so, its only files on disk are those that an [assignment](named) names.
     is_shipped: bool,
     disk: Disk,
-    /// The contents of files read from disk, if they are remembered.
-    memory: Option<Arc<Mutex<Memory>>>,
+    /// The contents of files when they were first read, by the requested paths, if they are remembered.
+    memory: Option<Arc<Mutex<BTreeMap<PathBuf, Contents>>>>,
     /// The files that were read, if they are listed.
     taken: Option<Arc<Mutex<BTreeMap<PathBuf, Taken>>>>,
 }
@@ -110,18 +111,24 @@ pub struct Taken {
     pub named_by: BTreeSet<PathBuf>,
 }
 
-/// The contents of files when they were first read, by the requested paths.
-#[derive(Debug, Default)]
-struct Memory {
-    on_disk: BTreeMap<PathBuf, Arc<[u8]>>,
-    /// Shipped files, which never change.
-    shipped: BTreeMap<PathBuf, &'static [u8]>,
+/// The contents of a file.
+#[derive(Clone, Debug)]
+struct Contents {
+    bytes: Arc<[u8]>,
+    /// As in [`Taken`].
+    hash: String,
+    /// As in [`Taken`].
+    on_disk: Option<PathBuf>,
 }
 
-impl Memory {
-    fn known(&self, path: &Path) -> Option<&[u8]> {
-        self.on_disk.get(path).map(AsRef::as_ref).or_else(|| self.shipped.get(path).copied())
-    }
+/// What was made of a file and of those that it names.
+#[derive(Debug)]
+struct Made<S, T> {
+    settings: S,
+    /// The requested paths of all these files in the order in which they were read, each with the hash of its contents;
+    /// none if it could not be read.
+    inputs: Vec<(PathBuf, Option<String>)>,
+    value: T,
 }
 
 /// The hash of a file with these contents, as in [`Taken::hash`].
@@ -168,20 +175,13 @@ impl Files {
         taken.unwrap_or_default()
     }
 
-    fn list(&self, path: &Path, on_disk: Option<PathBuf>, bytes: &[u8]) {
-        if let Some(taken) = &self.taken {
-            let hash = hash_of(bytes);
-            let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
-            let named_by = taken.remove(path).map(|earlier| earlier.named_by).unwrap_or_default();
-            taken.insert(path.to_owned(), Taken { on_disk, hash, named_by });
-        }
-    }
-
-    /// Lists that a file which was read is named by another one.
-    fn list_name(&self, path: &Path, by: &Path) {
+    /// Lists that a file was read, because another one names it or not.
+    fn list(&self, path: &Path, Contents { hash, on_disk, .. }: &Contents, by: Option<&Path>) {
         if let Some(taken) = &self.taken {
             let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
-            taken.get_mut(path).map(|taken| taken.named_by.insert(by.to_owned()));
+            let mut named_by = taken.remove(path).map(|earlier| earlier.named_by).unwrap_or_default();
+            named_by.extend(by.map(Path::to_owned));
+            taken.insert(path.to_owned(), Taken { on_disk: on_disk.clone(), hash: hash.clone(), named_by });
         }
     }
 
@@ -197,13 +197,14 @@ impl Files {
         Self { memory: Some(Arc::default()), ..self }
     }
 
-    /// A fingerprint of the remembered files: their paths and contents.
+    /// A fingerprint of the remembered files on disk: their paths and contents.
     #[must_use]
     pub fn fingerprint(&self) -> String {
         let mut hash = blake3::Hasher::new();
         if let Some(memory) = &self.memory {
-            for (path, bytes) in &memory.lock().unwrap_or_else(PoisonError::into_inner).on_disk {
-                for part in [path.as_os_str().as_encoded_bytes(), bytes] {
+            let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+            for (path, contents) in memory.iter().filter(|(_, contents)| contents.on_disk.is_some()) {
+                for part in [path.as_os_str().as_encoded_bytes(), &contents.bytes] {
                     hash.update(&(part.len() as u64).to_le_bytes()).update(part);
                 }
             }
@@ -215,8 +216,7 @@ impl Files {
     #[must_use]
     pub fn remembered(&self) -> BTreeSet<PathBuf> {
         let memory = self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
-        memory
-            .map_or_else(BTreeSet::new, |memory| memory.on_disk.keys().chain(memory.shipped.keys()).cloned().collect())
+        memory.map_or_else(BTreeSet::new, |memory| memory.keys().cloned().collect())
     }
 
     /// The same files, except that those on disk are looked up in this folder, unless a base in another folder names
@@ -255,17 +255,52 @@ impl Files {
         if span.is_assignment() { Some(self.assigned.join(HERE)) } else { self.on_disk(&named(HERE, span)) }
     }
 
-    /// Reads a file and those that it names, which are looked up as it is itself.
-    pub(crate) fn reading<'f>(&'f self, file: &Path) -> impl Fn(&Path) -> io::Result<Vec<u8>> + use<'f> {
-        let (is_assigned, file) = (is_assigned(file), file.to_owned());
-        move |path| {
-            let path = if is_assigned { path } else { unmarked(path) };
-            let bytes = self.read(path)?;
-            if path != file {
-                self.list_name(path, &file);
-            }
-            Ok(bytes)
+    /// The values that were made from these files.
+    pub(crate) fn memo(&self) -> &Arc<Memo> {
+        self.disk.memo()
+    }
+
+    /// What `make` makes of a file and of those that it names, which are looked up as it is itself. If it was made with
+    /// the same `settings` before, and all files that were read for it have the same contents, it is not made again.
+    /// Values of one type must always be made in the same way, and depend on nothing else.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub(crate) fn load<S, T, E>(
+        &self,
+        file: &Path,
+        settings: S,
+        make: impl FnOnce(ReadFile<'_>) -> Result<T, E>,
+    ) -> Result<T, E>
+    where
+        S: PartialEq + Send + Sync + 'static,
+        T: Clone + Send + Sync + 'static,
+    {
+        // A file is read only because of the contents of those before it, so the first that has changed ends the search.
+        let is_current = |made: &Arc<Made<S, T>>| {
+            let mut inputs = made.inputs.iter();
+            made.settings == settings
+                && inputs.all(|(path, hash)| self.contents_for(file, path).ok().map(|it| it.hash) == *hash)
+        };
+        if let Some(made) = self.memo().find(file, is_current) {
+            return Ok(made.value.clone());
         }
+        let inputs = RefCell::new(Vec::new());
+        let read = |path: &Path| {
+            let contents = self.contents_for(file, path);
+            let hash = contents.as_ref().ok().map(|contents| contents.hash.clone());
+            inputs.borrow_mut().push((path.to_owned(), hash));
+            contents.map(|contents| contents.bytes.to_vec())
+        };
+        let value = make(&read)?;
+        self.memo().keep(file, Arc::new(Made { settings, inputs: inputs.take(), value: value.clone() }));
+        Ok(value)
+    }
+
+    /// The contents of a file, or of one that it names.
+    fn contents_for(&self, file: &Path, path: &Path) -> io::Result<Contents> {
+        let path = if is_assigned(file) { path } else { unmarked(path) };
+        self.contents(path, Some(file).filter(|file| *file != path))
     }
 
     /// The same files for a scenario that inherits from files in these folders, relative to its own.
@@ -300,26 +335,35 @@ impl Files {
     /// # Errors
     /// The operating system's error; `NotFound` if the file is neither on disk nor shipped.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.contents(path, None).map(|contents| contents.bytes.to_vec())
+    }
+
+    /// The contents of a file, which is listed as read because of this other file or not.
+    fn contents(&self, path: &Path, by: Option<&Path>) -> io::Result<Contents> {
         let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
-        if let Some((known, is_shipped)) =
-            memory().and_then(|memory| Some((memory.known(path)?.to_vec(), memory.shipped.contains_key(path))))
-        {
-            self.list(path, self.on_disk(path).filter(|_| !is_shipped), &known);
-            return Ok(known);
-        }
-        let Some(found) = self.on_disk(path) else {
-            let missing = || io::Error::new(io::ErrorKind::NotFound, "there is no such file");
-            let bytes = std::iter::once(path).chain(self.as_written(path)).find_map(shipped).ok_or_else(missing)?;
-            memory().map(|mut memory| memory.shipped.insert(path.to_owned(), bytes));
-            self.list(path, None, bytes);
-            return Ok(bytes.to_vec());
+        let known = memory().and_then(|memory| memory.get(path).cloned());
+        let contents = match known {
+            Some(known) => known,
+            None => {
+                let read = self.read_anew(path)?;
+                // The first reader determines the contents.
+                memory().map_or(read.clone(), |mut memory| memory.entry(path.to_owned()).or_insert(read).clone())
+            }
         };
-        let bytes = self.disk.read_named(&found, path)?;
-        self.list(path, Some(found), &bytes);
-        // The first reader determines the contents.
-        let first = memory()
-            .map(|mut memory| Arc::clone(memory.on_disk.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
-        Ok(first.map_or(bytes, |first| first.to_vec()))
+        self.list(path, &contents, by);
+        Ok(contents)
+    }
+
+    fn read_anew(&self, path: &Path) -> io::Result<Contents> {
+        let on_disk = self.on_disk(path);
+        let bytes: Arc<[u8]> = match &on_disk {
+            Some(found) => self.disk.read_named(found, path)?.into(),
+            None => {
+                let missing = || io::Error::new(io::ErrorKind::NotFound, "there is no such file");
+                std::iter::once(path).chain(self.as_written(path)).find_map(shipped).ok_or_else(missing)?.into()
+            }
+        };
+        Ok(Contents { hash: hash_of(&bytes), bytes, on_disk })
     }
 
     /// Reads a file as text.
@@ -483,6 +527,52 @@ mod tests {
     }
 
     #[test]
+    fn a_value_is_made_again_only_if_a_file_that_was_read_for_it_has_changed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for (name, text) in [("list", "a b missing"), ("a", "1"), ("b", "2")] {
+            std::fs::write(path(name), text).unwrap();
+        }
+        let files = Files::beside(folder.path());
+        let made = RefCell::new(0);
+        // The texts of the files that a file names, in the order in which they are named.
+        let joined = |files: &Files, settings: u8| {
+            let text =
+                |read: ReadFile<'_>, path: &str| read(Path::new(path)).map(|bytes| String::from_utf8(bytes).unwrap());
+            let made = files.load(Path::new("list"), settings, |read| -> io::Result<String> {
+                *made.borrow_mut() += 1;
+                let names = text(read, "list")?;
+                let texts = names.split(' ').map(|name| text(read, name).unwrap_or_default());
+                Ok(texts.collect::<Vec<_>>().join("+"))
+            });
+            made.unwrap()
+        };
+        let check = |settings: u8, expected: (&str, i32)| {
+            // What is read is listed alike, whether the value is made or known, and through any clone.
+            let listing = files.clone().listing();
+            let value = joined(&listing, settings);
+            assert_eq!((value.as_str(), *made.borrow()), expected);
+            let anew = Files::beside(folder.path()).listing();
+            joined(&anew, settings);
+            *made.borrow_mut() -= 1;
+            assert_eq!(listing.taken(), anew.taken());
+        };
+        check(0, ("1+2+", 1));
+        check(0, ("1+2+", 1));
+        check(1, ("1+2+", 2));
+        check(0, ("1+2+", 2));
+        std::fs::write(path("b"), "3").unwrap();
+        check(0, ("1+3+", 3));
+        std::fs::write(path("missing"), "4").unwrap();
+        check(0, ("1+3+4", 4));
+        std::fs::write(path("list"), "a").unwrap();
+        check(0, ("1", 5));
+        std::fs::write(path("b"), "no longer read").unwrap();
+        check(0, ("1", 5));
+        assert!(files.load(Path::new("nowhere"), (), |read| read(Path::new("nowhere"))).is_err());
+    }
+
+    #[test]
     fn a_shipped_scenario_reads_only_files_on_disk_that_an_assignment_names() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("trees")).unwrap();
@@ -514,7 +604,10 @@ mod tests {
         }
         assert!(read("other.xml", "--set").is_err());
         // What a file names is looked up as the file itself.
-        let beside = |of: &str, source: &str| files.reading(&named(of, &at(source)))(Path::new("./tree.xml")).unwrap();
+        let beside = |of: &str, source: &str| {
+            let contents = files.contents_for(&named(of, &at(source)), Path::new("./tree.xml"));
+            contents.unwrap().bytes.to_vec()
+        };
         assert_eq!((beside("a.yaml", "--set"), beside("a.yaml", "a.toml")), (b"own".into(), b"of the task".into()));
         let problem = files.hinted(Path::new("./other.xml"), at("--set").problem("no file"));
         let help = miette::Diagnostic::help(&problem).unwrap().to_string();

@@ -11,9 +11,11 @@
 //! and components do not fit together is refused when it is loaded; and a scenario is loaded only if the robot can
 //! reach the places that it names: `scenario/places.rs` asks `nav::Reach`, which starts and ends paths as the planner
 //! does. A scenario without a map has no `Premises`. A scenario of a RoAML model has its `Model`, from which tree,
-//! skills and components come. Data shared by the runs of a scenario is built once and kept by its `Scenario`: the
-//! software's `nav::Atlas`, the simulation's `sim::Building`, the properties' `Monitoring`; `Scenario::load_like`
-//! passes it on to the same scenario with other values.
+//! skills and components come.
+//!
+//! What is made of files is kept by the [`Memo`](diagnostics::Memo) of their disk, until the files change: parsed
+//! files (`files::Files::load`), and what is computed from a map, `nav::Reach`, `nav::Atlas` and `sim::Building`. So the
+//! runs of a scenario share it, also those with other values, and an editor parses only what was edited.
 //!
 //! Only `scenario/skill.rs` decides which machine implements which leaf, and `scenario/component.rs` makes components
 //! from files.

@@ -115,7 +115,7 @@ pub struct Scenario {
     /// The files that it takes from elsewhere than the folders of its own files.
     pub elsewhere: Vec<Elsewhere>,
     /// The monitors of the properties, once requested.
-    monitoring: OnceLock<Arc<Monitoring>>,
+    monitoring: Arc<OnceLock<Arc<Monitoring>>>,
 }
 
 /// The source of a scenario's processes.

@@ -23,7 +23,7 @@ const FIXED: [(&str, &str); 5] = [
 ];
 
 /// A program that a component runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     words: Vec<Word>,
     folder: Option<PathBuf>,

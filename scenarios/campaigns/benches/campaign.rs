@@ -65,7 +65,7 @@ fn set_up() {
     for k in 0..plan.runs() {
         let run = plan.run(k);
         let began = Instant::now();
-        let scenario = Arc::new(Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(&plan)).unwrap());
+        let scenario = Arc::new(Scenario::load(plan.scenario(), &run.overrides(&plan)).unwrap());
         let loaded = Instant::now();
         black_box(Run::new(scenario, run.seed, true).unwrap());
         starting.push(loaded.elapsed().as_secs_f64() * 1e3);
@@ -106,7 +106,7 @@ fn run(plan: &Plan, cores: usize) {
 fn run_bare(plan: &Plan) {
     for k in 0..plan.runs() {
         let run = plan.run(k);
-        let scenario = Arc::new(Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(plan)).unwrap());
+        let scenario = Arc::new(Scenario::load(plan.scenario(), &run.overrides(plan)).unwrap());
         let limit = scenario.file.execution.max_time;
         let mut run = Run::new(scenario, run.seed, true).unwrap();
         while run.time() < limit {

@@ -279,7 +279,7 @@ impl Plan {
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
         // If the first run is accepted, the others differ from it in one value each. If it is not, each value is set in
         // the scenario as it is, since the wrong one would also spoil the runs that vary the others.
-        let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
+        let together = Scenario::load(&self.found, &first.overrides(self)).err();
         let overrides = |place: usize, value: &ParameterValue| {
             if together.is_none() {
                 let mut run = first.clone();
@@ -291,7 +291,7 @@ impl Plan {
         };
         let refused = |(place, parameter): (usize, &Parameter)| {
             let refused = |value: ParameterValue| {
-                let error = Scenario::load_like(&self.base, &self.found, &overrides(place, &value)).err()?;
+                let error = Scenario::load(&self.found, &overrides(place, &value)).err()?;
                 Some(refusal(&parameter.key, &value, &error))
             };
             parameter.domain.extremes().into_iter().find_map(refused)

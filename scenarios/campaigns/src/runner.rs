@@ -180,7 +180,7 @@ fn run_one(plan: &Plan, k: u64, conduct: impl Fn(&PlannedRun) -> Result<RunRecor
 }
 
 fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
-    let scenario = Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(plan));
+    let scenario = Scenario::load(plan.scenario(), &run.overrides(plan));
     let scenario = Arc::new(scenario.map_err(|error| error.reasons())?);
     let report = report_of(Arc::clone(&scenario), run.seed);
     let report = report.map_err(|error| error.reasons())?;

@@ -75,7 +75,7 @@ pub fn examine(disk: &Disk, file: &str, of: Option<&str>) -> Result<Checked, Err
         Some(FileKind::Toml(Toml::Campaign)) => campaign(disk, path),
         Some(FileKind::Toml(Toml::Mapping)) => mapping(disk, path),
         Some(FileKind::Toml(Toml::Interface)) => interface(disk, path, scenario),
-        Some(FileKind::Model | FileKind::Toml(Toml::Scenario)) => examine_scenario(disk, file, None).0,
+        Some(FileKind::Model | FileKind::Toml(Toml::Scenario)) => examine_scenario(disk, file).0,
         None => Err(Error::refused(
             format!("{file} is not a kind of file that can be checked"),
             "scenarios, campaigns, interfaces, mappings and places (also .ini) end in .toml, maps in .yaml, trees in .xml, \
@@ -217,14 +217,9 @@ fn campaign(disk: &Disk, file: &Path) -> Result<Checked, Error> {
     Ok(checked)
 }
 
-/// Checks a scenario, which shares the map with `like`, an earlier state of it since when the map has not changed. With
-/// the scenario, as far as it could be loaded.
-pub(crate) fn examine_scenario(
-    disk: &Disk,
-    name: &str,
-    like: Option<&Scenario>,
-) -> (Result<Checked, Error>, Option<Arc<Scenario>>) {
-    let loaded = find::find_on(disk, name).and_then(|found| Ok((Scenario::load_partly(&found, like)?, found)));
+/// Checks a scenario. With the scenario, as far as it could be loaded.
+pub(crate) fn examine_scenario(disk: &Disk, name: &str) -> (Result<Checked, Error>, Option<Arc<Scenario>>) {
+    let loaded = find::find_on(disk, name).and_then(|found| Ok((Scenario::load_partly(&found)?, found)));
     let (scenario, result, found) = match loaded {
         Ok(((scenario, result), found)) => (Arc::new(scenario), result, found),
         Err(error) => return (Err(error.into()), None),

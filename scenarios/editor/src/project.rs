@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use diagnostics::{Disk, FileStamp, Reads, normal};
+use diagnostics::{Disk, FileStamp, Memo, Reads, normal};
 use scenarios::scenario::{Scenario, find};
 
 use crate::check::{examine, examine_scenario, examine_text};
@@ -120,6 +120,8 @@ struct Root {
     text: Arc<str>,
     /// The scenario, as far as it could be loaded, or as it was when it could.
     scenario: Option<Arc<Scenario>>,
+    /// What was made of its files.
+    memo: Arc<Memo>,
 }
 
 /// What tells one state of a file from another.
@@ -260,10 +262,8 @@ impl Project {
 
 impl Root {
     fn check(path: &Path, documents: &Documents, mappings: Vec<PathBuf>, before: Option<Self>) -> Self {
-        let is_same = |(path, stamp): (&PathBuf, &Stamp)| !is_of_map(path) || Stamp::of(path, documents) == *stamp;
-        let of_map = before.as_ref().filter(|before| before.stamps.iter().all(is_same));
-        let like = of_map.and_then(|before| before.scenario.as_deref());
-        let disk = documents.disk().remembering();
+        let memo = before.as_ref().map(|before| Arc::clone(&before.memo)).unwrap_or_default();
+        let disk = documents.disk().remembering().with_memo(&memo);
         let text: Arc<str> = disk.read_text(path).unwrap_or_default().into();
         let name = path.to_string_lossy();
         let names = mappings.iter().map(|mapping| mapping.to_string_lossy());
@@ -273,7 +273,7 @@ impl Root {
         let best = tried.iter().position(|(checked, _)| checked.is_ok()).unwrap_or(0);
         let of_scenario = FileKind::of_document(&disk, path).is_some_and(is_scenario);
         let ((checked, scenario), mapped) = match tried.is_empty() {
-            true if of_scenario => (examine_scenario(&disk, &name, like), None),
+            true if of_scenario => (examine_scenario(&disk, &name), None),
             true => {
                 let is_mapping = FileKind::of_document(&disk, path) == Some(FileKind::Toml(Toml::Mapping));
                 let mapped = is_mapping.then(|| System::on(&disk, &name).ok()).flatten();
@@ -290,12 +290,7 @@ impl Root {
         });
         let mapped_before = || before.as_ref().filter(|before| before.mappings == mappings)?.mapped.clone();
         let mapped = mapped.or_else(mapped_before);
-        let mut reads = disk.reads();
-        // What is shared is not read again.
-        let of_map = of_map.iter().flat_map(|before| before.reads.paths.iter().filter(|(path, _)| is_of_map(path)));
-        for (path, stamp) in of_map {
-            reads.paths.entry(path.clone()).or_insert(*stamp);
-        }
+        let reads = disk.reads();
         let stamp = |(path, saved): (&PathBuf, &Option<FileStamp>)| {
             (path.clone(), Stamp::open(path, documents).unwrap_or(Stamp::Saved(*saved)))
         };
@@ -310,14 +305,9 @@ impl Root {
             scenario: scenario
                 .or(checked.ok().and_then(|checked| checked.scenario))
                 .or(before.and_then(|before| before.scenario)),
+            memo,
         }
     }
-}
-
-/// Whether a file may be a map or its image, whose names may end in anything.
-fn is_of_map(path: &Path) -> bool {
-    let others = ["toml", "xml", "scxml", "scope", "jani", "msg", "srv", "action", "py"];
-    path.extension().is_none_or(|ending| others.iter().all(|known| ending != *known))
 }
 
 /// The files of some kinds in a folder, open or not, in alphabetical order.
@@ -345,4 +335,70 @@ fn mappings_of(document: &Path, kind: FileKind, documents: &Documents) -> Vec<Pa
 fn mentions(text: &str, file: &Path) -> bool {
     let names = [file.file_stem(), file.parent().and_then(Path::file_name)];
     names.into_iter().flatten().any(|name| text.contains(&*name.to_string_lossy()))
+}
+
+#[cfg(test)]
+mod tests {
+    use scenarios::scenario::Premises;
+
+    use super::*;
+
+    /// Whether both have the same of each kind of file, not merely equal ones: the tree, the first skill, the second
+    /// skill, the component, the map.
+    fn shared(one: &Scenario, other: &Scenario) -> [bool; 5] {
+        let same_machine = |name: &str| {
+            let machine = |of: &Scenario| {
+                Arc::clone(&of.machine_processes().find(|(known, _)| *known == name).unwrap().1.machine)
+            };
+            Arc::ptr_eq(&machine(one), &machine(other))
+        };
+        let same_tree = Arc::ptr_eq(one.tree().unwrap(), other.tree().unwrap());
+        let map = |of: &Scenario| of.premises.as_ref().map(|Premises { map, .. }| Arc::clone(map)).unwrap();
+        let same_map = Arc::ptr_eq(&map(one), &map(other));
+        [same_tree, same_machine("AnnounceArrival"), same_machine("Again"), same_machine("Speaker"), same_map]
+    }
+
+    #[test]
+    fn a_keystroke_parses_the_edited_file_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = normal(&folder.path().canonicalize().unwrap());
+        let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../skills/examples");
+        let example = |name: &str| fs::read_to_string(examples.join(name)).unwrap();
+        let leaf = example("AnnounceArrival.scxml");
+        let tree = r#"<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><AnnounceArrival/><Again/></Sequence></BehaviorTree>
+            <TreeNodesModel><Action ID="AnnounceArrival"/><Action ID="Again"/></TreeNodesModel></root>"#;
+        let main = "base = \"nominal\"\ntree = \"tree.xml\"\nskills = \".\"\nproperties = []\nexpect = {}\n\
+                    components.Speaker = { machine = \"Speaker.scxml\", interface = \"speaker.toml\" }\n";
+        let mut documents = Documents { folders: vec![root.clone()], ..Documents::default() };
+        for (name, text) in [
+            ("main.toml", main),
+            ("tree.xml", tree),
+            ("AnnounceArrival.scxml", &leaf),
+            ("Again.scxml", &leaf.replace("name=\"AnnounceArrival\"", "name=\"Again\"")),
+            ("Speaker.scxml", &example("Speaker.scxml")),
+            ("speaker.toml", &example("speaker.toml")),
+        ] {
+            fs::write(root.join(name), text).unwrap();
+            documents.put(root.join(name), text);
+        }
+        let mut project = Project::default();
+        let mut check = |documents: &Documents| {
+            let checked = project.check(documents);
+            assert!(checked.findings.is_empty(), "{:?}", checked.findings);
+            Arc::clone(&checked.contexts[&root.join("main.toml")].scenarios[0])
+        };
+        let mut before = check(&documents);
+        for (file, expected) in [
+            ("main.toml", [true; 5]),
+            ("tree.xml", [false, true, true, true, true]),
+            ("Again.scxml", [true, true, false, true, true]),
+            ("Speaker.scxml", [true, true, true, false, true]),
+            ("speaker.toml", [true; 5]),
+        ] {
+            documents.put(root.join(file), &format!("{}\n", documents.open[&root.join(file)]));
+            let after = check(&documents);
+            assert_eq!(shared(&before, &after), expected, "{file}");
+            before = after;
+        }
+    }
 }

@@ -67,15 +67,17 @@ impl Session {
         seed: Option<u64>,
         join: impl FnOnce(&Scenario) -> Result<Partners, Error>,
     ) -> Result<Self, Error> {
-        let base = Scenario::load(found, overrides)?;
+        // Whatever becomes of the files meanwhile, the session continues with what they contain now.
+        let found = Found { files: found.files.clone().remembering(), ..found.clone() };
+        let base = Scenario::load(&found, overrides)?;
         let seed = seed.unwrap_or(base.file.seed);
-        let (written, faults) = without_faults(found, overrides, seed).map_err(Error::bad_input)?;
+        let (written, faults) = without_faults(&found, overrides, seed).map_err(Error::bad_input)?;
         let given = faults.len();
-        let scenario = load(&base, found, &written, &faults)?;
+        let scenario = load(&found, &written, &faults)?;
         let partners = join(&scenario)?;
         let mut run = Run::with_partners(Arc::new(scenario), seed, true, partners)?;
         let view = run.start(Detail::Scenes)?;
-        Ok(Self { found: found.clone(), run, view, written, faults, given, records: Vec::new(), audience: None })
+        Ok(Self { found, run, view, written, faults, given, records: Vec::new(), audience: None })
     }
 
     /// The same session, with an audience that receives its view: at once, and after each step.
@@ -221,7 +223,7 @@ impl Session {
 
     /// Continues with these faults.
     fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
-        let scenario = load(self.run.scenario(), &self.found, &self.written, &faults)?;
+        let scenario = load(&self.found, &self.written, &faults)?;
         if scenario.file.faults[self.faults.len()..].iter().any(|new| !new.kind().can_begin_later()) {
             let help = "write this fault into the scenario, with `at_s = 0`";
             return Err(Error::refused("the software's map can be wrong only from the start of a run", help));
@@ -310,9 +312,9 @@ fn file_name(path: &str) -> String {
     Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Loads the session's scenario, sharing as much as possible with the one before.
-fn load(before: &Scenario, found: &Found, written: &Table, faults: &[Value]) -> Result<Scenario, Error> {
-    Scenario::load_like(before, &Found { text: text(written, faults), ..found.clone() }, &[])
+/// Loads the session's scenario.
+fn load(found: &Found, written: &Table, faults: &[Value]) -> Result<Scenario, Error> {
+    Scenario::load(&Found { text: text(written, faults), ..found.clone() }, &[])
 }
 
 /// The text of a scenario with these faults, even if there are none: its base may have others.

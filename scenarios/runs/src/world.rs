@@ -432,7 +432,7 @@ fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
 
 fn simulate(premises: &Premises, streams: &Streams) -> Result<Simulation, Error> {
     let Premises { entry, start, station, .. } = premises;
-    Simulation::within(premises.building(), &entry.sim, *start, *station, streams).map_err(|error| {
+    Simulation::within(&premises.building(), &entry.sim, *start, *station, streams).map_err(|error| {
         let problem = entry.sites.start.span.problem(format!("the world cannot be set up: {error}"));
         Error::bad_input(
             problem.with_label("the start").with_help("the whole body of the robot must be on free floor at the start"),

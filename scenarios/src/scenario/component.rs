@@ -14,7 +14,7 @@ use monitors::{MONITORS, WORLD};
 use programs::{Limits, Program, Word};
 use recording::TREE;
 use remote::RemoteComponent;
-use skills::{Chart, Datum};
+use skills::Datum;
 
 use super::component_entry::{ComponentEntry, RunsEntry};
 use super::data::Data;
@@ -27,7 +27,7 @@ use crate::names::unknown;
 use crate::processes::{BUILTIN, SUBSCRIBER, TICK_GENERATOR};
 
 /// A component from files, ready to be run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Component {
     /// Its services, topics and actions.
     pub interface: Interface,
@@ -36,7 +36,7 @@ pub struct Component {
 }
 
 /// What a component runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Runs {
     /// A machine.
     Machine(Skill),
@@ -172,7 +172,8 @@ impl FileReader<'_> {
             (_, RunsEntry::Device { settings, .. }) => Some(settings.value.kind().interface()),
             (None, _) => Some(entry.stands_for.map_or_else(Interface::default, DeviceKind::interface)),
             (Some(file), _) => {
-                let interface = Interface::load(&file.value, places, &self.files.reading(&file.value));
+                let interface =
+                    self.files.load(&file.value, places.to_vec(), |read| Interface::load(&file.value, places, read));
                 self.loaded(file, FileRole::Interface, interface)
             }
         }
@@ -285,7 +286,7 @@ impl FileReader<'_> {
 
     fn component_machine(&mut self, path: &Spanned<PathBuf>, data: &Data) -> Option<Skill> {
         let text = self.text(&path.span, FileRole::Of(Kind::Skill), &path.value)?;
-        let machine = self.complaints.note(Chart::load(&path.value.display().to_string(), &text))?;
+        let machine = self.chart(&path.value, &text)?;
         let mut skill = Skill { path: path.value.clone(), machine, place: None, data: BTreeMap::new() };
         skill.set_data(data).into_iter().for_each(|problem| self.complaints.push(problem));
         Some(skill)

@@ -9,7 +9,7 @@ use programs::Limits;
 use serde_json::{Value, json};
 
 use super::data::{Data, read_data};
-use crate::files::{named, path};
+use crate::files::path;
 
 /// An array of texts, in words.
 const STRINGS: &str = "an array of strings";
@@ -259,27 +259,4 @@ fn read_device(entry: &Table<'_>) -> Option<(Spanned<DeviceSettings>, Vec<Spanne
         DeviceKind::Tray => (DeviceSettings::Tray { reach_m }, Vec::new()),
     };
     Some((Spanned { value, span }, names))
-}
-
-/// Whether two scenarios have the same components.
-pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]) -> bool {
-    let said = |entry: &ComponentEntry| {
-        let data: Vec<_> = entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
-        let interface = entry.interface.as_ref().map(|interface| interface.value.clone());
-        let runs = match &entry.runs {
-            RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None, None),
-            RunsEntry::Anything { .. } => (None, None, None, None),
-            RunsEntry::Device { settings, .. } => (None, None, Some(settings.value.clone()), None),
-            RunsEntry::Remote { namespace } => (None, None, None, Some(namespace.value.clone())),
-            RunsEntry::Program { command, limits, asks } => {
-                let asks: Vec<String> = asks.iter().map(|name| name.value.clone()).collect();
-                let folder = named(".", &command.span);
-                (None, Some((command.value.clone(), folder, *limits, asks)), None, None)
-            }
-        };
-        (entry.name.value.clone(), runs, data, interface)
-    };
-    // What answers anything also depends on who asks.
-    let depends = |entry: &ComponentEntry| matches!(entry.runs, RunsEntry::Anything { .. });
-    !these.iter().any(depends) && these.iter().map(said).eq(those.iter().map(said))
 }

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::{Problem, Span, Spanned};
-use maps::OccupancyGrid;
+use diagnostics::{Span, Spanned};
 use roaml::Model;
 use skills::{Chart, Mutation, SkillError, find_mutation, mutate_all, mutations};
 
-use super::file_reader::{FileReader, FileRole};
+use super::file_reader::{FileReader, FileRole, LoadedMap};
 use super::{Component, STEP, ScenarioFile, Skill};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
 use crate::files::Kind;
@@ -191,7 +190,7 @@ fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, 
 
 impl FileReader<'_> {
     /// The map that a fault gives to the software, and the warnings about it.
-    pub(super) fn wrong_map(&mut self, file: &ScenarioFile) -> Option<(OccupancyGrid, Vec<Problem>)> {
+    pub(super) fn wrong_map(&mut self, file: &ScenarioFile) -> Option<LoadedMap> {
         let maps = file.faults.iter().filter_map(|fault| match fault.effect() {
             Effect::Map(path) => Some((fault, path)),
             _ => None,
@@ -205,8 +204,7 @@ impl FileReader<'_> {
                 self.complaints.push(problem.with_label("this fault").with_help(help));
                 continue;
             }
-            let map = maps::load_map_with_concerns(&path.value, &self.files.reading(&path.value));
-            loaded = self.loaded(&path, FileRole::Of(Kind::Map), map);
+            loaded = self.map(&path);
         }
         loaded
     }

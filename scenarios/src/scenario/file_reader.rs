@@ -2,8 +2,11 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use diagnostics::{Problem, Span, Spanned};
+use diagnostics::{Problem, ReadFile, Span, Spanned};
+use maps::OccupancyGrid;
+use skills::Chart;
 
 use super::schedule::Schedule;
 use crate::error::Complaints;
@@ -15,6 +18,9 @@ pub(super) struct FileReader<'a> {
     pub(super) files: &'a Files,
     pub(super) complaints: &'a mut Complaints,
 }
+
+/// A map, and the warnings about it.
+pub(super) type LoadedMap = (Arc<OccupancyGrid>, Vec<Problem>);
 
 /// What a file is that a scenario names.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +62,20 @@ impl FileReader<'_> {
             }
             result => self.complaints.note(result),
         }
+    }
+
+    /// The map in a file.
+    pub(super) fn map(&mut self, path: &Spanned<PathBuf>) -> Option<LoadedMap> {
+        let load = |read: ReadFile<'_>| maps::load_map_with_concerns(&path.value, read);
+        let map = self.files.load(&path.value, (), |read| load(read).map(|(map, concerns)| (Arc::new(map), concerns)));
+        self.loaded(path, FileRole::Of(Kind::Map), map)
+    }
+
+    /// The machine with this text in a file, or in a place of the scenario that has a name.
+    pub(super) fn chart(&mut self, name: &Path, text: &str) -> Option<Arc<Chart>> {
+        let load = || Chart::load(&name.display().to_string(), text);
+        let chart = self.files.memo().get(name, text.to_owned(), load);
+        self.complaints.note(chart)
     }
 
     /// The schedule in a file.

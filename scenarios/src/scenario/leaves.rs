@@ -3,13 +3,12 @@
 use bt::Node;
 use diagnostics::document::{Referent, Table};
 use diagnostics::{Span, Spanned};
-use skills::Datum;
 
 use super::asking::{Asking, FORMS, one_form};
 use super::data::{Data, read_data};
 
 /// The settings for a leaf, or for all with an ID: an entry of the table `leaves`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LeafEntry {
     /// The name of the leaf's process, or an ID.
     pub leaf: Spanned<String>,
@@ -25,17 +24,6 @@ pub struct LeafEntry {
 pub(super) fn entry_of<'e>(entries: &'e [LeafEntry], leaf: &Node) -> Option<&'e LeafEntry> {
     let named = |name: &str| entries.iter().find(|entry| entry.leaf.value == name);
     named(leaf.process()).or_else(|| named(leaf.type_id()))
-}
-
-/// Whether two scenarios have the same settings for all leaves.
-pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
-    let settings = |entry: &LeafEntry| {
-        let data: Vec<(String, Datum)> =
-            entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
-        let machine = entry.machine.as_ref().map(|machine| machine.value.clone());
-        (entry.leaf.value.clone(), machine, entry.asking.clone(), data)
-    };
-    these.iter().map(settings).eq(those.iter().map(settings))
 }
 
 /// Reads the table `leaves`.

@@ -1,12 +1,13 @@
 //! Loads a scenario: its file, everything that the file names, and checks that it all fits together.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::convert::Infallible;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use components::NAVIGATION;
-use diagnostics::{Problem, Spanned};
+use diagnostics::{Same, Spanned};
 use maps::{OccupancyGrid, Places, PlacesFile, Zone};
 use monitors::{WORLD, syntax};
 use nav::Reach;
@@ -14,13 +15,12 @@ use recording::{InputFile, Origin};
 use roaml::Model;
 use skills::Chart;
 
-use super::file_reader::{FileReader, FileRole};
+use super::file_reader::{FileReader, FileRole, LoadedMap};
 use super::stand_in::{Listeners, Samples};
 use super::stop::SomeProperties;
 use super::{
     Behavior, BehaviorFiles, Component, Found, FoundKind, Monitoring, Premises, PremisesEntry, ReadyMade,
-    ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, component_entry, declaration, elsewhere, leaves,
-    model, places, robot, world,
+    ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, declaration, elsewhere, model, places, robot, world,
 };
 use crate::error::{Complaints, Error, Recorded};
 use crate::faults::Effect;
@@ -29,12 +29,13 @@ use crate::names::unknown;
 use crate::processes::BUILTIN;
 
 impl Scenario {
-    /// Loads a scenario; `overrides` are assignments as for `--set`.
+    /// Loads a scenario; `overrides` are assignments as for `--set`. What was made of a file before, through clones of
+    /// `found`, is shared if the file has not changed since, with all that was computed from the map.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
     pub fn load(found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, None, |_| Ok(()))
+        Self::load_with(found, overrides, |_| Ok(()))
     }
 
     /// Loads a scenario like [`load`](Self::load), with the machines that replace components in its
@@ -43,27 +44,16 @@ impl Scenario {
     /// # Errors
     /// As for [`load`](Self::load).
     pub fn load_for_proof(found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, None, |file| file.prove.put_stand_ins(&mut file.components))
-    }
-
-    /// Loads a scenario like [`load`](Self::load), but shares all common files, and the data computed from the map,
-    /// with `like`, which was loaded from the same scenario with other overrides.
-    ///
-    /// # Errors
-    /// As for [`load`](Self::load).
-    pub fn load_like(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, Some(Like { scenario: like, only_map: false }), |_| Ok(()))
+        Self::load_with(found, overrides, |file| file.prove.put_stand_ins(&mut file.components))
     }
 
     /// Loads a scenario as far as that is possible: one with problems may lack machines and properties, and is good for
-    /// its names only. It shares the map, and what was computed from it, with `like` if that has a map with the same
-    /// path, whose files have not changed since.
+    /// its names only.
     ///
     /// # Errors
     /// As for [`load`](Self::load), if nothing could be loaded.
-    pub fn load_partly(found: &Found, like: Option<&Self>) -> Result<(Self, Result<(), Error>), Error> {
-        let like = like.map(|scenario| Like { scenario, only_map: true });
-        let (loaded, mut complaints) = Self::attempt(found, &[], like, |_| Ok(()))?;
+    pub fn load_partly(found: &Found) -> Result<(Self, Result<(), Error>), Error> {
+        let (loaded, mut complaints) = Self::attempt(found, &[], |_| Ok(()))?;
         match loaded {
             Some(loaded) => Ok((loaded, complaints.check())),
             None => Err(complaints.check().expect_err("a file that could not be loaded was reported")),
@@ -73,10 +63,9 @@ impl Scenario {
     fn load_with(
         found: &Found,
         overrides: &[String],
-        like: Option<Like<'_>>,
         change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        let (loaded, mut complaints) = Self::attempt(found, overrides, like, change)?;
+        let (loaded, mut complaints) = Self::attempt(found, overrides, change)?;
         complaints.check()?;
         Ok(loaded.expect("a file that could not be loaded was reported"))
     }
@@ -84,7 +73,6 @@ impl Scenario {
     fn attempt(
         found: &Found,
         overrides: &[String],
-        like: Option<Like<'_>>,
         change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
     ) -> Result<(Option<Self>, Complaints), Error> {
         let found = &Found { files: found.files.clone().listing(), ..found.clone() };
@@ -112,9 +100,7 @@ impl Scenario {
         let found = &found;
         let mut complaints = Complaints::default();
         let reader = FileReader { files: &found.files, complaints: &mut complaints };
-        let (of_map, like) = (like.map(|like| like.scenario), like.filter(|like| !like.only_map));
-        let like = like.map(|like| like.scenario);
-        let loaded = Loader { found, overrides, like, of_map, reader }.load(file);
+        let loaded = Loader { found, overrides, reader }.load(file);
         Ok((loaded.map(|loaded| Self { schedule: schedule.map(Arc::new), ..loaded }), complaints))
     }
 
@@ -129,39 +115,6 @@ impl Scenario {
         }
         self
     }
-}
-
-fn map_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
-    file.premises.as_ref().map(|premises| &premises.map)
-}
-
-fn places_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
-    file.premises.as_ref().and_then(|premises| premises.places.as_ref())
-}
-
-fn tree_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
-    file.behavior.files().map(|files| &files.tree)
-}
-
-fn model_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
-    file.behavior.model().map(|model| &model.path)
-}
-
-/// The places on a scenario's map.
-#[derive(Clone, Copy)]
-enum PlacesOfMap<'p> {
-    /// There is no map, and therefore no robot.
-    NoMap,
-    /// They could not be loaded.
-    Refused,
-    Read(&'p PlacesFile),
-}
-
-/// Whether both name the same file.
-fn is_same(one: &ScenarioFile, other: &ScenarioFile, path: fn(&ScenarioFile) -> Option<&Spanned<PathBuf>>) -> bool {
-    let folder = |file: &ScenarioFile| file.folder.as_ref().map(|folder| folder.value.clone());
-    let path = |file| path(file).map(|path| &path.value);
-    path(one) == path(other) && folder(one) == folder(other)
 }
 
 /// The text of a property. The name is quoted if it is none in the language.
@@ -241,34 +194,19 @@ impl Parts {
     }
 }
 
-/// A scenario with which another one shares what is the same.
-#[derive(Clone, Copy)]
-struct Like<'a> {
-    scenario: &'a Scenario,
-    only_map: bool,
-}
-
 /// Loads the files that a scenario names and records their problems.
 struct Loader<'a> {
     found: &'a Found,
     overrides: &'a [String],
-    /// The same scenario with other overrides.
-    like: Option<&'a Scenario>,
-    /// A scenario whose map is the same if it has the same path.
-    of_map: Option<&'a Scenario>,
     reader: FileReader<'a>,
 }
 
-impl<'a> Loader<'a> {
+impl Loader<'_> {
     fn load(&mut self, mut file: ScenarioFile) -> Option<Scenario> {
         // The model comes first: it sets what the scenario does not.
         let model = self.model(&mut file).ok()?;
-        let floor = file.premises.as_ref().map(|entry| (self.map(&file, entry), self.places(&file, entry)));
-        let places = match &floor {
-            None => PlacesOfMap::NoMap,
-            Some((_, None)) => PlacesOfMap::Refused,
-            Some((_, Some(places))) => PlacesOfMap::Read(places),
-        };
+        let floor = file.premises.as_ref().map(|entry| (self.reader.map(&entry.map), self.places(entry)));
+        let places = floor.as_ref().and_then(|(_, places)| Some(places.as_ref()?.places()));
         let mut properties = self.properties(&file);
         let Parts { behavior, skills, components, samples, driven_to } = match (&model, file.behavior.files()) {
             (None, Some(files)) => self.parts(&file, files, places, &properties),
@@ -288,7 +226,7 @@ impl<'a> Loader<'a> {
             properties.extend(self.zones_respected(&file, premises));
         }
         let watching = self.watching(&file);
-        let monitoring = self.shared_monitoring(&file, &properties);
+        let monitoring = self.monitoring(&file, model.as_ref(), &properties);
         let elsewhere = skills.as_ref().map(|skills| elsewhere::of(&file, skills, self.reader.files));
         Some(Scenario {
             name: self.found.name.clone(),
@@ -302,7 +240,7 @@ impl<'a> Loader<'a> {
             watching,
             schedule: None,
             elsewhere: elsewhere.unwrap_or_default(),
-            monitoring: monitoring.unwrap_or_default(),
+            monitoring,
             origin: self.origin(),
             file,
         })
@@ -316,33 +254,30 @@ impl<'a> Loader<'a> {
             let path = path.display().to_string();
             (path.clone(), InputFile { path, shipped: taken.on_disk.is_none(), blake3: taken.hash })
         });
-        // What it shares with another one was read for that one.
-        let shared = self.like.into_iter().flat_map(|like| &like.origin.inputs);
-        let shared = shared.map(|input| (input.path.clone(), input.clone()));
-        let inputs: BTreeMap<String, InputFile> = shared.chain(taken).chain([(path, own)]).collect();
+        let inputs: BTreeMap<String, InputFile> = taken.chain([(path, own)]).collect();
         let inputs = inputs.into_values().collect();
         Origin { argument, text, overrides: self.overrides.to_vec(), inputs, ..Origin::default() }
     }
 
     fn model(&mut self, file: &mut ScenarioFile) -> Result<Option<Arc<Model>>, Recorded> {
         let Some(entry) = file.behavior.model().cloned() else { return Ok(None) };
-        let known = self.like.filter(|_| self.shares(file, model_of)).and_then(Scenario::model);
-        self.reader.model(&entry, known, &mut file.execution).map(Some).ok_or(Recorded)
+        self.reader.model(&entry, &mut file.execution).map(Some).ok_or(Recorded)
     }
 
-    /// The monitors of the scenario to share with, once made, if this one has the same.
-    fn shared_monitoring(
+    /// The cell for the monitors, which scenarios with the same properties share. Ready-made ones are not compared.
+    fn monitoring(
         &self,
         file: &ScenarioFile,
+        model: Option<&Arc<Model>>,
         properties: &[(String, String)],
-    ) -> Option<OnceLock<Arc<Monitoring>>> {
-        let like = self.like?;
-        // A model is the same if its path and folder are; properties are compared by their texts, and ready-made
-        // monitors not at all.
-        let same_model = self.shares(file, model_of) || file.behavior.model().is_none() && like.model().is_none();
-        let is_same =
-            same_model && like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty();
-        is_same.then(|| like.monitoring.clone())
+    ) -> Arc<OnceLock<Arc<Monitoring>>> {
+        if !file.monitors.is_empty() {
+            return Arc::default();
+        }
+        let inputs = (model.cloned().map(Same), properties.to_vec(), file.prove.is_said());
+        let make = || Ok::<_, Infallible>(Arc::default());
+        let Ok(made) = self.reader.files.memo().get(Path::new(&self.found.path), inputs, make);
+        made
     }
 
     /// Tree, skills and components from files of the scenario's own.
@@ -350,57 +285,58 @@ impl<'a> Loader<'a> {
         &mut self,
         file: &ScenarioFile,
         files: &BehaviorFiles,
-        places: PlacesOfMap<'_>,
+        places: Option<&Places>,
         properties: &[(String, String)],
     ) -> Parts {
         let tree = self.tree(file, files);
-        let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
-        let of_map = if let PlacesOfMap::Read(places) = places { Some(places.places()) } else { None };
+        let skills = tree.as_ref().map(|tree| self.reader.skills(file, &files.skills.value, tree));
         let listeners = Listeners {
             tree: tree.as_deref(),
             skills: skills.as_ref(),
             properties,
-            places: of_map,
+            places,
             repeated: file.prove.messages.repeat.into(),
         };
-        let (components, samples) = self.components_of(file, places, &listeners).unzip();
+        let none = Places::default();
+        let (components, samples) = self.reader.components(file, places.unwrap_or(&none), &listeners).unzip();
+        let are_complete = places.is_some() == file.premises.is_some();
         let driven_to = match (&tree, &skills, &components) {
-            (Some(tree), Some(skills), Some(components)) => self.check_machines(
-                file,
-                &declaration::Parts { tree, leaves: &file.leaves, skills, components },
-                places,
-            ),
+            (Some(tree), Some(skills), Some(components)) if are_complete => {
+                self.check_machines(tree, declaration::Parts { tree, leaves: &file.leaves, skills, components }, places)
+            }
             _ => BTreeMap::new(),
         };
         let samples = samples.unwrap_or_default();
         Parts { behavior: tree.map(Behavior::Tree), skills, components, samples, driven_to }
     }
 
-    /// Checks that skills and components fit together, unless they are the same as in the scenario to share with.
-    /// Returns the places to which skills always drive, each with one such skill.
+    /// Checks that skills and components fit together. Returns the places to which skills always drive, each with one
+    /// such skill.
     fn check_machines(
         &mut self,
-        file: &ScenarioFile,
-        parts: &declaration::Parts<'_>,
-        places: PlacesOfMap<'_>,
+        tree: &Arc<Tree>,
+        parts: declaration::Parts<'_>,
+        places: Option<&Places>,
     ) -> BTreeMap<String, String> {
-        let same = self.like.filter(|like| like.premises.is_some() == file.premises.is_some());
-        let same = same.filter(|_| self.shares(file, places_of) && self.shares_skills(file));
-        match (same, places) {
-            (Some(like), _) => like.premises.as_ref().map_or_else(BTreeMap::new, |premises| premises.driven_to.clone()),
-            (None, PlacesOfMap::Refused) => BTreeMap::new(),
-            (None, PlacesOfMap::Read(places)) => {
-                declaration::check_machines(parts, Some(places.places()), self.reader.complaints)
-            }
-            (None, PlacesOfMap::NoMap) => declaration::check_machines(parts, None, self.reader.complaints),
-        }
+        let declaration::Parts { leaves, skills, components, .. } = parts;
+        let tree = Same(Arc::clone(tree));
+        let inputs = (tree, leaves.to_vec(), skills.clone(), components.clone(), places.cloned());
+        let driven_to = self.reader.files.memo().get(Path::new(&self.found.path), inputs, || {
+            let mut misfits = Complaints::default();
+            let driven_to = declaration::check_machines(&parts, places, &mut misfits);
+            misfits.check().map_err(|misfits| (misfits, driven_to.clone())).map(|()| driven_to)
+        });
+        driven_to.unwrap_or_else(|(misfits, driven_to)| {
+            self.reader.complaints.take::<()>(Err(misfits));
+            driven_to
+        })
     }
 
     /// The premises, from the map and the places of the file.
     fn premises(
         &mut self,
         file: &ScenarioFile,
-        map: Option<(Arc<OccupancyGrid>, Vec<Problem>)>,
+        map: Option<LoadedMap>,
         places: Option<Arc<PlacesFile>>,
         driven_to: BTreeMap<String, String>,
     ) -> Option<Premises> {
@@ -410,16 +346,13 @@ impl<'a> Loader<'a> {
             .as_ref()
             .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
         let zones = places.as_ref().map_or_else(Vec::new, |places| places.places().zones().to_vec());
-        let reach = map.as_ref().and_then(|(map, _)| self.reach(file, entry, map, &zones));
+        let reach = map.as_ref().and_then(|(map, _)| self.reach(entry, map, &zones));
         robot::check_lasers(&file.faults, &entry.sim.model, self.reader.complaints);
         world::check_doors(&file.faults, &entry.world, self.reader.complaints);
         let (wrong_map, wrong_concerns) = self.reader.wrong_map(file).unzip();
         if let Some((map, _)) = &map {
             world::check_world(&entry.world, map, self.reader.complaints);
         }
-        let like = self.shared_map(file);
-        let same_map =
-            |like: &&Premises| wrong_map.is_none() && like.wrong_map.is_none() && like.places.zones() == zones;
         let (start, station) = poses?;
         let places = places?;
         let (map, mut map_concerns) = map?;
@@ -434,93 +367,39 @@ impl<'a> Loader<'a> {
             reach: reach?,
             start,
             station,
-            atlas: like.filter(same_map).map(|like| like.atlas.clone()).unwrap_or_default(),
-            building: like.map(|like| like.building.clone()).unwrap_or_default(),
-            wrong_map: wrong_map.map(Arc::new),
+            wrong_map,
+            memo: Arc::clone(self.reader.files.memo()),
         };
         places::check_reach(file, &premises, self.reader.complaints);
         Some(premises)
     }
 
-    /// Whether the scenario to share with names the same file.
-    fn shares(&self, file: &ScenarioFile, path: fn(&ScenarioFile) -> Option<&Spanned<PathBuf>>) -> bool {
-        self.like.is_some_and(|like| is_same(&like.file, file, path))
-    }
-
-    /// The premises with the same map.
-    fn shared_map(&self, file: &ScenarioFile) -> Option<&'a Premises> {
-        let like = self.of_map.filter(|like| file.premises.is_some() && is_same(&like.file, file, map_of));
-        like.and_then(|like| like.premises.as_ref())
-    }
-
-    /// The premises of the scenario to share with, if both have some.
-    fn shares_premises(&self, file: &ScenarioFile) -> Option<&'a Premises> {
-        self.like.and_then(|like| like.premises.as_ref()).filter(|_| file.premises.is_some())
-    }
-
-    /// The map, and the warnings about it.
-    fn map(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<(Arc<OccupancyGrid>, Vec<Problem>)> {
-        if let Some(like) = self.shared_map(file) {
-            return Some((Arc::clone(&like.map), like.map_concerns.clone()));
-        }
-        let map = maps::load_map_with_concerns(&entry.map.value, &self.reader.files.reading(&entry.map.value));
-        self.reader.loaded(&entry.map, FileRole::Of(Kind::Map), map).map(|(map, concerns)| (Arc::new(map), concerns))
-    }
-
-    fn places(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<PlacesFile>> {
-        if let Some(like) = self.shares_premises(file).filter(|_| self.shares(file, places_of)) {
-            return Some(Arc::clone(&like.written));
-        }
+    fn places(&mut self, entry: &PremisesEntry) -> Option<Arc<PlacesFile>> {
         let Some(path) = &entry.places else { return Some(Arc::default()) };
-        let places = PlacesFile::load(&path.value, &self.reader.files.reading(&path.value));
-        self.reader.loaded(path, FileRole::Of(Kind::Places), places).map(Arc::new)
+        let places = self.reader.files.load(&path.value, (), |read| PlacesFile::load(&path.value, read).map(Arc::new));
+        self.reader.loaded(path, FileRole::Of(Kind::Places), places)
     }
 
     /// The part of the map that the robot can reach without entering an area to keep out of.
-    fn reach(
-        &mut self,
-        file: &ScenarioFile,
-        entry: &PremisesEntry,
-        map: &OccupancyGrid,
-        zones: &[Zone],
-    ) -> Option<Arc<Reach>> {
-        let is_same = |like: &&Premises| like.entry.sim.model == entry.sim.model && like.places.zones() == zones;
-        let shared = self.shared_map(file).filter(is_same);
-        if let Some(like) = shared {
-            return Some(Arc::clone(&like.reach));
-        }
-        let mut kept_out = zones.iter().filter(|zone| zone.keep_out).peekable();
-        let closed = kept_out.peek().is_some().then(|| nav::closed_map(map, kept_out));
-        let reach = Reach::new(closed.as_ref().unwrap_or(map), &entry.sim.model);
+    fn reach(&mut self, entry: &PremisesEntry, map: &Arc<OccupancyGrid>, zones: &[Zone]) -> Option<Arc<Reach>> {
+        let model = &entry.sim.model;
+        let inputs = (Same(Arc::clone(map)), model.clone(), zones.to_vec());
+        let reach = self.reader.files.memo().get(&entry.map.value, inputs, || {
+            let mut kept_out = zones.iter().filter(|zone| zone.keep_out).peekable();
+            let closed = kept_out.peek().is_some().then(|| nav::closed_map(map, kept_out));
+            Reach::new(closed.as_ref().unwrap_or(map), model).map(Arc::new)
+        });
         let refused = |error: nav::Error| entry.map.span.problem(error.to_string()).with_label("this map");
-        reach.map_err(|error| self.reader.complaints.push(refused(error))).ok().map(Arc::new)
+        reach.map_err(|error| self.reader.complaints.push(refused(error))).ok()
     }
 
     fn tree(&mut self, file: &ScenarioFile, files: &BehaviorFiles) -> Option<Arc<Tree>> {
-        let is_same = |like: &&Scenario| self.shares(file, tree_of) && like.file.constants == file.constants;
-        if let Some(like) = self.like.filter(is_same) {
-            return like.tree().cloned();
-        }
-        let text = self.reader.text(&files.tree.span, FileRole::Of(Kind::Tree), &files.tree.value)?;
+        let Spanned { value: path, span } = &files.tree;
+        let text = self.reader.text(span, FileRole::Of(Kind::Tree), path)?;
+        let inputs = (text.clone(), file.constants.clone());
         let loader = bt::Loader::default().constants(file.constants.iter().cloned());
-        self.reader.complaints.note(loader.load(&files.tree.value, &text)).map(Arc::new)
-    }
-
-    /// Whether the scenario to share with has the same skills.
-    fn shares_skills(&self, file: &ScenarioFile) -> bool {
-        self.shares(file, tree_of)
-            && self.shares(file, |file| file.behavior.files().map(|files| &files.skills))
-            && self.like.is_some_and(|like| {
-                leaves::same_entries(&like.file.leaves, &file.leaves)
-                    && component_entry::same_components(&like.file.components, &file.components)
-            })
-    }
-
-    fn skills_of(&mut self, file: &ScenarioFile, files: &BehaviorFiles, tree: &Tree) -> BTreeMap<String, Skill> {
-        match self.like.filter(|_| self.shares_skills(file)) {
-            Some(like) => like.skills.clone(),
-            None => self.reader.skills(file, &files.skills.value, tree),
-        }
+        let tree = self.reader.files.memo().get(path, inputs, || loader.load(path, &text).map(Arc::new));
+        self.reader.complaints.note(tree)
     }
 
     /// Reports faults of components that are unknown or cannot have such faults.
@@ -558,52 +437,23 @@ impl<'a> Loader<'a> {
         }
     }
 
-    fn components_of(
-        &mut self,
-        file: &ScenarioFile,
-        places: PlacesOfMap<'_>,
-        listeners: &Listeners<'_>,
-    ) -> Option<(BTreeMap<String, Component>, Samples)> {
-        // What answers anything depends on everything that distinguishes its answers.
-        let has_stand_in =
-            || file.components.iter().any(|component| matches!(component.runs, super::RunsEntry::Anything { .. }));
-        let is_same = |like: &&Scenario| {
-            self.shares(file, places_of)
-                && component_entry::same_components(&like.file.components, &file.components)
-                && !has_stand_in()
-        };
-        match self.like.filter(is_same) {
-            Some(like) => Some((like.components.clone(), Samples::default())),
-            None => {
-                let none = Places::default();
-                let places = if let PlacesOfMap::Read(places) = places { places.places() } else { &none };
-                self.reader.components(file, places, listeners)
-            }
-        }
-    }
-
     /// The names and texts of the property files, then of the properties that the scenario itself contains.
     fn properties(&mut self, file: &ScenarioFile) -> Vec<(String, String)> {
-        let names = |file: &ScenarioFile| file.properties.iter().map(|path| path.value.clone()).collect::<Vec<_>>();
-        let mut properties = match self.like.filter(|like| names(&like.file) == names(file)) {
-            Some(like) => like.properties[..file.properties.len()].to_vec(),
-            None => {
-                let read = |path: &Spanned<PathBuf>| {
-                    let text = self.reader.text(&path.span, FileRole::Of(Kind::Properties), &path.value)?;
-                    // One with mistakes is reported when its properties are loaded.
-                    let parsed = syntax::parse_file(&text);
-                    let is_property = |item: &syntax::Item| matches!(item, syntax::Item::Property(_));
-                    if parsed.problems.is_empty() && !parsed.file.items.iter().any(is_property) {
-                        let message = format!("there is no property in {}", path.value.display());
-                        let help = "write `property NAME := …`, or leave the file out";
-                        let problem = path.span.problem(message).with_label("nothing is monitored");
-                        self.reader.complaints.push(problem.with_help(help));
-                    }
-                    Some((path.value.display().to_string(), text))
-                };
-                file.properties.iter().filter_map(read).collect()
+        let read = |path: &Spanned<PathBuf>| {
+            let text = self.reader.text(&path.span, FileRole::Of(Kind::Properties), &path.value)?;
+            let parsed = || Ok::<_, Infallible>(Arc::new(syntax::parse_file(&text)));
+            let Ok(parsed) = self.reader.files.memo().get(&path.value, text.clone(), parsed);
+            let is_property = |item: &syntax::Item| matches!(item, syntax::Item::Property(_));
+            // One with mistakes is reported when its properties are loaded.
+            if parsed.problems.is_empty() && !parsed.file.items.iter().any(is_property) {
+                let message = format!("there is no property in {}", path.value.display());
+                let help = "write `property NAME := …`, or leave the file out";
+                let problem = path.span.problem(message).with_label("nothing is monitored");
+                self.reader.complaints.push(problem.with_help(help));
             }
+            Some((path.value.display().to_string(), text))
         };
+        let mut properties: Vec<(String, String)> = file.properties.iter().filter_map(read).collect();
         for (name, formula) in &file.expect.satisfied {
             let text = property(&name.value, formula);
             // Another one would be monitored, but not expected.
@@ -639,7 +489,7 @@ impl<'a> Loader<'a> {
             let ReadyMadeKind::Machine(WatchingMachine { machine, .. }) = &entry.kind else { continue };
             let role = FileRole::Of(Kind::Skill);
             let Some(text) = self.reader.text(&machine.span, role, &machine.value) else { continue };
-            let chart = self.reader.complaints.note(Chart::load(&machine.value.display().to_string(), &text));
+            let chart = self.reader.chart(&machine.value, &text);
             charts.extend(chart.map(|chart| (index, chart)));
         }
         charts

@@ -29,19 +29,14 @@ fn complete(entry: &ModelEntry, execution: &mut Execution, parameters: &roaml::P
 }
 
 impl FileReader<'_> {
-    /// The model, unless `known` is the same one; its parameters become those of the run.
-    pub(super) fn model(
-        &mut self,
-        entry: &ModelEntry,
-        known: Option<&Arc<Model>>,
-        execution: &mut Execution,
-    ) -> Option<Arc<Model>> {
-        let bytes = self.files.reading(&entry.path.value);
-        let read = |path: &Path| diagnostics::text(bytes(path)?);
-        let model = match known {
-            Some(known) => Arc::clone(known),
-            None => Arc::new(self.complaints.note(Model::load(&entry.path.value, &read))?),
-        };
+    /// The model; its parameters become those of the run.
+    pub(super) fn model(&mut self, entry: &ModelEntry, execution: &mut Execution) -> Option<Arc<Model>> {
+        let path = &entry.path.value;
+        let model = self.files.load(path, (), |read| {
+            let read = |path: &Path| diagnostics::text(read(path)?);
+            Model::load(path, &read).map(Arc::new)
+        });
+        let model = self.complaints.note(model)?;
         complete(entry, execution, &model.parameters);
         Some(model)
     }

@@ -2,11 +2,12 @@
 //! and components run alone.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use diagnostics::document::{FromItem, Item, Key, Referent, Table};
-use diagnostics::{Problem, Span, Spanned};
+use diagnostics::{Memo, Problem, Same, Span, Spanned};
 use maps::{OccupancyGrid, Places, PlacesFile, Pose, pose};
 use nav::{Atlas, LocalizationParameters, Reach};
 use robot::RobotModel;
@@ -155,10 +156,8 @@ pub struct Premises {
     pub(super) map_concerns: Vec<Problem>,
     /// The part of the map that the robot can reach.
     pub(super) reach: Arc<Reach>,
-    /// The data that localization and navigation compute from the map, once requested.
-    pub(super) atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
-    /// The data that the simulation computes from the map, once requested.
-    pub(super) building: OnceLock<Building>,
+    /// What is computed from the map on first use, and then shared by all runs.
+    pub(super) memo: Arc<Memo>,
 }
 
 impl Premises {
@@ -171,18 +170,19 @@ impl Premises {
         let model: &RobotModel = &self.entry.sim.model;
         let map = self.wrong_map.as_ref().unwrap_or(&self.map);
         let zones = self.places.zones();
-        let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default());
-        let atlas = || atlas().map(|atlas| Arc::new(atlas.with_zones(zones)));
-        match self.atlas.get_or_init(atlas) {
-            // Shared with a scenario that has another robot.
-            Ok(shared) if shared.model() != model => atlas(),
-            result => result.clone(),
-        }
+        let inputs = (Same(Arc::clone(map)), model.clone(), zones.to_vec());
+        self.memo.get(&self.entry.map.value, inputs, || {
+            let atlas = Atlas::new(Arc::clone(map), model, LocalizationParameters::default())?;
+            Ok(Arc::new(atlas.with_zones(zones)))
+        })
     }
 
     /// The walls of the simulated world: computed on first use, and then shared by all runs.
     #[must_use]
-    pub fn building(&self) -> &Building {
-        self.building.get_or_init(|| Building::new(&self.map))
+    pub fn building(&self) -> Building {
+        let map = Same(Arc::clone(&self.map));
+        let make = || Ok::<_, Infallible>(Building::new(&self.map));
+        let Ok(building) = self.memo.get(&self.entry.map.value, map, make);
+        building
     }
 }

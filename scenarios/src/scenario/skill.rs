@@ -31,6 +31,13 @@ pub struct Skill {
     pub(super) data: BTreeMap<String, Datum>,
 }
 
+/// Machines are the same if they were made only once.
+impl PartialEq for Skill {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.machine, &other.machine) && self.path == other.path && self.data == other.data
+    }
+}
+
 impl Skill {
     /// The initial values of this machine's data, unless the machine sets them itself: for the skill's own machine, or
     /// for a replacement by a fault. Data that the machine does not have are left out.
@@ -139,9 +146,9 @@ impl FileReader<'_> {
                 problems.push(tree.problem_at(leaf.id(), why.to_owned(), "this leaf", "make it an action of the tree"));
                 return None;
             }
-            let name = format!("leaves.{}", key(leaf.process()));
-            let chart = self.complaints.note(Chart::load(&name, &asking.scxml(leaf)))?;
-            return Some((PathBuf::from(name), chart));
+            let name = PathBuf::from(format!("leaves.{}", key(leaf.process())));
+            let chart = self.chart(&name, &asking.scxml(leaf))?;
+            return Some((name, chart));
         }
         let paths = candidates(folder, leaf, entry);
         let named = entry.and_then(|entry| entry.machine.as_ref());
@@ -151,7 +158,7 @@ impl FileReader<'_> {
             }
             match (self.files.read_text(path), named) {
                 (Ok(text), named) => {
-                    let chart = self.complaints.note(Chart::load(&path.display().to_string(), &text));
+                    let chart = self.chart(path, &text);
                     // A file that the scenario names may be shared by leaves with other names.
                     let found = chart.as_ref().filter(|_| named.is_none());
                     problems.extend(found.and_then(|chart| misnamed(tree, leaf, path, chart)));
