@@ -268,8 +268,9 @@ impl MessageCondition {
         }
     }
 
-    /// Its immediate parts.
-    pub(crate) fn operands(&self) -> Vec<&Self> {
+    /// Its immediate parts, in the order in which they are written.
+    #[must_use]
+    pub fn operands(&self) -> Vec<&Self> {
         match self {
             Self::True
             | Self::False
@@ -305,19 +306,25 @@ impl MessageCondition {
         self.operands().into_iter().for_each(|operand| operand.remembers(visit));
     }
 
+    /// Calls `visit` with each part that has no parts itself.
+    pub(crate) fn leaves_mut(&mut self, visit: &mut dyn FnMut(&mut Self)) {
+        match self {
+            Self::Not(a) => a.leaves_mut(visit),
+            Self::And(parts) | Self::Or(parts) => parts.iter_mut().for_each(|part| part.leaves_mut(visit)),
+            Self::Implies(a, b) => [a, b].into_iter().for_each(|part| part.leaves_mut(visit)),
+            leaf => visit(leaf),
+        }
+    }
+
     /// The condition with values in place of names.
     fn instantiated(&self, values: &Values) -> Self {
-        let all = |parts: &[Self]| parts.iter().map(|part| part.instantiated(values)).collect();
-        match self {
-            Self::Relate { left, relation, right } => {
-                Self::relating(left.instantiated(values), *relation, right.instantiated(values))
+        let mut all = self.clone();
+        all.leaves_mut(&mut |leaf| {
+            if let Self::Relate { left, relation, right } = leaf {
+                *leaf = Self::relating(left.instantiated(values), *relation, right.instantiated(values));
             }
-            Self::Not(a) => Self::Not(Box::new(a.instantiated(values))),
-            Self::And(parts) => Self::And(all(parts)),
-            Self::Or(parts) => Self::Or(all(parts)),
-            Self::Implies(a, b) => Self::Implies(Box::new(a.instantiated(values)), Box::new(b.instantiated(values))),
-            other => other.clone(),
-        }
+        });
+        all
     }
 }
 
@@ -331,29 +338,8 @@ impl EventAtom {
 impl Formula {
     /// The formula with values in place of names.
     pub(crate) fn instantiated(&self, values: &Values) -> Self {
-        let of = |part: &Self| Box::new(part.instantiated(values));
-        let all = |parts: &[Self]| parts.iter().map(|part| part.instantiated(values)).collect();
-        match self {
-            Self::True | Self::False => self.clone(),
-            Self::Event(event) => Self::Event(event.instantiated(values)),
-            Self::Fresh(event) => Self::Fresh(event.instantiated(values)),
-            Self::TimeUntil { event, bound } => Self::TimeUntil { event: event.instantiated(values), bound: *bound },
-            Self::Count { event, is_at_most, count, bound } => {
-                Self::Count { event: event.instantiated(values), is_at_most: *is_at_most, count: *count, bound: *bound }
-            }
-            Self::Not(a) => Self::Not(of(a)),
-            Self::Next(a) => Self::Next(of(a)),
-            Self::Always(a) => Self::Always(of(a)),
-            Self::Eventually(a) => Self::Eventually(of(a)),
-            Self::Timed(a) => Self::Timed(of(a)),
-            Self::Once(bound, a) => Self::Once(*bound, of(a)),
-            Self::Historically(bound, a) => Self::Historically(*bound, of(a)),
-            Self::Previous(bound, a) => Self::Previous(*bound, of(a)),
-            Self::And(parts) => Self::And(all(parts)),
-            Self::Or(parts) => Self::Or(all(parts)),
-            Self::Implies(a, b) => Self::Implies(of(a), of(b)),
-            Self::Until(a, b) => Self::Until(of(a), of(b)),
-            Self::Since(bound, a, b) => Self::Since(*bound, of(a), of(b)),
-        }
+        let mut all = self.clone();
+        all.events_mut(&mut |event| *event = event.instantiated(values));
+        all
     }
 }

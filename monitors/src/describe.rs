@@ -52,7 +52,7 @@ pub(crate) fn antecedent(clause: &LiteralSet, events: u64, words: &Vocabulary, t
         _ => true,
     };
     let denied = denied(clause).into_iter().filter(is_meant).map(|denied| literal(denied, false, words));
-    text(and(denied.collect()), words, topology)
+    text(joined(denied, true), words, topology)
 }
 
 /// The literals that a clause negates: those under whose opposites it demands something.
@@ -90,34 +90,31 @@ fn split(clause: &LiteralSet, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
 
 /// Clauses, or their negation.
 fn clauses(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
-    match holds {
-        true => and(form.iter().map(|clause| any(clause, true, words)).collect()),
-        false => or(form.iter().map(|clause| all(clause, false, words)).collect()),
-    }
+    let part = if holds { any } else { all };
+    joined(form.iter().map(|clause| part(clause, holds, words)), holds)
 }
 
 /// Products, or their negation.
 fn products(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
-    match holds {
-        true => or(form.iter().map(|product| all(product, true, words)).collect()),
-        false => and(form.iter().map(|product| any(product, false, words)).collect()),
-    }
+    let part = if holds { all } else { any };
+    joined(form.iter().map(|product| part(product, holds, words)), !holds)
 }
 
 /// All literals of a part, or the negations of all of them.
 fn all(part: &LiteralSet, holds: bool, words: &Vocabulary) -> Formula {
-    and(part.iter().map(|part| literal(part, holds, words)).collect())
+    joined(part.iter().map(|part| literal(part, holds, words)), true)
 }
 
 /// One literal of a part, or one of their negations: an implication from the negated events to the rest.
 fn any(part: &LiteralSet, holds: bool, words: &Vocabulary) -> Formula {
     let (denied, wanted) = split(part, holds);
-    let wanted: Vec<Formula> = wanted.into_iter().map(|part| literal(part, holds, words)).collect();
-    let denied: Vec<Formula> = denied.into_iter().map(|part| literal(part, !holds, words)).collect();
-    match (denied.is_empty(), wanted.is_empty()) {
-        (true, _) => or(wanted),
-        (false, true) => and(denied).negated(),
-        (false, false) => and(denied).implies(or(wanted)),
+    let (is_plain, is_ban) = (denied.is_empty(), wanted.is_empty());
+    let denied = joined(denied.into_iter().map(|part| literal(part, !holds, words)), true);
+    let wanted = joined(wanted.into_iter().map(|part| literal(part, holds, words)), false);
+    match (is_plain, is_ban) {
+        (true, _) => wanted,
+        (false, true) => denied.negated(),
+        (false, false) => denied.implies(wanted),
     }
 }
 
@@ -185,19 +182,15 @@ fn unless(is_negated: bool, formula: Formula) -> Formula {
     if is_negated { formula.negated() } else { formula }
 }
 
-fn and(mut parts: Vec<Formula>) -> Formula {
-    match (parts.pop(), parts.is_empty()) {
-        (None, _) => Formula::True,
-        (Some(one), true) => one,
-        (Some(last), false) => Formula::And(parts.into_iter().chain([last]).collect()),
-    }
-}
-
-fn or(mut parts: Vec<Formula>) -> Formula {
-    match (parts.pop(), parts.is_empty()) {
-        (None, _) => Formula::False,
-        (Some(one), true) => one,
-        (Some(last), false) => Formula::Or(parts.into_iter().chain([last]).collect()),
+/// The parts joined by `and` (or by `or`).
+fn joined(parts: impl Iterator<Item = Formula>, and: bool) -> Formula {
+    let mut parts: Vec<Formula> = parts.collect();
+    match (parts.len(), and) {
+        (1, _) => parts.remove(0),
+        (0, true) => Formula::True,
+        (0, false) => Formula::False,
+        (_, true) => Formula::And(parts),
+        (_, false) => Formula::Or(parts),
     }
 }
 

@@ -8,15 +8,13 @@ use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::WORLD;
 use crate::formula::{Bound, EventAtom, Formula, Function, MessageCondition, MessageField, Term};
+use crate::operator::Parts;
 use crate::wording::{Items, by_name, edge, of_items};
 
 /// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
 pub fn explain(formula: &Formula, topology: &Topology) -> String {
     match formula {
-        Formula::And(parts) if !parts.is_empty() => {
-            parts.iter().map(|part| explain(part, topology)).collect::<Vec<_>>().join(" ")
-        }
         Formula::Timed(formula) => explained(formula, topology, true),
         formula => explained(formula, topology, false),
     }
@@ -24,7 +22,7 @@ pub fn explain(formula: &Formula, topology: &Topology) -> String {
 
 fn explained(formula: &Formula, topology: &Topology, is_timed: bool) -> String {
     match formula {
-        Formula::And(parts) if !parts.is_empty() && is_timed => {
+        Formula::And(parts) if !parts.is_empty() => {
             parts.iter().map(|part| explained(part, topology, is_timed)).collect::<Vec<_>>().join(" ")
         }
         formula => capitalised(Explainer { topology, is_timed }.sentence(formula)) + ".",
@@ -165,11 +163,7 @@ impl Explainer<'_> {
 
     /// A formula at the end of another one.
     fn rest(&self, formula: &Formula) -> String {
-        match formula {
-            Formula::Not(_) | Formula::Next(_) | Formula::Always(_) | Formula::Eventually(_) => self.clause(formula),
-            Formula::Once(..) | Formula::Historically(..) | Formula::Previous(..) => self.clause(formula),
-            formula => self.inside(formula),
-        }
+        if matches!(formula.parts(), Parts::Prefix(..)) { self.clause(formula) } else { self.inside(formula) }
     }
 
     /// A formula inside another one.

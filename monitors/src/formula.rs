@@ -393,17 +393,12 @@ impl Arithmetic {
 
 impl MessageCondition {
     /// Calls `visit` with the field, relation and constant of each comparison with a constant.
-    pub fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
+    pub fn comparisons<'a>(&'a self, visit: &mut dyn FnMut(usize, Relation, &'a Value)) {
         if let Self::Compare { field, relation, value } = self {
-            field.given.iter().for_each(|given| given.each_comparison(visit));
+            field.given.iter().for_each(|given| given.comparisons(visit));
             visit(field.number, *relation, value);
         }
         self.operands().into_iter().for_each(|operand| operand.comparisons(visit));
-    }
-
-    /// The same, for conditions inside others.
-    fn each_comparison<'a>(&'a self, visit: &mut dyn FnMut(usize, Relation, &'a Value)) {
-        self.comparisons(&mut |field, relation, value| visit(field, relation, value));
     }
 
     /// Calls `visit` with each field that it mentions.
@@ -418,11 +413,8 @@ impl MessageCondition {
     /// Whether it is one comparison (or remembers one value), and calls a field by its name.
     pub(crate) fn calls_by_name(&self) -> bool {
         let mut is_named = false;
-        let mut look = |field: &MessageField| is_named |= field.name.is_some();
-        match self {
-            Self::Compare { field, .. } | Self::Remember { field, .. } => look(field),
-            Self::Relate { left, right, .. } => [left, right].into_iter().for_each(|term| term.fields(&mut look)),
-            _ => {}
+        if self.operands().is_empty() {
+            self.fields(&mut |field| is_named |= field.name.is_some());
         }
         is_named
     }
@@ -478,186 +470,5 @@ impl Formula {
     #[must_use]
     pub fn always(self) -> Self {
         Self::Always(Box::new(self))
-    }
-
-    /// Whether its form shows that it is a safety property: every run that violates it has a beginning that does, too.
-    /// A formula that requires something without a time limit is not one.
-    #[must_use]
-    pub fn is_safety(&self) -> bool {
-        self.is_bounded(true)
-    }
-
-    /// The channel whose messages the formula judges, if it judges each by itself: it is `always` of conditions on the
-    /// messages of one channel. No other message, and none before or after it, changes how it judges one.
-    #[must_use]
-    pub fn judges_each_message_on(&self) -> Option<ChannelId> {
-        match self {
-            Self::Always(part) if part.is_of_the_present() => {
-                let mut channels = Vec::new();
-                part.events(&mut |event| channels.push(event.channel));
-                let first = *channels.first()?;
-                channels.iter().all(|channel| *channel == first).then_some(first)
-            }
-            _ => None,
-        }
-    }
-
-    /// Whether the formula is about messages on the channel.
-    #[must_use]
-    pub fn is_about(&self, channel: ChannelId) -> bool {
-        let mut is_about = false;
-        self.events(&mut |event| is_about |= event.channel == channel);
-        is_about
-    }
-
-    /// Whether the formula has no operators that look ahead or back.
-    fn is_of_the_present(&self) -> bool {
-        match self {
-            Self::Event(_) | Self::Fresh(_) => true,
-            Self::Not(_) | Self::And(_) | Self::Or(_) | Self::Implies(..) => {
-                self.operands().into_iter().all(Self::is_of_the_present)
-            }
-            _ => false,
-        }
-    }
-
-    /// Whether the formula (or its negation, unless `holds`) demands nothing unbounded.
-    fn is_bounded(&self, holds: bool) -> bool {
-        match self {
-            Self::True | Self::False | Self::Event(_) | Self::Fresh(_) => true,
-            Self::Once(..) | Self::Historically(..) | Self::Previous(..) | Self::Since(..) | Self::Count { .. } => true,
-            Self::TimeUntil { bound, .. } => {
-                !holds || matches!(bound.relation, Relation::Less | Relation::LessOrEqual | Relation::Equal)
-            }
-            Self::Timed(a) => a.is_bounded(holds),
-            Self::Not(a) => a.is_bounded(!holds),
-            Self::Next(a) => a.is_bounded(holds),
-            Self::Always(a) => holds && a.is_bounded(true),
-            Self::Eventually(a) => !holds && a.is_bounded(false),
-            Self::Until(a, b) => !holds && a.is_bounded(false) && b.is_bounded(false),
-            Self::And(parts) | Self::Or(parts) => parts.iter().all(|part| part.is_bounded(holds)),
-            Self::Implies(a, b) => a.is_bounded(!holds) && b.is_bounded(holds),
-        }
-    }
-
-    /// Whether an operator that looks ahead is inside one that looks back.
-    pub(crate) fn looks_ahead_of_the_past(&self) -> bool {
-        let is_past = matches!(self, Self::Once(..) | Self::Historically(..) | Self::Previous(..) | Self::Since(..));
-        let looks_bad = |part: &&Self| if is_past { part.looks_ahead() } else { part.looks_ahead_of_the_past() };
-        self.operands().iter().any(looks_bad)
-    }
-
-    pub(crate) fn looks_ahead(&self) -> bool {
-        matches!(self, Self::TimeUntil { .. } | Self::Next(_) | Self::Always(_) | Self::Eventually(_) | Self::Until(..))
-            || self.operands().iter().any(|part| part.looks_ahead())
-    }
-
-    /// Its bounds that count ticks: all but those of timed parts.
-    #[must_use]
-    pub fn bounds_in_ticks(&self) -> Vec<Bound> {
-        let own = match self {
-            Self::Timed(_) => return Vec::new(),
-            Self::TimeUntil { bound, .. }
-            | Self::Once(bound, _)
-            | Self::Historically(bound, _)
-            | Self::Previous(bound, _)
-            | Self::Since(bound, ..)
-            | Self::Count { bound, .. }
-                if *bound != Bound::NONE =>
-            {
-                Some(*bound)
-            }
-            _ => None,
-        };
-        own.into_iter().chain(self.operands().into_iter().flat_map(Self::bounds_in_ticks)).collect()
-    }
-
-    /// Its immediate subformulas, in the order in which they are written.
-    #[must_use]
-    pub fn operands(&self) -> Vec<&Self> {
-        match self {
-            Self::True
-            | Self::False
-            | Self::Event(_)
-            | Self::Fresh(_)
-            | Self::TimeUntil { .. }
-            | Self::Count { .. } => Vec::new(),
-            Self::Not(a) | Self::Next(a) | Self::Always(a) | Self::Eventually(a) | Self::Timed(a) => vec![a],
-            Self::Once(_, a) | Self::Historically(_, a) | Self::Previous(_, a) => vec![a],
-            Self::Implies(a, b) | Self::Until(a, b) | Self::Since(_, a, b) => vec![a, b],
-            Self::And(parts) | Self::Or(parts) => parts.iter().collect(),
-        }
-    }
-
-    /// Calls `visit` with each event that is judged where the formula itself is: outside operators that look ahead or
-    /// back.
-    pub(crate) fn own_events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
-        match self {
-            Self::Event(event) | Self::Fresh(event) => visit(event),
-            Self::Not(_) | Self::And(_) | Self::Or(_) | Self::Implies(..) => {
-                self.operands().into_iter().for_each(|operand| operand.own_events(visit));
-            }
-            _ => {}
-        }
-    }
-
-    /// Calls `visit` with each event, including those inside `time_until`.
-    pub fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
-        match self {
-            Self::Event(event) | Self::Fresh(event) | Self::TimeUntil { event, .. } | Self::Count { event, .. } => {
-                visit(event)
-            }
-            _ => self.operands().into_iter().for_each(|operand| operand.events(visit)),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use channels::{Capacity, Domain, Topology};
-
-    use super::*;
-
-    #[test]
-    fn a_property_that_judges_each_message_by_itself_is_about_one_channel() {
-        let mut topology = Topology::default();
-        let [a, b] = ["A", "B"].map(|name| topology.process(name).expect("a new name"));
-        let mut channel = |from, to| {
-            let made = topology.channel(from, to, Capacity::One, Domain::new([])).expect("a new channel");
-            Formula::Event(EventAtom { channel: made, condition: MessageCondition::True })
-        };
-        let (there, back) = (channel(a, b), channel(b, a));
-        let Formula::Event(EventAtom { channel, .. }) = there else { panic!("an event") };
-        let judged = |formula: Formula| formula.always().judges_each_message_on();
-        assert_eq!(judged(there.clone().implies(there.clone().negated())), Some(channel));
-        assert_eq!(judged(there.clone().implies(back)), None);
-        assert_eq!(judged(there.clone().implies(Formula::Next(Box::new(there.clone())))), None);
-        assert_eq!(there.judges_each_message_on(), None);
-    }
-
-    #[test]
-    fn a_demand_without_a_bound_is_not_a_safety_property() {
-        let mut topology = Topology::default();
-        let [from, to] = ["A", "B"].map(|name| topology.process(name).expect("a new name"));
-        let channel = topology.channel(from, to, Capacity::One, Domain::new([])).expect("a new channel");
-        let event = || EventAtom { channel, condition: MessageCondition::True };
-        let seen = || Formula::Event(event());
-        let within = |relation| Formula::TimeUntil { event: event(), bound: Bound::new(relation, 10) };
-        let eventually = |formula| Formula::Eventually(Box::new(formula));
-        let until = |a, b| Formula::Until(Box::new(a), Box::new(b));
-        for (formula, is_safety) in [
-            (seen().implies(within(Relation::Less)).always(), true),
-            (seen().implies(within(Relation::Greater)).always(), false),
-            (within(Relation::Greater).negated().always(), true),
-            (eventually(seen()), false),
-            (eventually(seen()).negated(), true),
-            (seen().implies(eventually(seen())).always(), false),
-            (eventually(seen()).implies(seen()), true),
-            (until(seen().negated(), seen()), false),
-            (until(seen(), seen()).negated(), true),
-            (Formula::Or(vec![seen().always().negated(), seen()]), false),
-        ] {
-            assert_eq!(formula.is_safety(), is_safety, "{formula:?}");
-        }
     }
 }

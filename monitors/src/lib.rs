@@ -232,6 +232,7 @@ mod location;
 mod log;
 mod monitor;
 mod occurrence;
+mod operator;
 mod oracle;
 mod outcome;
 mod paper;
@@ -259,6 +260,7 @@ pub use monitor::{
     Witness,
 };
 pub use occurrence::occurrences;
+pub use operator::{Infix, Need, Prefix, Role};
 pub use oracle::{holds, holds_endlessly};
 pub use outcome::Outcome;
 pub use paper::{PhiTwo, phi1, phi2};

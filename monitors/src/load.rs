@@ -12,7 +12,7 @@ use crate::formula::Formula;
 use crate::monitor::ScopeMonitor;
 use crate::problem::{ScopeError, Warnings};
 use crate::resolve::{Definition, defined_twice, resolve};
-use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file, summary_above};
+use crate::syntax::{ByteRange, parse_file, summary_above};
 
 /// A property of the messages on the channels, with its monitor.
 #[derive(Debug)]
@@ -147,7 +147,7 @@ fn warning(message: String, span: ByteRange, label: &str, help: &str) -> Problem
 
 fn impossible_events(definition: &Definition, monitor: &ScopeMonitor) -> impl Iterator<Item = Problem> + use<> {
     let (mut spans, mut impossible) = (Vec::new(), Vec::new());
-    events(&definition.constraint, &mut spans);
+    definition.constraint.events(&mut |event| spans.push(event.span));
     definition.formula.events(&mut |event| impossible.push(!monitor.can_hold(event)));
     let help = "the conditions contradict each other or the channel's messages";
     let warn = move |span| warning("no message can satisfy this event".to_owned(), span, "never true", help);
@@ -184,17 +184,6 @@ fn delay(definition: &Definition, monitor: &ScopeMonitor) -> Option<Problem> {
     let name = &definition.name;
     let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";
     Some(warning(format!("`{}` {why}", name.text), name.span, label, help))
-}
-
-/// The spans of the events of a constraint, in the order in which [`Formula::events`] visits them.
-fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
-    match &constraint.kind {
-        ConstraintKind::Event(event)
-        | ConstraintKind::Fresh(event)
-        | ConstraintKind::TimeUntil { event, .. }
-        | ConstraintKind::Count { event, .. } => spans.push(event.span),
-        _ => constraint.operands().into_iter().for_each(|operand| events(operand, spans)),
-    }
 }
 
 /// Reads a file and resolves its names, without making monitors. Returns the formulas by name.

@@ -13,6 +13,7 @@ use channels::{Capacity, Domain, Relation, Shape, Topology};
 use diagnostics::{Problem, nearest_or_all};
 
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition};
+use crate::operator::{Prefix, Tense};
 use crate::syntax::{
     ByteRange, Condition, Constant, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand,
     PropertyItem,
@@ -64,6 +65,13 @@ struct Inside {
     temporal: bool,
     /// Inside an operator that looks back.
     past: bool,
+}
+
+impl Inside {
+    /// Inside an operator of this tense, in this place.
+    fn operator(self, tense: Tense) -> Self {
+        Self { temporal: self.temporal || tense == Tense::Future, past: self.past || tense == Tense::Past }
+    }
 }
 
 struct Resolver<'a> {
@@ -137,8 +145,6 @@ impl<'a> Resolver<'a> {
         if inside.past && self.refuses_to_look_ahead(constraint) {
             return None;
         }
-        let past = Inside { past: true, ..inside };
-        let temporal = Inside { temporal: true, ..inside };
         Some(match &constraint.kind {
             ConstraintKind::True => Formula::True,
             ConstraintKind::False => Formula::False,
@@ -146,34 +152,28 @@ impl<'a> Resolver<'a> {
                 self.unreadable = true;
                 return None;
             }
-            ConstraintKind::Next(part) => Formula::Next(self.boxed(part, temporal)?),
-            ConstraintKind::Always(part) => Formula::Always(self.boxed(part, temporal)?),
-            ConstraintKind::Eventually(part) => Formula::Eventually(self.boxed(part, temporal)?),
-            ConstraintKind::Until(left, right) => self.both(Formula::Until, left, right, temporal)?,
-            ConstraintKind::Once(ago, part) => self.past(Formula::Once, ago.as_ref(), part, past)?,
-            ConstraintKind::Historically(ago, part) => self.past(Formula::Historically, ago.as_ref(), part, past)?,
-            ConstraintKind::Previous(ago, part) => self.past(Formula::Previous, ago.as_ref(), part, past)?,
-            ConstraintKind::Becomes(part) => {
-                let mut names = Vec::new();
-                remembered_in(part, &mut |name| names.push(name.clone()));
-                self.remembers_nothing(names);
-                let now = self.formula(part, past)?;
-                let before = Formula::Previous(Bound::NONE, Box::new(now.clone()));
-                Formula::And(vec![now, before.negated()])
+            ConstraintKind::Prefix(operator, ago, part) => {
+                if *operator == Prefix::Becomes {
+                    let mut names = Vec::new();
+                    remembered_in(part, &mut |name| names.push(name.clone()));
+                    self.remembers_nothing(names);
+                }
+                let (bound, part) = (self.ago(ago.as_ref()), self.formula(part, inside.operator(operator.tense())));
+                operator.of(bound?, part?)
             }
-            ConstraintKind::Since(ago, left, right) => {
+            ConstraintKind::Infix(operator, ago, left, right) => {
+                let within = inside.operator(operator.tense());
+                // Not one after the other: the problems of all are reported.
                 let bound = self.ago(ago.as_ref());
-                let (left, right) = (self.boxed(left, past), self.boxed(right, past));
-                Formula::Since(bound?, left?, right?)
+                let (left, right) = (self.formula(left, within), self.formula(right, within));
+                operator.of(bound?, left?, right?)
             }
             ConstraintKind::Count { is_at_most, count, event, bound } => {
                 self.is_asked(inside, event.span);
                 self.counted(*is_at_most, count, event, bound)?
             }
-            ConstraintKind::Not(part) => self.formula(part, inside)?.negated(),
             ConstraintKind::And(parts) => Formula::And(self.formulas(parts, inside)?),
             ConstraintKind::Or(parts) => Formula::Or(self.formulas(parts, inside)?),
-            ConstraintKind::Implies(left, right) => self.both(Formula::Implies, left, right, inside)?,
             ConstraintKind::Event(event) => {
                 self.is_asked(inside, event.span);
                 one_of(self.events(event)?, Formula::Event)
@@ -220,34 +220,6 @@ impl<'a> Resolver<'a> {
         let (events, bound) = (self.events(event), self.bound(relation, bound));
         let (events, bound) = (events?, bound?);
         Some(one_of(events, |event| Formula::TimeUntil { event, bound }))
-    }
-
-    fn boxed(&mut self, constraint: &Constraint, inside: Inside) -> Option<Box<Formula>> {
-        self.formula(constraint, inside).map(Box::new)
-    }
-
-    fn both(
-        &mut self,
-        operator: fn(Box<Formula>, Box<Formula>) -> Formula,
-        left: &Constraint,
-        right: &Constraint,
-        inside: Inside,
-    ) -> Option<Formula> {
-        // Not one after the other: the problems of both are reported.
-        let (left, right) = (self.boxed(left, inside), self.boxed(right, inside));
-        Some(operator(left?, right?))
-    }
-
-    /// An operator that looks back at one operand.
-    fn past(
-        &mut self,
-        operator: fn(Bound, Box<Formula>) -> Formula,
-        ago: Option<&Interval>,
-        operand: &Constraint,
-        inside: Inside,
-    ) -> Option<Formula> {
-        let (bound, operand) = (self.ago(ago), self.boxed(operand, inside));
-        Some(operator(bound?, operand?))
     }
 
     /// Reports values that are remembered where no message is certain: in what is awaited, counted, or becomes true.
@@ -335,14 +307,12 @@ fn one_of(mut events: Vec<EventAtom>, formula: impl Fn(EventAtom) -> Formula) ->
 
 /// The name of an operator that looks ahead.
 fn looks_ahead(kind: &ConstraintKind) -> Option<&'static str> {
-    Some(match kind {
-        ConstraintKind::Next(_) => "next",
-        ConstraintKind::Always(_) => "always",
-        ConstraintKind::Eventually(_) => "eventually",
-        ConstraintKind::Until(..) => "until",
-        ConstraintKind::TimeUntil { .. } => "time_until",
-        _ => return None,
-    })
+    match kind {
+        ConstraintKind::Prefix(operator, ..) if operator.tense() == Tense::Future => Some(operator.word()),
+        ConstraintKind::Infix(operator, ..) if operator.tense() == Tense::Future => Some(operator.word()),
+        ConstraintKind::TimeUntil { .. } => Some("time_until"),
+        _ => None,
+    }
 }
 
 /// Calls `visit` with each name that a constraint gives to a value.

@@ -3,6 +3,7 @@
 use channels::{Relation, Shape, Topology, Value};
 
 use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term, Unit, ValueType};
+use crate::operator::{Parts, Prefix};
 use crate::resolve::meaning;
 use crate::syntax::{
     self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Interval, Literal, Name,
@@ -44,43 +45,34 @@ impl EventAtom {
 fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constraint {
     let of = |part: &Formula| Box::new(constraint(part, topology, is_timed));
     let list = |parts: &[Formula]| parts.iter().map(|part| constraint(part, topology, is_timed)).collect();
-    let length = |bound: &Bound| length(*bound, is_timed);
-    let ago = |bound: &Bound| interval(*bound, is_timed);
-    let kind = match formula {
-        Formula::True => ConstraintKind::True,
-        Formula::False => ConstraintKind::False,
-        // The language joins no fewer than two operands.
-        Formula::And(parts) | Formula::Or(parts) if parts.len() == 1 => {
-            return constraint(&parts[0], topology, is_timed);
+    let kind = match (formula, formula.parts()) {
+        (_, Parts::Prefix(operator, bound, part)) => {
+            ConstraintKind::Prefix(operator, interval(bound, is_timed), of(part))
         }
-        Formula::And(parts) if parts.is_empty() => ConstraintKind::True,
-        Formula::Or(parts) if parts.is_empty() => ConstraintKind::False,
-        Formula::And(parts) => match edge(parts) {
-            Some(part) => ConstraintKind::Becomes(of(part)),
+        (_, Parts::Infix(operator, bound, [left, right])) => {
+            ConstraintKind::Infix(operator, interval(bound, is_timed), of(left), of(right))
+        }
+        (_, Parts::Timed(part)) => return constraint(part, topology, true),
+        // The language joins no fewer than two operands.
+        (_, Parts::Joined([part])) => return constraint(part, topology, is_timed),
+        (Formula::False, _) | (Formula::Or(_), Parts::Joined([])) => ConstraintKind::False,
+        (Formula::Or(parts), _) => ConstraintKind::Or(list(parts)),
+        (Formula::And(parts), Parts::Joined([_, ..])) => match edge(parts) {
+            Some(part) => ConstraintKind::Prefix(Prefix::Becomes, None, of(part)),
             None => ConstraintKind::And(list(parts)),
         },
-        Formula::Or(parts) => ConstraintKind::Or(list(parts)),
-        Formula::Event(event) => ConstraintKind::Event(event.named(topology)),
-        Formula::Fresh(event) => ConstraintKind::Fresh(event.named(topology)),
-        Formula::TimeUntil { event, bound } => {
+        (Formula::Event(event), _) => ConstraintKind::Event(event.named(topology)),
+        (Formula::Fresh(event), _) => ConstraintKind::Fresh(event.named(topology)),
+        (Formula::TimeUntil { event, bound }, _) => {
             let (event, relation) = (event.named(topology), bound.relation);
-            ConstraintKind::TimeUntil { event, relation, bound: length(bound) }
+            ConstraintKind::TimeUntil { event, relation, bound: length(*bound, is_timed) }
         }
-        Formula::Timed(part) => return constraint(part, topology, true),
-        Formula::Not(part) => ConstraintKind::Not(of(part)),
-        Formula::Implies(a, b) => ConstraintKind::Implies(of(a), of(b)),
-        Formula::Next(part) => ConstraintKind::Next(of(part)),
-        Formula::Always(part) => ConstraintKind::Always(of(part)),
-        Formula::Eventually(part) => ConstraintKind::Eventually(of(part)),
-        Formula::Until(a, b) => ConstraintKind::Until(of(a), of(b)),
-        Formula::Once(bound, a) => ConstraintKind::Once(ago(bound), of(a)),
-        Formula::Historically(bound, a) => ConstraintKind::Historically(ago(bound), of(a)),
-        Formula::Previous(bound, a) => ConstraintKind::Previous(ago(bound), of(a)),
-        Formula::Since(bound, a, b) => ConstraintKind::Since(ago(bound), of(a), of(b)),
-        Formula::Count { event, is_at_most, count, bound } => {
-            let (count, event) = (number(*count), event.named(topology));
-            ConstraintKind::Count { is_at_most: *is_at_most, count, event, bound: length(bound) }
+        (Formula::Count { event, is_at_most, count, bound }, _) => {
+            let (count, event, bound) = (number(*count), event.named(topology), length(*bound, is_timed));
+            ConstraintKind::Count { is_at_most: *is_at_most, count, event, bound }
         }
+        // `true`, and the `and` of nothing.
+        (_, Parts::Atom | Parts::Joined(_)) => ConstraintKind::True,
     };
     Constraint { kind, span: NOWHERE }
 }

@@ -8,7 +8,7 @@ use monitors::syntax::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
     Item, Literal, Name, Operand, Party, PropertyItem, Term, parse_file,
 };
-use monitors::{Arithmetic, Formula, Function, MessageCondition, Outcome, Unit};
+use monitors::{Arithmetic, Formula, Function, Infix, MessageCondition, Outcome, Prefix, Unit};
 use proptest::prelude::*;
 
 use crate::cases::cases;
@@ -149,21 +149,19 @@ fn constraint() -> impl Strategy<Value = Constraint> {
     ];
     leaf.prop_map(of).prop_recursive(5, 24, 3, move |part| {
         let parts = || proptest::collection::vec(part.clone(), 2..4);
-        let two = || (part.clone(), part.clone()).prop_map(|(a, b)| (Box::new(a), Box::new(b)));
+        let prefixed = (prop::sample::select(&Prefix::ALL), ago(), part.clone()).prop_map(move |(operator, ago, a)| {
+            of(ConstraintKind::Prefix(operator, ago.filter(|_| operator.takes_bound()), Box::new(a)))
+        });
+        let two = (part.clone(), part.clone());
+        let infixed = (prop::sample::select(&Infix::ALL), ago(), two).prop_map(move |(operator, ago, (a, b))| {
+            let ago = ago.filter(|_| operator.takes_bound());
+            of(ConstraintKind::Infix(operator, ago, Box::new(a), Box::new(b)))
+        });
         prop_oneof![
-            part.clone().prop_map(move |a| of(ConstraintKind::Not(Box::new(a)))),
-            part.clone().prop_map(move |a| of(ConstraintKind::Next(Box::new(a)))),
-            part.clone().prop_map(move |a| of(ConstraintKind::Always(Box::new(a)))),
-            part.clone().prop_map(move |a| of(ConstraintKind::Eventually(Box::new(a)))),
-            part.clone().prop_map(move |a| of(ConstraintKind::Becomes(Box::new(a)))),
-            (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Once(ago, Box::new(a)))),
-            (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Historically(ago, Box::new(a)))),
-            (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Previous(ago, Box::new(a)))),
-            (ago(), two()).prop_map(move |(ago, (a, b))| of(ConstraintKind::Since(ago, a, b))),
-            two().prop_map(move |(a, b)| of(ConstraintKind::Until(a, b))),
-            two().prop_map(move |(a, b)| of(ConstraintKind::Implies(a, b))),
-            parts().prop_map(move |parts| of(ConstraintKind::And(parts))),
-            parts().prop_map(move |parts| of(ConstraintKind::Or(parts))),
+            8 => prefixed,
+            3 => infixed,
+            1 => parts().prop_map(move |parts| of(ConstraintKind::And(parts))),
+            1 => parts().prop_map(move |parts| of(ConstraintKind::Or(parts))),
         ]
     })
 }

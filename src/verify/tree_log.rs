@@ -2,7 +2,7 @@
 
 use campaigns::Error;
 use channels::Ground;
-use monitors::{Bound, Formula, Property, ScopeMonitor};
+use monitors::{Formula, Need, Property, ScopeMonitor};
 
 /// The note about the limits of verdicts on such a log.
 pub(super) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
@@ -16,7 +16,7 @@ pub(super) fn ground() -> Ground {
 /// Refuses properties that need information which such a log does not contain.
 pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
     for property in properties {
-        let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(|formula| unknown(formula, false));
+        let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(unknown);
         if let Some((message, help)) = unknown {
             return Err(Error::refused(format!("`{}` {message}", property.name), help));
         }
@@ -25,7 +25,7 @@ pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
 }
 
 /// The information that a formula needs and the log does not contain, and how to avoid this; none if there is none.
-fn unknown(formula: &Formula, is_timed: bool) -> Option<(&'static str, &'static str)> {
+fn unknown(formula: &Formula) -> Option<(&'static str, &'static str)> {
     const TICKS: (&str, &str) = (
         "counts ticks, and a log of BehaviorTree.CPP does not know when the tree was ticked",
         "write `timed property`, with durations: `< 300 ms`",
@@ -39,16 +39,9 @@ fn unknown(formula: &Formula, is_timed: bool) -> Option<(&'static str, &'static 
         "looks back a certain time, at answers of which a log of BehaviorTree.CPP has only the changes",
         "leave out the limit, or look ahead: `time_until`",
     );
-    match formula {
-        Formula::Timed(formula) => return unknown(formula, true),
-        Formula::Next(_) | Formula::Previous(..) | Formula::Fresh(_) | Formula::Count { .. } => return Some(REPEATED),
-        Formula::Once(bound, _) | Formula::Historically(bound, _) | Formula::Since(bound, ..)
-            if *bound != Bound::NONE =>
-        {
-            return Some(WINDOW);
-        }
-        Formula::TimeUntil { .. } if !is_timed => return Some(TICKS),
-        _ => {}
-    }
-    formula.operands().into_iter().find_map(|operand| unknown(operand, is_timed))
+    formula.needs().into_iter().find_map(|need| match need {
+        Need::EachMessage(_) => Some(REPEATED),
+        Need::Ago => Some(WINDOW),
+        Need::Soon => (!formula.is_timed()).then_some(TICKS),
+    })
 }

@@ -4,6 +4,7 @@ use channels::Relation;
 use miette::SourceSpan;
 
 use crate::formula::{Arithmetic, Function, Unit};
+use crate::operator::{Infix, Prefix};
 
 /// A range of bytes of a file.
 ///
@@ -114,26 +115,10 @@ pub enum ConstraintKind {
         /// The number of ticks, or the duration.
         bound: Operand,
     },
-    /// `not α`
-    Not(Box<Constraint>),
-    /// `next α`
-    Next(Box<Constraint>),
-    /// `always α`
-    Always(Box<Constraint>),
-    /// `eventually α`
-    Eventually(Box<Constraint>),
-    /// `α until β`
-    Until(Box<Constraint>, Box<Constraint>),
-    /// `once[⋈ bound] α`
-    Once(Option<Interval>, Box<Constraint>),
-    /// `historically[⋈ bound] α`
-    Historically(Option<Interval>, Box<Constraint>),
-    /// `previous[⋈ bound] α`
-    Previous(Option<Interval>, Box<Constraint>),
-    /// `becomes α`
-    Becomes(Box<Constraint>),
-    /// `α since[⋈ bound] β`
-    Since(Option<Interval>, Box<Constraint>, Box<Constraint>),
+    /// `always α`, `once[⋈ bound] α`, or another operator in front of its operand.
+    Prefix(Prefix, Option<Interval>, Box<Constraint>),
+    /// `α until β`, `α since[⋈ bound] β` or `α implies β`
+    Infix(Infix, Option<Interval>, Box<Constraint>, Box<Constraint>),
     /// `at most n (event) in bound`, or `at least`
     Count {
         /// Whether it is `at most`.
@@ -149,8 +134,6 @@ pub enum ConstraintKind {
     And(Vec<Constraint>),
     /// `α or β or …`, two or more
     Or(Vec<Constraint>),
-    /// `α implies β`
-    Implies(Box<Constraint>, Box<Constraint>),
     /// A part that could not be read; a problem reports it.
     Unreadable,
 }
@@ -198,15 +181,8 @@ impl Constraint {
             | ConstraintKind::TimeUntil { .. }
             | ConstraintKind::Count { .. }
             | ConstraintKind::Unreadable => Vec::new(),
-            ConstraintKind::Not(a)
-            | ConstraintKind::Next(a)
-            | ConstraintKind::Always(a)
-            | ConstraintKind::Eventually(a)
-            | ConstraintKind::Once(_, a)
-            | ConstraintKind::Historically(_, a)
-            | ConstraintKind::Previous(_, a)
-            | ConstraintKind::Becomes(a) => vec![a],
-            ConstraintKind::Until(a, b) | ConstraintKind::Since(_, a, b) | ConstraintKind::Implies(a, b) => vec![a, b],
+            ConstraintKind::Prefix(_, _, a) => vec![a],
+            ConstraintKind::Infix(_, _, a, b) => vec![a, b],
             ConstraintKind::And(parts) | ConstraintKind::Or(parts) => parts.iter().collect(),
         }
     }
@@ -270,34 +246,34 @@ pub struct Condition {
 }
 
 impl Condition {
-    fn literals<'f>(&'f self, literals: &mut Vec<&'f Literal>) {
+    /// Its immediate parts, in the order in which they are written. Terms are none.
+    #[must_use]
+    pub fn operands(&self) -> Vec<&Self> {
         match &self.kind {
-            ConditionKind::Compare { left, right, .. } => {
-                [left, right].into_iter().for_each(|term| term.literals(literals))
-            }
-            ConditionKind::Not(a) | ConditionKind::Items { condition: a, .. } => a.literals(literals),
-            ConditionKind::And(parts) | ConditionKind::Or(parts) => {
-                parts.iter().for_each(|part| part.literals(literals));
-            }
-            ConditionKind::Implies(a, b) => [a, b].into_iter().for_each(|part| part.literals(literals)),
-            ConditionKind::True | ConditionKind::False | ConditionKind::Remember { .. } | ConditionKind::Unreadable => {
-            }
+            ConditionKind::True
+            | ConditionKind::False
+            | ConditionKind::Compare { .. }
+            | ConditionKind::Remember { .. }
+            | ConditionKind::Unreadable => Vec::new(),
+            ConditionKind::Not(a) | ConditionKind::Items { condition: a, .. } => vec![a],
+            ConditionKind::And(parts) | ConditionKind::Or(parts) => parts.iter().collect(),
+            ConditionKind::Implies(a, b) => vec![a, b],
         }
     }
 
-    /// The names that it gives to values.
+    fn literals<'f>(&'f self, literals: &mut Vec<&'f Literal>) {
+        if let ConditionKind::Compare { left, right, .. } = &self.kind {
+            [left, right].into_iter().for_each(|term| term.literals(literals));
+        }
+        self.operands().into_iter().for_each(|part| part.literals(literals));
+    }
+
+    /// The names that it gives to values. One item among several cannot be remembered, which the resolver reports.
     #[must_use]
     pub fn remembered(&self) -> Vec<&Name> {
         match &self.kind {
             ConditionKind::Remember { name, .. } => vec![name],
-            ConditionKind::Not(a) => a.remembered(),
-            // A value of one item among several cannot be remembered; the resolver says so.
-            ConditionKind::Items { condition, .. } => condition.remembered(),
-            ConditionKind::And(parts) | ConditionKind::Or(parts) => parts.iter().flat_map(Self::remembered).collect(),
-            ConditionKind::Implies(a, b) => [a, b].into_iter().flat_map(|part| part.remembered()).collect(),
-            ConditionKind::True | ConditionKind::False | ConditionKind::Compare { .. } | ConditionKind::Unreadable => {
-                Vec::new()
-            }
+            _ => self.operands().into_iter().flat_map(Self::remembered).collect(),
         }
     }
 }

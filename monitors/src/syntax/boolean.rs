@@ -3,6 +3,7 @@
 use super::ast::ByteRange;
 use super::parse::{ParseResult, Parser};
 use super::token::Keyword;
+use crate::operator::Infix;
 
 /// What Boolean operators join: trees `T` with roots `K`.
 pub(super) struct Boolean<T, K> {
@@ -19,7 +20,7 @@ impl Parser {
     pub(super) fn implication<T, K>(&mut self, of: &Boolean<T, K>) -> ParseResult<T> {
         let start = self.span();
         let left = self.joined(of, Keyword::Or)?;
-        if !self.take_keyword(Keyword::Implies) {
+        if !self.take_keyword(Keyword::Infix(Infix::Implies)) {
             return Ok(left);
         }
         let right = self.deeper(|parser| parser.implication(of))?;

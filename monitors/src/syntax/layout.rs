@@ -10,6 +10,7 @@ use super::parse::{Parsed, parse_file};
 use super::pieces::{Piece, pieces};
 use super::pretty::Document;
 use super::token::{Keyword, TokenKind};
+use crate::operator::Infix;
 use crate::problem::ScopeError;
 
 /// The longest line that is not broken, in characters.
@@ -154,18 +155,21 @@ fn parts<'p, 't>(pieces: &'p [Piece<'t>]) -> Vec<Nested<'p, 't>> {
 
 /// The places of the binary operators that bind least; none if there are no operators.
 fn operators(parts: &[Nested<'_, '_>]) -> Vec<usize> {
-    let levels: [&[Keyword]; 4] =
-        [&[Keyword::Implies], &[Keyword::Or], &[Keyword::And], &[Keyword::Until, Keyword::Since]];
+    let levels: [&[Keyword]; 4] = [
+        &[Keyword::Infix(Infix::Implies)],
+        &[Keyword::Or],
+        &[Keyword::And],
+        &[Keyword::Infix(Infix::Until), Keyword::Infix(Infix::Since)],
+    ];
     let of = |level: &[Keyword]| -> Vec<usize> {
-        let is_one = |place: &usize| match parts[*place].kind() {
-            // `since` may also be a name.
-            Some(TokenKind::Keyword(Keyword::Since)) => parts[*place].first().is_operator,
-            Some(TokenKind::Keyword(_)) => true,
+        let is_of = |place: &usize| match parts[*place].kind() {
+            Some(TokenKind::Keyword(word)) => {
+                // `since` may also be a name.
+                level.contains(word) && (*word != Keyword::Infix(Infix::Since) || parts[*place].first().is_operator)
+            }
             _ => false,
         };
-        let is_of =
-            |place: &usize| matches!(parts[*place].kind(), Some(TokenKind::Keyword(word)) if level.contains(word));
-        (0..parts.len()).filter(is_of).filter(is_one).collect()
+        (0..parts.len()).filter(is_of).collect()
     };
     levels.into_iter().map(of).find(|places| !places.is_empty()).unwrap_or_default()
 }

@@ -162,7 +162,7 @@ mod tests {
             .iter()
             .flat_map(|operator| operator.written.split(' ').chain(operator.signs.split(' ')))
             .collect();
-        for keyword in Keyword::ALL {
+        for keyword in Keyword::all() {
             assert!(explained.contains(&keyword.text()), "{}", keyword.text());
         }
         let is_operator = |kind: &TokenKind| matches!(kind, TokenKind::Keyword(_) | TokenKind::Relation(_));

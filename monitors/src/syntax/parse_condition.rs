@@ -7,6 +7,7 @@ use super::boolean::Boolean;
 use super::parse::{MAX_OPERATORS, ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
 use crate::formula::{Arithmetic, Function};
+use crate::operator::{Prefix, Tense};
 
 const CONDITION: &str = "a condition compares a field of the message with a value: `m[1] = <ok>`";
 const REMEMBER: &str = "a value is remembered as `m.place as p`, and compared as `m.place = p`";
@@ -27,7 +28,7 @@ impl Parser {
 
     fn negated_condition(&mut self) -> ParseResult<Condition> {
         let start = self.span();
-        if self.take_keyword(Keyword::Not) {
+        if self.take_keyword(Keyword::Prefix(Prefix::Not)) {
             let operand = self.deeper(Self::negated_condition)?;
             let span = start.to(operand.span);
             return Ok(Condition { kind: ConditionKind::Not(Box::new(operand)), span });
@@ -113,11 +114,11 @@ impl Parser {
 
     fn comparison(&mut self) -> ParseResult<Condition> {
         let start = self.span();
-        if let TokenKind::Keyword(
-            temporal @ (Keyword::Always | Keyword::Eventually | Keyword::Next | Keyword::TimeUntil),
-        ) = self.peek()
+        if let TokenKind::Keyword(keyword) = self.peek()
+            && (*keyword == Keyword::TimeUntil
+                || matches!(keyword, Keyword::Prefix(operator) if operator.tense() == Tense::Future))
         {
-            let problem = Problem::new(format!("`{}` is not allowed inside an event", temporal.text()));
+            let problem = Problem::new(format!("`{}` is not allowed inside an event", keyword.text()));
             self.problems
                 .push(problem.at(start, "this refers to more than one message").with_help("close the event before it"));
             return Err(Stumbled);

@@ -7,22 +7,8 @@ use super::boolean::Boolean;
 use super::parse::{ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
 use crate::formula::Arithmetic;
+use crate::operator::{Infix, Prefix};
 
-/// The keywords that can begin a constraint.
-const PREFIXES: [&str; 12] = [
-    "not",
-    "next",
-    "always",
-    "eventually",
-    "once",
-    "historically",
-    "previous",
-    "becomes",
-    "fresh",
-    "true",
-    "false",
-    "time_until",
-];
 const EVENT: &str = "an event is written `(sender, receiver, condition)`; `*` stands for any sender or receiver";
 const TIME_UNTIL: &str = "a deadline is written `time_until (sender, receiver, condition) < 10`";
 /// `*`, in the place of a process.
@@ -33,7 +19,7 @@ const COUNT: &str = "a number of messages is written `at most 3 (sender, receive
 
 const BOOLEAN: Boolean<Constraint, ConstraintKind> = Boolean {
     operand: Parser::chain,
-    implies: ConstraintKind::Implies,
+    implies: |left, right| ConstraintKind::Infix(Infix::Implies, None, left, right),
     or: ConstraintKind::Or,
     and: ConstraintKind::And,
     tree: |kind, span| Constraint { kind, span },
@@ -47,21 +33,14 @@ impl Parser {
     /// `α until β` and `α since β`, right-associative.
     fn chain(&mut self) -> ParseResult<Constraint> {
         let left = self.prefixed()?;
-        let ago = if self.take_keyword(Keyword::Since) {
-            Some(self.ago()?)
-        } else if self.take_keyword(Keyword::Until) {
-            None
-        } else {
+        let TokenKind::Keyword(Keyword::Infix(operator @ (Infix::Until | Infix::Since))) = *self.peek() else {
             return Ok(left);
         };
+        self.advance();
+        let ago = if operator.takes_bound() { self.ago()? } else { None };
         let right = self.deeper(Self::chain)?;
         let span = left.span.to(right.span);
-        let (left, right) = (Box::new(left), Box::new(right));
-        let kind = match ago {
-            Some(ago) => ConstraintKind::Since(ago, left, right),
-            None => ConstraintKind::Until(left, right),
-        };
-        Ok(Constraint { kind, span })
+        Ok(Constraint { kind: ConstraintKind::Infix(operator, ago, Box::new(left), Box::new(right)), span })
     }
 
     /// `[⋈ bound]`, if present.
@@ -82,34 +61,12 @@ impl Parser {
 
     fn prefixed(&mut self) -> ParseResult<Constraint> {
         let start = self.span();
-        let wrap: fn(Box<Constraint>) -> ConstraintKind = match self.peek() {
-            TokenKind::Keyword(Keyword::Not) => ConstraintKind::Not,
-            TokenKind::Keyword(Keyword::Next) => ConstraintKind::Next,
-            TokenKind::Keyword(Keyword::Always) => ConstraintKind::Always,
-            TokenKind::Keyword(Keyword::Eventually) => ConstraintKind::Eventually,
-            TokenKind::Keyword(Keyword::Becomes) => ConstraintKind::Becomes,
-            TokenKind::Keyword(Keyword::Once | Keyword::Historically | Keyword::Previous) => return self.past(),
-            _ => return self.primary(),
-        };
+        let TokenKind::Keyword(Keyword::Prefix(operator)) = *self.peek() else { return self.primary() };
         self.advance();
+        let ago = if operator.takes_bound() { self.ago()? } else { None };
         let operand = self.deeper(Self::prefixed)?;
         let span = start.to(operand.span);
-        Ok(Constraint { kind: wrap(Box::new(operand)), span })
-    }
-
-    /// `once`, `historically` or `previous`, and its operand.
-    fn past(&mut self) -> ParseResult<Constraint> {
-        let start = self.span();
-        let wrap: fn(Option<Interval>, Box<Constraint>) -> ConstraintKind = match self.peek() {
-            TokenKind::Keyword(Keyword::Once) => ConstraintKind::Once,
-            TokenKind::Keyword(Keyword::Historically) => ConstraintKind::Historically,
-            _ => ConstraintKind::Previous,
-        };
-        self.advance();
-        let ago = self.ago()?;
-        let operand = self.deeper(Self::prefixed)?;
-        let span = start.to(operand.span);
-        Ok(Constraint { kind: wrap(ago, Box::new(operand)), span })
+        Ok(Constraint { kind: ConstraintKind::Prefix(operator, ago, Box::new(operand)), span })
     }
 
     fn primary(&mut self) -> ParseResult<Constraint> {
@@ -128,10 +85,17 @@ impl Parser {
                 return Ok(Constraint { kind, span: start.to(self.last_span()) });
             }
             TokenKind::Name(name) => return self.stray_name(&name),
-            _ => return Err(self.expected("a constraint", &first_words())),
+            _ => return Err(self.no_constraint()),
         };
         self.advance();
         Ok(Constraint { kind, span: start })
+    }
+
+    /// Reports that a constraint is missing.
+    fn no_constraint(&mut self) -> Stumbled {
+        let words = first_words().collect::<Vec<_>>().join(", ");
+        let help = format!("a constraint begins with {words}, or is an event `(sender, receiver, condition)`");
+        self.expected("a constraint", &help)
     }
 
     /// Whether the parenthesis here opens an event: a name follows that is not an operator, a misspelled operator, or
@@ -141,7 +105,7 @@ impl Parser {
             TokenKind::Text(_) | TokenKind::Arithmetic(Arithmetic::Multiply) => true,
             second => {
                 let third = self.tokens.get(self.at + 2).map(|token| &token.kind);
-                let is_name = |name: &str| third != Some(&TokenKind::Open) && nearest(name, PREFIXES).is_none();
+                let is_name = |name: &str| third != Some(&TokenKind::Open) && nearest(name, first_words()).is_none();
                 third == Some(&TokenKind::Comma) && second.as_name().is_some()
                     || matches!(second, TokenKind::Name(name) if is_name(name))
             }
@@ -150,20 +114,17 @@ impl Parser {
 
     /// A name in the place of a constraint: perhaps a misspelled operator.
     fn stray_name(&mut self, name: &str) -> ParseResult<Constraint> {
-        let Some(word) = nearest(name, PREFIXES) else { return Err(self.expected("a constraint", &first_words())) };
+        let Some(word) = nearest(name, first_words()) else { return Err(self.no_constraint()) };
         self.expected("a constraint", &format!("did you mean `{word}`?"));
-        let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == word);
-        self.tokens[self.at].kind = TokenKind::Keyword(keyword.unwrap_or(Keyword::True));
+        self.tokens[self.at].kind = TokenKind::Keyword(Keyword::of(word).unwrap_or(Keyword::True));
         self.deeper(Self::prefixed)
     }
 
     fn parenthesised(&mut self) -> ParseResult<Constraint> {
         let open = self.span();
-        let after_prefix = self.at > 0
-            && matches!(
-                self.tokens[self.at - 1].kind,
-                TokenKind::Keyword(Keyword::Always | Keyword::Eventually | Keyword::Next | Keyword::Not)
-            );
+        let before = self.at.checked_sub(1).map(|before| &self.tokens[before].kind);
+        let after_prefix =
+            matches!(before, Some(TokenKind::Keyword(Keyword::Prefix(operator))) if operator.is_of_the_paper());
         self.advance();
         let inside = match self.deeper(Self::constraint) {
             Ok(inside) => inside,
@@ -274,7 +235,8 @@ impl Parser {
     }
 }
 
-/// Advice where a constraint is missing.
-fn first_words() -> String {
-    format!("a constraint begins with {}, or is an event `(sender, receiver, condition)`", PREFIXES.join(", "))
+/// The keywords that can begin a constraint.
+fn first_words() -> impl Iterator<Item = &'static str> + Clone {
+    let others = ["fresh", "true", "false", "time_until"];
+    Prefix::ALL.into_iter().map(Prefix::word).chain(others)
 }

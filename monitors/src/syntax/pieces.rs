@@ -106,7 +106,7 @@ fn has_blank(text: &str, tokens: &[Token], place: usize) -> bool {
         (TokenKind::Arithmetic(Arithmetic::Divide), _) => !is_unit(tokens, before),
         (_, TokenKind::Arithmetic(Arithmetic::Divide)) => !is_unit(tokens, place),
         // Signs such as `¬` and `□`.
-        (TokenKind::Keyword(Keyword::Not | Keyword::Next | Keyword::Always | Keyword::Eventually), _) => {
+        (TokenKind::Keyword(Keyword::Prefix(_)), _) => {
             text[tokens[before].span.start..].starts_with(char::is_alphabetic)
         }
         _ => true,

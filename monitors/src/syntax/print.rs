@@ -10,6 +10,7 @@ use super::ast::{
 };
 use super::token::is_plain_name;
 use crate::formula::Unit;
+use crate::operator::Infix;
 
 impl Display for File {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -79,10 +80,10 @@ impl<E: Expression> Display for Parenthesized<'_, E> {
 impl Expression for Constraint {
     fn precedence(&self) -> Precedence {
         match self.kind {
-            ConstraintKind::Implies(..) => Precedence::Implies,
+            ConstraintKind::Infix(Infix::Implies, ..) => Precedence::Implies,
             ConstraintKind::Or(_) => Precedence::Or,
             ConstraintKind::And(_) => Precedence::And,
-            ConstraintKind::Until(..) | ConstraintKind::Since(..) => Precedence::Until,
+            ConstraintKind::Infix(Infix::Until | Infix::Since, ..) => Precedence::Until,
             _ => Precedence::Prefix,
         }
     }
@@ -98,34 +99,21 @@ impl Display for Constraint {
             ConstraintKind::TimeUntil { event, relation, bound } => {
                 write!(f, "time_until {event} {} {bound}", ascii(*relation))
             }
-            ConstraintKind::Not(part) => write!(f, "not {}", part.at(Precedence::Prefix)),
-            ConstraintKind::Next(part) => write!(f, "next {}", part.at(Precedence::Prefix)),
-            ConstraintKind::Always(part) => write!(f, "always {}", part.at(Precedence::Prefix)),
-            ConstraintKind::Eventually(part) => write!(f, "eventually {}", part.at(Precedence::Prefix)),
-            ConstraintKind::Becomes(part) => write!(f, "becomes {}", part.at(Precedence::Prefix)),
-            ConstraintKind::Until(left, right) => {
-                write!(f, "{} until {}", left.at(Precedence::Prefix), right.at(Precedence::Until))
+            ConstraintKind::Prefix(operator, ago, part) => {
+                write!(f, "{}{} {}", operator.word(), Ago(ago), part.at(Precedence::Prefix))
             }
-            ConstraintKind::Once(ago, part) => {
-                write!(f, "once{} {}", Ago(ago), part.at(Precedence::Prefix))
-            }
-            ConstraintKind::Historically(ago, part) => {
-                write!(f, "historically{} {}", Ago(ago), part.at(Precedence::Prefix))
-            }
-            ConstraintKind::Previous(ago, part) => {
-                write!(f, "previous{} {}", Ago(ago), part.at(Precedence::Prefix))
-            }
-            ConstraintKind::Since(ago, left, right) => {
-                write!(f, "{} since{} {}", left.at(Precedence::Prefix), Ago(ago), right.at(Precedence::Until))
+            ConstraintKind::Infix(operator, ago, left, right) => {
+                let (on_left, on_right) = match operator {
+                    Infix::Until | Infix::Since => (Precedence::Prefix, Precedence::Until),
+                    Infix::Implies => (Precedence::Or, Precedence::Implies),
+                };
+                write!(f, "{} {}{} {}", left.at(on_left), operator.word(), Ago(ago), right.at(on_right))
             }
             ConstraintKind::Count { is_at_most, count, event, bound } => {
                 write!(f, "at {} {count} {event} in {bound}", if *is_at_most { "most" } else { "least" })
             }
             ConstraintKind::And(parts) => join(f, parts.iter().map(|part| part.at(Precedence::Until)), " and "),
             ConstraintKind::Or(parts) => join(f, parts.iter().map(|part| part.at(Precedence::And)), " or "),
-            ConstraintKind::Implies(left, right) => {
-                write!(f, "{} implies {}", left.at(Precedence::Or), right.at(Precedence::Implies))
-            }
         }
     }
 }

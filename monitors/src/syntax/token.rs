@@ -5,6 +5,7 @@ use diagnostics::Problem;
 
 use super::ast::ByteRange;
 use crate::formula::Arithmetic;
+use crate::operator::{Infix, Prefix};
 
 /// A token with its span.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,113 +42,68 @@ pub(super) enum TokenKind {
     End,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Keyword {
-    Const,
-    Property,
-    True,
-    False,
-    Not,
-    Next,
-    Always,
-    Eventually,
-    Until,
-    And,
-    Or,
-    Implies,
-    TimeUntil,
-    Once,
-    Historically,
-    Previous,
-    Becomes,
-    Fresh,
-    Since,
-    At,
-    Most,
-    Least,
-    In,
-    Timed,
-    As,
+/// Declares the words that are no operators with operands on one or both sides, each once: those of the paper's
+/// language, and the others.
+macro_rules! keywords {
+    ($($paper:ident $word:literal),*; $($own:ident $own_word:literal),*) => {
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(super) enum Keyword {
+            $($paper,)*
+            $($own,)*
+            Prefix(Prefix),
+            Infix(Infix),
+        }
+
+        impl Keyword {
+            pub(super) fn all() -> impl Iterator<Item = Self> {
+                let operators = Prefix::ALL.map(Self::Prefix).into_iter().chain(Infix::ALL.map(Self::Infix));
+                [$(Self::$paper,)* $(Self::$own,)*].into_iter().chain(operators)
+            }
+
+            /// Whether it is a keyword only where the grammar expects it, and an ordinary name elsewhere. This is true
+            /// of the words that the paper's language does not have.
+            fn is_soft(self) -> bool {
+                match self {
+                    $(Self::$paper => false,)*
+                    $(Self::$own => true,)*
+                    Self::Prefix(operator) => !operator.is_of_the_paper(),
+                    Self::Infix(operator) => !operator.is_of_the_paper(),
+                }
+            }
+
+            pub(super) fn text(self) -> &'static str {
+                match self {
+                    $(Self::$paper => $word,)*
+                    $(Self::$own => $own_word,)*
+                    Self::Prefix(operator) => operator.word(),
+                    Self::Infix(operator) => operator.word(),
+                }
+            }
+        }
+    };
 }
 
+keywords!(
+    Const "const",
+    Property "property",
+    True "true",
+    False "false",
+    And "and",
+    Or "or",
+    TimeUntil "time_until";
+    Fresh "fresh",
+    At "at",
+    Most "most",
+    Least "least",
+    In "in",
+    Timed "timed",
+    As "as"
+);
+
 impl Keyword {
-    pub(super) const ALL: [Self; 25] = [
-        Self::Const,
-        Self::Property,
-        Self::True,
-        Self::False,
-        Self::Not,
-        Self::Next,
-        Self::Always,
-        Self::Eventually,
-        Self::Until,
-        Self::And,
-        Self::Or,
-        Self::Implies,
-        Self::TimeUntil,
-        Self::Once,
-        Self::Historically,
-        Self::Previous,
-        Self::Becomes,
-        Self::Fresh,
-        Self::Since,
-        Self::At,
-        Self::Most,
-        Self::Least,
-        Self::In,
-        Self::Timed,
-        Self::As,
-    ];
-
-    /// Whether it is a keyword only where the grammar expects it, and an ordinary name elsewhere. This is true of the
-    /// words that the paper's language does not have.
-    fn is_soft(self) -> bool {
-        !matches!(
-            self,
-            Self::Const
-                | Self::Property
-                | Self::True
-                | Self::False
-                | Self::Not
-                | Self::Next
-                | Self::Always
-                | Self::Eventually
-                | Self::Until
-                | Self::And
-                | Self::Or
-                | Self::Implies
-                | Self::TimeUntil
-        )
-    }
-
-    pub(super) fn text(self) -> &'static str {
-        match self {
-            Self::Const => "const",
-            Self::Property => "property",
-            Self::True => "true",
-            Self::False => "false",
-            Self::Not => "not",
-            Self::Next => "next",
-            Self::Always => "always",
-            Self::Eventually => "eventually",
-            Self::Until => "until",
-            Self::And => "and",
-            Self::Or => "or",
-            Self::Implies => "implies",
-            Self::TimeUntil => "time_until",
-            Self::Once => "once",
-            Self::Historically => "historically",
-            Self::Previous => "previous",
-            Self::Becomes => "becomes",
-            Self::Fresh => "fresh",
-            Self::Since => "since",
-            Self::At => "at",
-            Self::Most => "most",
-            Self::Least => "least",
-            Self::In => "in",
-            Self::Timed => "timed",
-            Self::As => "as",
-        }
+    /// The keyword that is written like this.
+    pub(super) fn of(word: &str) -> Option<Self> {
+        Self::all().find(|keyword| keyword.text() == word)
     }
 }
 
@@ -195,18 +151,18 @@ pub(super) const SIGNS: [(&str, TokenKind); 35] = [
     ("!=", TokenKind::Relation(Relation::NotEqual)),
     ("≠", TokenKind::Relation(Relation::NotEqual)),
     ("<", TokenKind::Relation(Relation::Less)),
-    ("->", TokenKind::Keyword(Keyword::Implies)),
+    ("->", TokenKind::Keyword(Keyword::Infix(Infix::Implies))),
     (">", TokenKind::Relation(Relation::Greater)),
     ("=", TokenKind::Relation(Relation::Equal)),
-    ("→", TokenKind::Keyword(Keyword::Implies)),
-    ("⇒", TokenKind::Keyword(Keyword::Implies)),
-    ("¬", TokenKind::Keyword(Keyword::Not)),
-    ("!", TokenKind::Keyword(Keyword::Not)),
+    ("→", TokenKind::Keyword(Keyword::Infix(Infix::Implies))),
+    ("⇒", TokenKind::Keyword(Keyword::Infix(Infix::Implies))),
+    ("¬", TokenKind::Keyword(Keyword::Prefix(Prefix::Not))),
+    ("!", TokenKind::Keyword(Keyword::Prefix(Prefix::Not))),
     ("∧", TokenKind::Keyword(Keyword::And)),
     ("∨", TokenKind::Keyword(Keyword::Or)),
-    ("□", TokenKind::Keyword(Keyword::Always)),
-    ("◇", TokenKind::Keyword(Keyword::Eventually)),
-    ("○", TokenKind::Keyword(Keyword::Next)),
+    ("□", TokenKind::Keyword(Keyword::Prefix(Prefix::Always))),
+    ("◇", TokenKind::Keyword(Keyword::Prefix(Prefix::Eventually))),
+    ("○", TokenKind::Keyword(Keyword::Prefix(Prefix::Next))),
     ("⊤", TokenKind::Keyword(Keyword::True)),
     ("⊥", TokenKind::Keyword(Keyword::False)),
     ("(", TokenKind::Open),
@@ -228,7 +184,7 @@ const FOREIGN: [(&str, &str, TokenKind); 4] = [
     ("==", "=", TokenKind::Relation(Relation::Equal)),
     ("&&", "and", TokenKind::Keyword(Keyword::And)),
     ("||", "or", TokenKind::Keyword(Keyword::Or)),
-    ("=>", "implies", TokenKind::Keyword(Keyword::Implies)),
+    ("=>", "implies", TokenKind::Keyword(Keyword::Infix(Infix::Implies))),
 ];
 
 /// All tokens of a text, the last one [`TokenKind::End`]. Anything that is not a token is reported and left out.
@@ -288,7 +244,7 @@ impl<'a> Lexer<'a> {
             self.push(TokenKind::Number(rest[..length].to_owned()), length);
         } else if first.is_alphabetic() || first == '_' {
             let name = &rest[..name_length(rest)];
-            let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == name);
+            let keyword = Keyword::of(name);
             self.push(keyword.map_or_else(|| TokenKind::Name(name.to_owned()), TokenKind::Keyword), name.len());
         } else {
             self.sign();
@@ -360,8 +316,7 @@ fn name_length(text: &str) -> usize {
 /// Whether a text can be a name without quotes.
 pub(super) fn is_plain_name(text: &str) -> bool {
     let first = text.chars().next().is_some_and(|first| first.is_alphabetic() || first == '_');
-    let is_keyword = |keyword: &Keyword| keyword.text() == text && !keyword.is_soft();
-    first && name_length(text) == text.len() && !Keyword::ALL.iter().any(is_keyword)
+    first && name_length(text) == text.len() && Keyword::of(text).is_none_or(Keyword::is_soft)
 }
 
 /// The length of the number that starts here: `-12.5e-3`.

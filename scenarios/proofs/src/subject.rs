@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use channels::{ChannelId, ChannelSystem, FieldKind, Monitor, Relation, Use, Value};
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 use diagnostics::Problem;
-use monitors::{Bound, Formula, scope_monitor};
+use monitors::scope_monitor;
 use scenarios::names::unknown;
 use scenarios::scenario::{
     BatteryAssumption, ComponentEntry, Fact, MachineMonitor, Passes, Premises, RunsEntry, Scenario, Truths,
@@ -85,7 +85,7 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
 pub(super) fn watches(monitor: &dyn Monitor, channel: ChannelId) -> bool {
     let mut is_watched = MachineMonitor::of(monitor).is_some_and(|machine| machine.watches(channel));
     if let Some(scope) = scope_monitor(monitor) {
-        scope.formula().events(&mut |event| is_watched |= event.channel == channel);
+        is_watched |= scope.formula().is_about(channel);
     }
     is_watched
 }
@@ -132,31 +132,10 @@ fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) -> Option<&
     });
     match unknown {
         Some(()) => Some("speaks of more than the level and the place"),
-        None if !is_steady(scope.formula(), truths.channel) => {
+        None if !scope.formula().is_steady(truths.channel) => {
             Some("counts messages or measures time, and speaks of the world")
         }
         None => None,
-    }
-}
-
-/// Whether it makes no difference how often the world is shown while nothing changes, and when.
-fn is_steady(formula: &Formula, world: ChannelId) -> bool {
-    let is_steady = |part: &Formula| is_steady(part, world);
-    let all = |parts: &[Formula]| parts.iter().all(is_steady);
-    let is_unbounded = |bound: &Bound| *bound == Bound::NONE;
-    match formula {
-        Formula::True | Formula::False | Formula::Event(_) => true,
-        Formula::Fresh(event) => event.channel != world,
-        Formula::Not(a) | Formula::Always(a) | Formula::Eventually(a) => is_steady(a),
-        Formula::And(parts) | Formula::Or(parts) => all(parts),
-        Formula::Implies(a, b) | Formula::Until(a, b) => is_steady(a) && is_steady(b),
-        Formula::Once(bound, a) | Formula::Historically(bound, a) => is_unbounded(bound) && is_steady(a),
-        Formula::Since(bound, a, b) => is_unbounded(bound) && is_steady(a) && is_steady(b),
-        Formula::TimeUntil { .. }
-        | Formula::Next(_)
-        | Formula::Previous(..)
-        | Formula::Count { .. }
-        | Formula::Timed(_) => false,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use channels::{ChannelId, FieldKind, Monitor, Relation, Topology, Value};
 use diagnostics::Problem;
-use monitors::{Formula, MessageCondition, ScopeMonitor, Term, scope_monitor};
+use monitors::{MessageCondition, ScopeMonitor, Term, scope_monitor};
 use scenarios::scenario::{Carrier, MachineMonitor, Scenario};
 
 /// # Errors
@@ -26,7 +26,7 @@ pub(super) fn check(scenario: &Scenario, topology: &Topology, monitor: &dyn Moni
     let texts = Texts { topology, carriers };
     let is_followed = match (MachineMonitor::of(monitor), scope_monitor(monitor)) {
         (Some(machine), _) => !topology.channels().any(|id| texts.on(id) && machine.watches(id)),
-        (None, Some(scope)) => texts.follows_all(scope),
+        (None, Some(scope)) => texts.follows(scope),
         (None, None) => true,
     };
     if is_followed {
@@ -73,33 +73,17 @@ impl Texts<'_> {
         fields.into_iter().any(|(name, kind)| is_text(kind) && carried(name))
     }
 
-    fn follows_all(&self, scope: &ScopeMonitor) -> bool {
-        self.follows(scope.formula(), true, false)
+    /// Whether the property does nothing but compare such texts.
+    fn follows(&self, scope: &ScopeMonitor) -> bool {
+        let mut follows = true;
+        scope.formula().roles(&mut |event, role| {
+            follows &= self.compares(&event.condition, event.channel, role.many);
+        });
+        follows
     }
 
-    /// Whether the formula does nothing but compare such texts. It has to hold, or else not to; `many` means that this
-    /// is decided by many positions together.
-    fn follows(&self, formula: &Formula, holds: bool, many: bool) -> bool {
-        let all = |parts: &[Formula]| parts.iter().all(|part| self.follows(part, holds, many));
-        match formula {
-            Formula::True | Formula::False => true,
-            Formula::Event(event) | Formula::Fresh(event) => self.compares(&event.condition, event.channel, many),
-            Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
-                self.compares(&event.condition, event.channel, true)
-            }
-            Formula::Not(part) => self.follows(part, !holds, many),
-            Formula::And(parts) | Formula::Or(parts) => all(parts),
-            Formula::Implies(one, other) => self.follows(one, !holds, many) && self.follows(other, holds, many),
-            Formula::Next(part) | Formula::Previous(_, part) | Formula::Timed(part) => self.follows(part, holds, many),
-            Formula::Always(part) | Formula::Historically(_, part) => self.follows(part, holds, many || !holds),
-            Formula::Eventually(part) | Formula::Once(_, part) => self.follows(part, holds, many || holds),
-            Formula::Until(one, other) => {
-                self.follows(one, holds, many || !holds) && self.follows(other, holds, many || holds)
-            }
-            Formula::Since(_, one, other) => self.follows(one, holds, true) && self.follows(other, holds, true),
-        }
-    }
-
+    /// Whether a condition does nothing but compare such texts; `many` means that many positions together decide whether
+    /// the property holds.
     fn compares(&self, condition: &MessageCondition, channel: ChannelId, many: bool) -> bool {
         let has_text = |term: &Term| {
             let mut has_text = false;
@@ -120,12 +104,11 @@ impl Texts<'_> {
                     || !self.in_field(channel, field.number)
             }
             MessageCondition::True | MessageCondition::False | MessageCondition::Is { .. } => true,
-            MessageCondition::Not(part) => self.compares(part, channel, many),
-            MessageCondition::And(parts) | MessageCondition::Or(parts) => {
-                parts.iter().all(|part| self.compares(part, channel, many))
-            }
-            MessageCondition::Implies(one, other) => {
-                self.compares(one, channel, many) && self.compares(other, channel, many)
+            MessageCondition::Not(_)
+            | MessageCondition::And(_)
+            | MessageCondition::Or(_)
+            | MessageCondition::Implies(..) => {
+                condition.operands().into_iter().all(|part| self.compares(part, channel, many))
             }
         }
     }

@@ -398,7 +398,7 @@ fn is_about(property: &Property, channel: ChannelId) -> bool {
 
 /// Whether its verdict depends on when messages were sent, and not only on their order.
 fn is_timed(property: &Property) -> bool {
-    property.scope_monitor().is_none_or(|monitor| matches!(monitor.formula(), Formula::Timed(_)))
+    property.scope_monitor().is_none_or(|monitor| monitor.formula().is_timed())
 }
 
 /// Whether its verdict depends on how many ticks have passed.

@@ -2,7 +2,7 @@
 //! bounds.
 
 use channels::{ChannelId, Message, Relation, Topology, Value};
-use monitors::{Formula, MessageCondition, MessageField, Term};
+use monitors::{MessageCondition, MessageField, Role, Term};
 use recording::{Header, LEVEL, Monitor};
 
 /// A chart has no room for numbers of this size: differences between them might not be finite.
@@ -105,7 +105,9 @@ pub(crate) fn levels_of(monitor: &Monitor, topology: &Topology) -> Vec<Bound> {
 
 fn bounds(monitor: &Monitor, topology: &Topology) -> Vec<Bound> {
     let mut bounds = Bounds { topology, found: Vec::new() };
-    monitor.formula.iter().for_each(|formula| bounds.of_formula(formula, Role { holds: true, alone: true }));
+    if let Some(formula) = &monitor.formula {
+        formula.roles(&mut |event, role| bounds.of_condition(&event.condition, event.channel, role));
+    }
     bounds.found
 }
 
@@ -122,55 +124,7 @@ struct Bounds<'a> {
     found: Vec<Bound>,
 }
 
-/// What a part of a formula means for the whole.
-#[derive(Clone, Copy)]
-struct Role {
-    /// Whether the part has to hold, rather than its negation.
-    holds: bool,
-    /// Whether it counts by itself, rather than as a condition or an alternative.
-    alone: bool,
-}
-
-impl Role {
-    fn negated(self) -> Self {
-        Self { holds: !self.holds, ..self }
-    }
-
-    fn among_others(self) -> Self {
-        Self { alone: false, ..self }
-    }
-}
-
 impl Bounds<'_> {
-    fn of_formula(&mut self, formula: &Formula, role: Role) {
-        match formula {
-            Formula::Event(event) | Formula::Fresh(event) => self.of_condition(&event.condition, event.channel, role),
-            // What happens at most zero times never happens.
-            Formula::Count { event, is_at_most: true, count: 0, .. } if role.holds => {
-                self.of_condition(&event.condition, event.channel, role.negated());
-            }
-            Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
-                self.of_condition(&event.condition, event.channel, role.among_others());
-            }
-            Formula::Not(part) => self.of_formula(part, role.negated()),
-            Formula::Timed(part) | Formula::Next(part) => self.of_formula(part, role),
-            Formula::Always(part) | Formula::Historically(_, part) if role.holds => self.of_formula(part, role),
-            // What never holds is a requirement, too.
-            Formula::Eventually(part) | Formula::Once(_, part) if !role.holds => self.of_formula(part, role),
-            // `not (a and b)` is `a implies not b`.
-            Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
-            Formula::Or(parts) if !role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
-            Formula::Implies(a, b) if matches!(**b, Formula::False) => self.of_formula(a, role.negated()),
-            Formula::Implies(a, b) => {
-                self.of_formula(a, role.among_others());
-                self.of_formula(b, role);
-            }
-            others => {
-                others.operands().into_iter().for_each(|part| self.of_formula(part, role.among_others()));
-            }
-        }
-    }
-
     fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
         match condition {
             MessageCondition::Compare { field, relation, value } => {

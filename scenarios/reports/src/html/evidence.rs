@@ -1,5 +1,6 @@
 //! Why a property is violated: which messages caused it, and which one was missing.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, Topology};
@@ -94,13 +95,11 @@ impl<'a> Evidence<'a> {
 
     /// Adds what the property concerns and, if the monitor explains its verdict, the explanation.
     fn ask(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
-        let mut events = Vec::new();
-        collect(formula, &mut events);
         let ends = |channel: ChannelId| {
             let (from, to) = topology.ends(channel);
-            (from.to_owned(), to.to_owned())
+            [from.to_owned(), to.to_owned()]
         };
-        self.concerned.extend(events.iter().map(|(event, _)| ends(event.channel)).flat_map(|(from, to)| [from, to]));
+        formula.events(&mut |event| self.concerned.extend(ends(event.channel)));
         let Some(witness) = witness else { return };
         self.since = witness.since;
         self.deadline_tick = witness.deadline_tick.filter(|_| self.knows_ticks);
@@ -111,16 +110,16 @@ impl<'a> Evidence<'a> {
         let named = witness.missing.as_ref().filter(|_| witness.deadline_tick.is_some());
         let text = named.map_or(String::new(), |named| format!("property missing := eventually ({named})"));
         let named = monitors::formulas("missing", &text, topology, Duration::from_secs(1)).unwrap_or_default();
-        let mut missing = Vec::new();
-        named.iter().for_each(|(_, formula)| collect(formula, &mut missing));
-        let is_awaited = |channel| events.iter().any(|(event, timed)| *timed && event.channel == channel);
-        missing.retain(|(event, _)| is_awaited(event.channel));
-        let missing = missing.into_iter().map(|(EventAtom { channel, condition }, _)| {
-            let (from, to) = ends(*channel);
-            let message = words::wanted(condition, topology.get(*channel).domain.shapes());
-            Missing { channel: *channel, from, to, message }
-        });
-        self.missing = missing.collect();
+        let mut awaited = BTreeSet::new();
+        formula.awaited(&mut |event| _ = awaited.insert(event.channel));
+        let mut missing = |EventAtom { channel, condition }: &EventAtom| {
+            if awaited.contains(channel) {
+                let [from, to] = ends(*channel);
+                let message = words::wanted(condition, topology.get(*channel).domain.shapes());
+                self.missing.push(Missing { channel: *channel, from, to, message });
+            }
+        };
+        named.iter().for_each(|(_, formula)| formula.events(&mut missing));
         // What came later did not cause the obligation, but belongs to the wait for the answer.
         if let Some(since) = self.since.filter(|_| !self.missing.is_empty()) {
             self.causes.retain(|seen| seen.at.step <= since.step);
@@ -136,14 +135,5 @@ impl<'a> Evidence<'a> {
     pub(super) fn first_tick(&self) -> u64 {
         let causes = self.causes.iter().map(|seen| seen.at.tick);
         causes.chain(self.since.map(|since| since.tick)).min().unwrap_or(self.episode.decided.tick)
-    }
-}
-
-/// Collects the events of a formula, and whether each is one to wait for.
-fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f EventAtom, bool)>) {
-    match formula {
-        Formula::Event(event) | Formula::Fresh(event) | Formula::Count { event, .. } => events.push((event, false)),
-        Formula::TimeUntil { event, .. } => events.push((event, true)),
-        _ => formula.operands().into_iter().for_each(|operand| collect(operand, events)),
     }
 }

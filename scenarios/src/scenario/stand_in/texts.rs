@@ -439,7 +439,7 @@ fn questions(file: &str, carried: &dyn Fn(&Field) -> Possible) -> Vec<Question> 
 }
 
 fn relate(condition: &Condition, carried: &dyn Fn(&Field) -> Possible, question: &mut Question) {
-    let parts: Vec<&Condition> = match &condition.kind {
+    match &condition.kind {
         ConditionKind::Compare { left, right, .. } => {
             let is_literal = |term: &Term| matches!(term, Term::Operand(Operand::Literal(..)));
             if !is_literal(left) && !is_literal(right) {
@@ -449,20 +449,14 @@ fn relate(condition: &Condition, carried: &dyn Fn(&Field) -> Possible, question:
                     }
                 }
             }
-            Vec::new()
         }
         ConditionKind::Remember { field, .. } => {
             let value = carried(field);
             question.remembers += usize::from(value.has_choice());
             question.related.join(&value);
-            Vec::new()
         }
-        ConditionKind::Not(part) | ConditionKind::Items { condition: part, .. } => vec![part],
-        ConditionKind::And(parts) | ConditionKind::Or(parts) => parts.iter().collect(),
-        ConditionKind::Implies(one, other) => vec![one, other],
-        ConditionKind::True | ConditionKind::False | ConditionKind::Unreadable => Vec::new(),
-    };
-    parts.into_iter().for_each(|part| relate(part, carried, question));
+        _ => condition.operands().into_iter().for_each(|part| relate(part, carried, question)),
+    }
 }
 
 /// Choices that are compared with each other, or with one that is, are tried with the same texts.
