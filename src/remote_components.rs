@@ -11,7 +11,8 @@ use bags::{Received, Remapping, Source as _, resolve};
 use channels::Flaw;
 use network::{Domain, Live as _, Publisher, Request};
 use remote::{Lost, NodeMessage, ServiceRequest};
-use ros_messages::CdrReader;
+use ros_messages::RosType as _;
+use ros_messages::standard::Clock;
 use runs::{Delivery, RemoteComponents};
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
@@ -300,12 +301,9 @@ impl Nodes {
         }
     }
 
-    /// Reads a `rosgraph_msgs/msg/Clock`: seconds and nanoseconds.
     fn read_clock(&mut self, body: &[u8]) {
-        let read = CdrReader::new(body).and_then(|mut reader| Ok((reader.number()?, reader.number()?)));
-        let Ok((seconds, nanoseconds)) = read else { return };
-        let (seconds, nanoseconds) = (i32::from_le_bytes(seconds), u32::from_le_bytes(nanoseconds));
-        let odd = self.time.receive_clock(i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds));
+        let Ok(Clock { clock }) = Clock::decode(body) else { return };
+        let odd = self.time.receive_clock(clock.ns());
         odd.into_iter().for_each(|what| self.note_once(what));
     }
 }

@@ -1,5 +1,5 @@
-//! ARCHITECTURE.md: the crates, what none of them may use, and that everything on the page exists. Also the files within
-//! a crate, which do not use each other in circles.
+//! ARCHITECTURE.md: the crates, what none of them may use, and that everything on the page exists. Also the files
+//! within a crate, which do not use each other in circles.
 
 mod circles;
 mod modules;

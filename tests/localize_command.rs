@@ -8,10 +8,12 @@ use std::time::Duration;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use maps::{ImageFormat, pose};
+use maps::{ImageFormat, Pose, pose};
 use nav::{Atlas, LocalizationParameters};
+use recording::ros::{self, Header, Transforms};
 use robot::recorded::{LogWriter, Record, Recording};
 use robot::{LaserSpec, Reading, RobotModel, Streams, VelocityCommand};
+use ros_messages::RosMessage;
 use sim::{LaserConfig, SimConfig};
 use tempfile::{TempDir, tempdir};
 use trials::replay::drive::{Drive, route};
@@ -110,128 +112,58 @@ impl Folder {
     }
 }
 
-/// CDR, little-endian.
-#[derive(Default)]
-struct Cdr(Vec<u8>);
-
-impl Cdr {
-    fn put<const N: usize>(mut self, bytes: [u8; N]) -> Self {
-        self.0.resize(self.0.len().next_multiple_of(N), 0);
-        self.0.extend(bytes);
-        self
-    }
-
-    fn reals(self, numbers: &[f64]) -> Self {
-        numbers.iter().fold(self, |cdr, number| cdr.put(number.to_le_bytes()))
-    }
-
-    fn floats(self, numbers: impl IntoIterator<Item = f64>) -> Self {
-        numbers.into_iter().fold(self, |cdr, number| cdr.put((number as f32).to_le_bytes()))
-    }
-
-    fn text(self, text: &str) -> Self {
-        let mut cdr = self.put((text.len() as u32 + 1).to_le_bytes());
-        cdr.0.extend(text.bytes().chain([0]));
-        cdr
-    }
-
-    fn header(self, time: Duration, frame: &str) -> Self {
-        self.put((time.as_secs() as u32).to_le_bytes()).put(time.subsec_nanos().to_le_bytes()).text(frame)
-    }
-
-    fn pose(self, pose: &maps::Pose) -> Self {
-        let half = pose.rotation.powf(0.5);
-        self.reals(&[pose.translation.x, pose.translation.y, 0.0, 0.0, 0.0, half.im, half.re])
-    }
+/// A bag that is being written.
+struct BagWriter<'w> {
+    writer: mcap::Writer<std::io::Cursor<&'w mut Vec<u8>>>,
+    channels: BTreeMap<&'static str, u16>,
 }
 
-const TIME_AND_FRAME: &str = "===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
-const GEOMETRY: &str = "===\nMSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n\
-    ===\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n\
-    ===\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n\
-    ===\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n\
-    ===\nMSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance\n\
-    ===\nMSG: geometry_msgs/Twist\nVector3 linear\nVector3 angular\n\
-    ===\nMSG: geometry_msgs/TwistWithCovariance\nTwist twist\nfloat64[36] covariance\n\
-    ===\nMSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n\
-    ===\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\nTransform transform\n\
-    ===\nMSG: nav_msgs/MapMetaData\nbuiltin_interfaces/Time map_load_time\nfloat32 resolution\nuint32 width\nuint32 height\n\
-    geometry_msgs/Pose origin\n";
-const TRANSFORMS: (&str, &str) = ("tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n");
-const TOPICS: [(&str, &str, &str); 6] = [
-    ("/tf_static", TRANSFORMS.0, TRANSFORMS.1),
-    ("/tf", TRANSFORMS.0, TRANSFORMS.1),
-    ("/map", "nav_msgs/msg/OccupancyGrid", "std_msgs/Header header\nMapMetaData info\nint8[] data\n"),
-    (
-        "/odom",
-        "nav_msgs/msg/Odometry",
-        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
-         geometry_msgs/TwistWithCovariance twist\n",
-    ),
-    ("/truth", "geometry_msgs/msg/PoseStamped", "std_msgs/Header header\nPose pose\n"),
-    (
-        "/scan",
-        "sensor_msgs/msg/LaserScan",
-        "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\nfloat32 time_increment\n\
-         float32 scan_time\nfloat32 range_min\nfloat32 range_max\nfloat32[] ranges\nfloat32[] intensities\n",
-    ),
-];
-
-/// The same drive as a bag: with topics for odometry and truth, or only with transforms.
-pub(crate) fn bag(log: &str, map: &maps::OccupancyGrid, transforms_alone: bool) -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
-    let mut channels = BTreeMap::new();
-    let mut write = |topic: &'static str, time: Duration, Cdr(body): Cdr| {
-        let channel_id = *channels.entry(topic).or_insert_with(|| {
-            let (_, kind, definition) = TOPICS.iter().find(|(name, ..)| *name == topic).unwrap();
-            let text = format!("{definition}{TIME_AND_FRAME}{GEOMETRY}");
-            let schema = writer.add_schema(kind, "ros2msg", text.as_bytes()).unwrap();
-            writer.add_channel(schema, topic, "cdr", &Default::default()).unwrap()
+impl BagWriter<'_> {
+    fn write<T: RosMessage>(&mut self, topic: &'static str, time: Duration, message: &T) {
+        let channel_id = *self.channels.entry(topic).or_insert_with(|| {
+            let definition = T::definition().to_string();
+            let schema = self.writer.add_schema(&T::name().full(), "ros2msg", definition.as_bytes()).unwrap();
+            self.writer.add_channel(schema, topic, "cdr", &Default::default()).unwrap()
         });
         let log_time = time.as_nanos() as u64;
         let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
-        writer.write_to_known_channel(&header, &[&[0, 1, 0, 0], body.as_slice()].concat()).unwrap();
-    };
-    let transform = |time: Duration, frame: &str, child: &str, at: &maps::Pose| {
-        Cdr::default().put(1_u32.to_le_bytes()).header(time, frame).text(child).pose(at)
-    };
-    let start = Duration::ZERO;
-    write("/tf_static", start, transform(start, "base_link", "laser", &pose(0.1, 0.0, 0.0)));
-    let info = Cdr::default().header(start, "map").put([0; 4]).put([0; 4]).floats([map.resolution_m()]);
-    let info =
-        info.put((map.width() as u32).to_le_bytes()).put((map.height() as u32).to_le_bytes()).pose(&map.origin());
-    let mut grid = info.put((map.cells().len() as u32).to_le_bytes());
-    grid.0.extend(map.cells().iter().map(|cell| match cell {
-        maps::Cell::Free => 0,
-        maps::Cell::Occupied => 100,
-        maps::Cell::Unknown => 255,
-    }));
-    write("/map", start, grid);
+        self.writer.write_to_known_channel(&header, &message.encode()).unwrap();
+    }
+
+    fn transform(&mut self, topic: &'static str, time: Duration, frame: &'static str, child: &'static str, at: &Pose) {
+        self.write(topic, time, &Transforms { transforms: vec![ros::transform(time, frame, child, at)] });
+    }
+}
+
+/// The same drive as a bag: with topics for odometry and truth, or only with transforms.
+pub(crate) fn bag(log: &str, map: &maps::OccupancyGrid, transforms_alone: bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let writer = mcap::WriteOptions::new().compression(None).create(std::io::Cursor::new(&mut bytes)).unwrap();
+    let mut bag = BagWriter { writer, channels: BTreeMap::new() };
+    bag.transform("/tf_static", Duration::ZERO, "base_link", "laser", &pose(0.1, 0.0, 0.0));
+    bag.write("/map", Duration::ZERO, &ros::occupancy_grid(map));
+    let laser = model().lasers.remove(0);
     for Record { time, odometry, velocity, scan, corrected, .. } in Recording::read(log.as_bytes()).unwrap().records() {
+        let time = *time;
         if transforms_alone {
-            write("/tf", *time, transform(*time, "odom", "base_link", odometry));
+            bag.transform("/tf", time, "odom", "base_link", odometry);
         } else {
-            let odometry = Cdr::default().header(*time, "odom").text("base_link").pose(odometry).reals(&[0.0; 36]);
-            let VelocityCommand { linear_mps, angular_radps } = velocity;
-            let odometry = odometry.reals(&[*linear_mps, 0.0, 0.0, 0.0, 0.0, *angular_radps]).reals(&[0.0; 36]);
-            write("/odom", *time, odometry);
+            let VelocityCommand { linear_mps, angular_radps } = *velocity;
+            let reading = robot::Odometry { time, pose: *odometry, linear_mps, angular_radps };
+            bag.write("/odom", time, &ros::odometry(&reading));
         }
         let (Some(scan), Some(corrected)) = (scan, corrected) else { continue };
         if transforms_alone {
-            write("/tf", *time, transform(*time, "map", "odom", &(corrected * odometry.inverse())));
+            bag.transform("/tf", time, "map", "odom", &(corrected * odometry.inverse()));
         } else {
-            write("/truth", *time, Cdr::default().header(*time, "map").pose(corrected));
+            bag.write("/truth", time, &ros::pose_stamped(time, "map", corrected));
         }
-        let half = std::f64::consts::FRAC_PI_2;
-        let message =
-            Cdr::default().header(*time, "laser").floats([-half, half, 1_f64.to_radians(), 0.0, 0.5, 0.1, 30.0]);
-        let message = message.put((scan.ranges_m.len() as u32).to_le_bytes());
-        write("/scan", *time, message.floats(scan.ranges_m.iter().map(|range| f64::from(*range))).put([0; 4]));
+        let header = Header::new(time, "laser");
+        bag.write("/scan", time, &ros::LaserScan { header, ..ros::laser_scan(&laser, scan) });
     }
-    writer.finish().unwrap();
-    drop(writer);
-    bytes.into_inner()
+    bag.writer.finish().unwrap();
+    drop(bag);
+    bytes
 }
 
 #[test]

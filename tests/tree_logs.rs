@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use ros_messages::{CdrWriter, RosMessage as _, RosType as _, messages};
+use ros_messages::{RosMessage as _, RosType as _, messages};
 use serde_json::Value;
 use tempfile::tempdir;
 use tree_logs::{Log, LogEntry, NodeStatus, StatusChange};
@@ -148,14 +148,13 @@ fn write_bag(path: &Path, nodes: &[(&str, u16)]) {
         previous_status: "IDLE".to_owned(),
         current_status: "RUNNING".to_owned(),
     };
-    let mut cdr = CdrWriter::reusing(Vec::new());
-    Changes { timestamp: timestamp(), event_log: nodes.iter().map(change).collect() }.write(&mut cdr);
+    let changes = Changes { timestamp: timestamp(), event_log: nodes.iter().map(change).collect() };
     let mut writer = mcap::WriteOptions::new().compression(None).create(fs::File::create(path).unwrap()).unwrap();
     let definition = Changes::definition().to_string();
     let schema = writer.add_schema("nav2_msgs/msg/BehaviorTreeLog", "ros2msg", definition.as_bytes()).unwrap();
     let channel_id = writer.add_channel(schema, "/behavior_tree_log", "cdr", &BTreeMap::new()).unwrap();
     let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time: 1, publish_time: 1 };
-    writer.write_to_known_channel(&header, &cdr.bytes()).unwrap();
+    writer.write_to_known_channel(&header, &changes.encode()).unwrap();
     writer.finish().unwrap();
 }
 

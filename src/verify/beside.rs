@@ -10,12 +10,12 @@ use std::time::Duration;
 use campaigns::run_and_report;
 use channels::Flaw;
 use recording::Detail;
-use recording::ros::BatteryState;
+use recording::ros::battery_state;
 use remote::{Loss, Lost, NodeMessage, ServiceRequest};
 use reports::Outputs;
 use reports::report::Report;
 use reports::results::{CaseResult, Suite, WrittenPlaces};
-use ros_messages::{CdrWriter, RosType as _};
+use ros_messages::RosType as _;
 use runs::{Delivery, Partners, RemoteComponents, Run};
 use scenarios::scenario::{Scenario, find};
 use serde_json::json;
@@ -58,9 +58,8 @@ impl RemoteComponents for LossyRobot {
         let mut delivery = Delivery::default();
         if now_ms % 1000 == STEP_MS {
             let charge_pct = if now_ms > 6_000 { self.charge_pct } else { 50.0 };
-            let mut cdr = CdrWriter::reusing(Vec::new());
-            BatteryState::of(now, charge_pct, false).write(&mut cdr);
-            delivery.messages.push(NodeMessage::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() });
+            let body = battery_state(now, charge_pct, false).encode();
+            delivery.messages.push(NodeMessage::Message { topic: "/battery_state".to_owned(), body });
         }
         for (at_ms, since_ms, until_ms) in self.losses {
             let what = Lost::Topic("/battery_state".to_owned());

@@ -4,7 +4,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use ros_messages::{CdrReader, CdrWriter, Mismatch};
+use ros_messages::standard::{CancelRequest, CancelResponse, GoalInfo, GoalResponse, GoalStatus, GoalStatuses, Uuid};
+use ros_messages::{CdrReader, RosType};
 
 use crate::action::{
     self, CANCEL_ACCEPTED, CANCEL_GOAL, CANCEL_TERMINATED, CANCEL_UNKNOWN, GET_RESULT, SEND_GOAL, STATUS_ABORTED,
@@ -111,7 +112,7 @@ impl ActionServer {
         read: impl FnOnce(&mut CdrReader<'_>) -> Option<G>,
     ) -> Option<Demand<G>> {
         let mut reader = CdrReader::new(&request.body).ok();
-        let id = reader.as_mut().and_then(|reader| reader.take(16).ok()?.try_into().ok());
+        let id = reader.as_mut().and_then(|reader| GoalId::read(reader).ok());
         let is_new = |id: &GoalId| {
             let mut known = self.offered.iter().map(|(id, _)| id).chain(self.goals.iter().map(|goal| &goal.id));
             known.all(|known| known != id)
@@ -153,24 +154,16 @@ impl ActionServer {
     }
 
     fn decide(&mut self, number: u64, now: Duration, is_accepted: bool) {
-        self.respond(number, |cdr| {
-            cdr.number([u8::from(is_accepted)]);
-            write_time(now, cdr);
-        });
+        self.respond(number, &GoalResponse { accepted: is_accepted, stamp: now.into() });
     }
 
     /// Handles a cancel request. Returns whether it cancels the current goal.
     fn cancel(&mut self, request: &ServiceRequest) -> bool {
-        let read = || -> Result<_, Mismatch> {
-            let mut reader = CdrReader::new(&request.body)?;
-            let id: GoalId = reader.take(16)?.try_into().map_err(|_| Mismatch::Short)?;
-            let (s, ns) = (i32::from_le_bytes(reader.number()?), u32::from_le_bytes(reader.number()?));
-            Ok((id, Duration::new(u64::try_from(s).unwrap_or_default(), ns)))
-        };
-        let Ok((id, until)) = read() else {
-            self.reply_to_cancel(request.number, CANCEL_UNKNOWN, &[]);
+        let Ok(CancelRequest { goal_info }) = CancelRequest::decode(&request.body) else {
+            self.respond(request.number, &CancelResponse { return_code: CANCEL_UNKNOWN, ..Default::default() });
             return false;
         };
+        let (id, until) = (goal_info.goal_id.uuid, Duration::from(goal_info.stamp));
         // An id means this goal; a time, all goals accepted until then as well; neither, all goals.
         let is_alone = id != [0; 16] && until.is_zero();
         let is_meant = |goal: &Goal| goal.id == id || !is_alone && (until.is_zero() || goal.since <= until);
@@ -178,31 +171,25 @@ impl ActionServer {
         let canceled = self.goals.back_mut().filter(|goal| goal.status == STATUS_EXECUTING && is_meant(goal));
         let canceled = canceled.map(|goal| {
             goal.status = STATUS_CANCELING;
-            (goal.id, goal.since)
+            goal.info()
         });
-        let code = match canceled {
+        let return_code = match canceled {
             None if is_alone && known => CANCEL_TERMINATED,
             None if is_alone => CANCEL_UNKNOWN,
             _ => CANCEL_ACCEPTED,
         };
-        self.reply_to_cancel(request.number, code, canceled.as_slice());
-        if canceled.is_some() {
+        let is_canceled = canceled.is_some();
+        let goals_canceling = canceled.into_iter().collect();
+        self.respond(request.number, &CancelResponse { return_code, goals_canceling });
+        if is_canceled {
             self.publish_status();
         }
-        canceled.is_some()
-    }
-
-    fn reply_to_cancel(&mut self, number: u64, code: i8, goals: &[(GoalId, Duration)]) {
-        self.respond(number, |cdr| {
-            cdr.number(code.to_le_bytes());
-            cdr.length(goals.len());
-            goals.iter().for_each(|(id, since)| write_goal_info(id, *since, cdr));
-        });
+        is_canceled
     }
 
     fn request_result(&mut self, request: &ServiceRequest, unknown: impl FnOnce(i8) -> Vec<u8>) {
-        let id = CdrReader::new(&request.body).and_then(|mut reader| reader.take(16));
-        let goal = self.goals.iter_mut().find(|goal| id.as_ref().is_ok_and(|id| *id == goal.id));
+        let id = GoalId::decode(&request.body);
+        let goal = self.goals.iter_mut().find(|goal| id == Ok(goal.id));
         let body = match goal {
             Some(goal) if goal.status < STATUS_SUCCEEDED => {
                 if goal.waiting.len() < MOST_WAITING {
@@ -246,40 +233,21 @@ impl ActionServer {
         self.publish_status();
     }
 
-    /// `action_msgs/msg/GoalStatusArray`
     fn publish_status(&mut self) {
-        let body = written(|cdr| {
-            cdr.length(self.goals.len());
-            for goal in &self.goals {
-                write_goal_info(&goal.id, goal.since, cdr);
-                cdr.number(goal.status.to_le_bytes());
-            }
-        });
+        let status = |goal: &Goal| GoalStatus { goal_info: goal.info(), status: goal.status };
+        let body = GoalStatuses { status_list: self.goals.iter().map(status).collect() }.encode();
         self.outbox.push(NodeMessage::Message { topic: action::status(&self.name), body });
     }
 
-    fn respond(&mut self, number: u64, write: impl FnOnce(&mut CdrWriter)) {
-        self.outbox.push(NodeMessage::Response { number, body: written(write) });
+    fn respond(&mut self, number: u64, response: &impl RosType) {
+        self.outbox.push(NodeMessage::Response { number, body: response.encode() });
     }
 }
 
-/// `action_msgs/msg/GoalInfo`
-fn write_goal_info(id: &GoalId, since: Duration, cdr: &mut CdrWriter) {
-    cdr.numbers(id.iter().map(|byte| [*byte]));
-    write_time(since, cdr);
-}
-
-/// `builtin_interfaces/msg/Time`
-fn write_time(time: Duration, cdr: &mut CdrWriter) {
-    cdr.number(i32::try_from(time.as_secs()).unwrap_or(i32::MAX).to_le_bytes());
-    cdr.number(time.subsec_nanos().to_le_bytes());
-}
-
-/// A message in CDR.
-fn written(write: impl FnOnce(&mut CdrWriter)) -> Vec<u8> {
-    let mut cdr = CdrWriter::reusing(Vec::new());
-    write(&mut cdr);
-    cdr.bytes()
+impl Goal {
+    fn info(&self) -> GoalInfo {
+        GoalInfo { goal_id: Uuid { uuid: self.id }, stamp: self.since.into() }
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::Flaw;
-use ros_messages::CdrWriter;
+use ros_messages::RosType as _;
 
 use crate::action::{self, CANCEL_GOAL, GET_RESULT, SEND_GOAL};
 
@@ -95,12 +95,7 @@ impl ServiceRequest {
     /// pursued. Any other request counts as failed.
     #[must_use]
     pub fn presumed(&self) -> NodeMessage {
-        let accepts = || {
-            let mut body = CdrWriter::reusing(Vec::new());
-            body.number([1]);
-            body.bytes()
-        };
-        let body = if self.is_to(SEND_GOAL) { accepts() } else { Vec::new() };
+        let body = if self.is_to(SEND_GOAL) { true.encode() } else { Vec::new() };
         NodeMessage::Response { number: self.number, body }
     }
 

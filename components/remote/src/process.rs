@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use channels::{ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
-use ros_messages::{CdrReader, CdrWriter, Mismatch};
+use ros_messages::standard::{CancelRequest, GoalInfo, Time, Uuid};
+use ros_messages::{Mismatch, RosType as _};
 use skills::{ChannelAdapter, Datum, Mishap, Undelivered};
 
 use crate::action::{
@@ -186,10 +187,9 @@ impl RemoteProcess {
 
     /// Handles the response to a cancel request. A restarted server does not know the goal.
     fn end_cancel(&mut self, open: &PendingRequest, id: [u8; 16], body: &[u8]) {
-        let code = CdrReader::new(body).and_then(|mut reader| reader.number()).map(i8::from_le_bytes);
         let is_goal = |goal: &PendingRequest| matches!(goal.of, PendingKind::Goal { id: of, .. } if of == id);
         let Some(place) = self.open.iter().position(is_goal) else { return };
-        match code {
+        match i8::decode(body) {
             // It ends, or has ended: the response with its result contains how.
             Ok(CANCEL_ACCEPTED | CANCEL_TERMINATED) => {}
             Ok(CANCEL_REJECTED) => {
@@ -214,10 +214,12 @@ impl RemoteProcess {
     /// Handles the response to a goal: the server has accepted or rejected it.
     fn begin_goal(&mut self, open: PendingRequest, id: [u8; 16], is_to_end: bool, body: &[u8]) {
         let action = self.component.actions[open.operation].name.clone();
-        match CdrReader::new(body).and_then(|mut reader| reader.number()) {
-            Ok([1]) => {}
-            Ok([0]) => return self.fail(&open.client, &format!("{action}.{REJECTED}"), "the server rejected the goal"),
-            _ => {
+        match bool::decode(body) {
+            Ok(true) => {}
+            Ok(false) => {
+                return self.fail(&open.client, &format!("{action}.{REJECTED}"), "the server rejected the goal");
+            }
+            Err(_) => {
                 let why = if body.is_empty() { NO_SERVER } else { "the response cannot be read" };
                 return self.fail(&open.client, &format!("{action}.{REJECTED}"), why);
             }
@@ -228,7 +230,7 @@ impl RemoteProcess {
             self.cancel(&open, id);
         }
         let kind = format!("{}_GetResult", self.component.actions[open.operation].wire.kind);
-        let number = self.send_request(action::service(&self.name_of(&open), GET_RESULT), kind, with_id(id, &[]));
+        let number = self.send_request(action::service(&self.name_of(&open), GET_RESULT), kind, id.encode());
         self.open.push(PendingRequest { number, of: PendingKind::Goal { id, is_accepted: true, is_to_end }, ..open });
     }
 
@@ -236,9 +238,8 @@ impl RemoteProcess {
     fn end_goal(&mut self, open: &PendingRequest, body: &[u8]) {
         let operation = &self.component.actions[open.operation];
         let action = operation.name.clone();
-        let status = CdrReader::new(body).and_then(|mut reader| reader.number()).map(i8::from_le_bytes);
         let aborted = format!("{action}.{ABORTED}");
-        match status {
+        match i8::decode(body) {
             Ok(STATUS_SUCCEEDED) => match convert::data(&operation.wire.parts[2], &operation.fields[2], body) {
                 Ok(data) => self.reply(&open.client, &format!("{action}.{SUCCEEDED}"), &data, &aborted),
                 Err(why) => self.fail(&open.client, &aborted, &format!("the result cannot be read: {why}")),
@@ -290,7 +291,8 @@ impl RemoteProcess {
 
     fn cancel(&mut self, goal: &PendingRequest, id: [u8; 16]) {
         // Without a time, the request means this goal alone.
-        let body = with_id(id, &[0; 8]);
+        let goal_info = GoalInfo { goal_id: Uuid { uuid: id }, stamp: Time::default() };
+        let body = CancelRequest { goal_info }.encode();
         let number = self.send_request(action::service(&self.name_of(goal), CANCEL_GOAL), CANCEL_KIND.to_owned(), body);
         self.open.push(PendingRequest {
             number,
@@ -418,13 +420,6 @@ fn goal_id(run: u64, number: u64) -> [u8; 16] {
     id[..8].copy_from_slice(&run.to_le_bytes());
     id[8..].copy_from_slice(&number.to_le_bytes());
     id
-}
-
-/// A message that consists of a goal's id and these bytes.
-fn with_id(id: [u8; 16], rest: &[u8]) -> Vec<u8> {
-    let mut body = CdrWriter::reusing(Vec::new());
-    id.iter().chain(rest).for_each(|byte| body.number([*byte]));
-    body.bytes()
 }
 
 impl PartialEq for RemoteProcess {

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Flaw, Gap, Ground, Message, Value};
 use diagnostics::ReadFile;
-use ros_messages::{CdrReader, Mismatch};
+use ros_messages::standard::Clock;
+use ros_messages::{Mismatch, RosType as _};
 
 use crate::mapping::{CLOCK, Compiled, CompiledEntry, FieldRule, Mapping, MessageTime, Number};
 use crate::path::{End, Part, Path};
@@ -343,12 +344,8 @@ impl<'r> Events<'r> {
 
     /// Takes the time from the message just read, `rosgraph_msgs/msg/Clock`.
     fn set_clock(&mut self, head: Head) {
-        let stamp = CdrReader::new(&self.body).and_then(|mut reader| {
-            let (s, ns) = (i32::from_le_bytes(reader.number()?), u32::from_le_bytes(reader.number()?));
-            Ok(i64::from(s) * 1_000_000_000 + i64::from(ns))
-        });
-        let clock_ns = match stamp {
-            Ok(clock_ns) => clock_ns,
+        let clock_ns = match Clock::decode(&self.body) {
+            Ok(Clock { clock }) => clock.ns(),
             Err(mismatch) => return self.leave_out_clock(head, Reason::Mismatch(mismatch)),
         };
         let before_ns = self.clock_ns.replace(clock_ns);

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::definition::{Base, Count, Primitive, Type, TypeName};
 use crate::layout::Layout;
 use crate::reader::CdrReader;
+use crate::rust::RosType as _;
 use crate::value::{Mismatch, Value, WideWidth};
 
 /// Which parts of a value are wanted. The rest is skipped.
@@ -234,20 +235,17 @@ fn read_primitive(
     value: Option<&mut Value>,
 ) -> Result<(), Mismatch> {
     let found = match kind {
-        Primitive::Bool => match cdr.number()? {
-            [byte @ (0 | 1)] => Value::Bool(byte == 1),
-            _ => return Err(Mismatch::Bool),
-        },
-        Primitive::Byte | Primitive::Char | Primitive::Uint8 => Value::Int(u8::from_le_bytes(cdr.number()?).into()),
-        Primitive::Int8 => Value::Int(i8::from_le_bytes(cdr.number()?).into()),
-        Primitive::Int16 => Value::Int(i16::from_le_bytes(cdr.number()?).into()),
-        Primitive::Uint16 => Value::Int(u16::from_le_bytes(cdr.number()?).into()),
-        Primitive::Int32 => Value::Int(i32::from_le_bytes(cdr.number()?).into()),
-        Primitive::Uint32 => Value::Int(u32::from_le_bytes(cdr.number()?).into()),
-        Primitive::Int64 => Value::Int(i64::from_le_bytes(cdr.number()?).into()),
-        Primitive::Uint64 => Value::Int(u64::from_le_bytes(cdr.number()?).into()),
-        Primitive::Float32 => Value::Real(f32::from_le_bytes(cdr.number()?).into()),
-        Primitive::Float64 => Value::Real(f64::from_le_bytes(cdr.number()?)),
+        Primitive::Bool => Value::Bool(bool::read(cdr)?),
+        Primitive::Byte | Primitive::Char | Primitive::Uint8 => Value::Int(u8::read(cdr)?.into()),
+        Primitive::Int8 => Value::Int(i8::read(cdr)?.into()),
+        Primitive::Int16 => Value::Int(i16::read(cdr)?.into()),
+        Primitive::Uint16 => Value::Int(u16::read(cdr)?.into()),
+        Primitive::Int32 => Value::Int(i32::read(cdr)?.into()),
+        Primitive::Uint32 => Value::Int(u32::read(cdr)?.into()),
+        Primitive::Int64 => Value::Int(i64::read(cdr)?.into()),
+        Primitive::Uint64 => Value::Int(u64::read(cdr)?.into()),
+        Primitive::Float32 => Value::Real(f32::read(cdr)?.into()),
+        Primitive::Float64 => Value::Real(f64::read(cdr)?),
         // The most common values that need memory: that of the previous message is reused.
         Primitive::String(bound) => {
             let text = cdr.string(bound)?;

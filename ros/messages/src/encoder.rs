@@ -2,6 +2,7 @@
 
 use crate::definition::{Base, Count, Primitive};
 use crate::layout::Layout;
+use crate::rust::RosType as _;
 use crate::value::{Mismatch, Value, WideWidth};
 use crate::writer::CdrWriter;
 
@@ -58,9 +59,9 @@ impl Layout {
 
 fn write_primitive(kind: Primitive, value: &Value, width: WideWidth, cdr: &mut CdrWriter) -> Result<(), Mismatch> {
     match (kind, value) {
-        (Primitive::Bool, Value::Bool(truth)) => cdr.number([u8::from(*truth)]),
-        (Primitive::Float32, Value::Real(number)) => cdr.number((*number as f32).to_le_bytes()),
-        (Primitive::Float64, Value::Real(number)) => cdr.number(number.to_le_bytes()),
+        (Primitive::Bool, Value::Bool(truth)) => truth.write(cdr),
+        (Primitive::Float32, Value::Real(number)) => (*number as f32).write(cdr),
+        (Primitive::Float64, Value::Real(number)) => number.write(cdr),
         (Primitive::String(bound), Value::Text(text)) => {
             within(text.len(), bound)?;
             cdr.text(text);

@@ -47,8 +47,9 @@
 //! ```
 //!
 //! **Messages.** A [`Decoder`] decodes CDR into a [`Value`], and skips what is not wanted; a [`Structure`] accesses its
-//! fields by name. [`Layout::encode`] is the way back. What a program sends is [`messages!`]: structs with both
-//! definition and encoding. [`CdrReader`] and [`CdrWriter`] are what all of them use.
+//! fields by name. [`Layout::encode`] is the way back. [`messages!`] makes structs with a definition and both directions
+//! of the encoding, for types that a program knows; those of ROS's common packages are [`standard`]. [`CdrReader`] and
+//! [`CdrWriter`] are what all of them use.
 
 mod decoder;
 mod definition;
@@ -59,6 +60,7 @@ mod layout;
 mod on_board;
 mod reader;
 mod rust;
+pub mod standard;
 mod structure;
 mod value;
 mod writer;

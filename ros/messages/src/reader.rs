@@ -63,16 +63,39 @@ impl<'b> CdrReader<'b> {
         Ok(bytes)
     }
 
+    /// Several numbers of one size, each as [`number`](Self::number): only the first has padding before it.
+    ///
+    /// # Errors
+    /// [`Mismatch::Short`] if fewer are left.
+    pub fn numbers<const SIZE: usize>(
+        &mut self,
+        count: usize,
+    ) -> Result<impl Iterator<Item = [u8; SIZE]> + use<'b, SIZE>, Mismatch> {
+        let (numbers, _) = self.run(SIZE, count)?.as_chunks::<SIZE>();
+        let is_big = self.is_big;
+        Ok(numbers.iter().map(move |number| {
+            let mut bytes = *number;
+            if is_big {
+                bytes.reverse();
+            }
+            bytes
+        }))
+    }
+
     /// Skips numbers of one size: only the first has padding before it, and none if there are no numbers.
     ///
     /// # Errors
     /// [`Mismatch::Short`] if fewer are left.
     pub fn skip(&mut self, size: usize, count: usize) -> Result<(), Mismatch> {
-        if count > 0 {
-            self.align(size);
-            self.take(count.saturating_mul(size))?;
+        self.run(size, count).map(drop)
+    }
+
+    fn run(&mut self, size: usize, count: usize) -> Result<&'b [u8], Mismatch> {
+        if count == 0 {
+            return Ok(&[]);
         }
-        Ok(())
+        self.align(size);
+        self.take(count.saturating_mul(size))
     }
 
     /// The length of a sequence. Each item has at least one byte, so a length that is greater than what is left is

@@ -1,12 +1,15 @@
-//! Rust types that are ROS types: definition and encoding are made from the same list of fields.
+//! Rust types that are ROS types: their definition, and both directions of their encoding, are made from the same list
+//! of fields.
 
 use std::borrow::Cow;
 
 use crate::definition::{Base, Bundle, Count, Message, Primitive, Type, TypeName};
+use crate::reader::CdrReader;
+use crate::value::Mismatch;
 use crate::writer::CdrWriter;
 
 /// A Rust type that can be a field of a message.
-pub trait RosType {
+pub trait RosType: Sized {
     /// Its type in ROS.
     fn kind() -> Type;
 
@@ -16,12 +19,38 @@ pub trait RosType {
     /// Writes a value.
     fn write(&self, cdr: &mut CdrWriter);
 
+    /// Reads a value.
+    ///
+    /// # Errors
+    /// [`Mismatch`] if the bytes that follow are not of this type.
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch>;
+
     /// Writes several values, one after the other.
-    fn write_all(items: &[Self], cdr: &mut CdrWriter)
-    where
-        Self: Sized,
-    {
+    fn write_all(items: &[Self], cdr: &mut CdrWriter) {
         items.iter().for_each(|item| item.write(cdr));
+    }
+
+    /// Reads several values, one after the other.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    fn read_all(count: usize, cdr: &mut CdrReader<'_>) -> Result<Vec<Self>, Mismatch> {
+        (0..count).map(|_| Self::read(cdr)).collect()
+    }
+
+    /// A message that consists of this value.
+    fn encode(&self) -> Vec<u8> {
+        let mut cdr = CdrWriter::reusing(Vec::new());
+        self.write(&mut cdr);
+        cdr.bytes()
+    }
+
+    /// The value with which a message begins. What follows is ignored.
+    ///
+    /// # Errors
+    /// [`Mismatch`] if the message is not in CDR, or does not begin with a value of this type.
+    fn decode(message: &[u8]) -> Result<Self, Mismatch> {
+        Self::read(&mut CdrReader::new(message)?)
     }
 }
 
@@ -51,8 +80,16 @@ macro_rules! numbers {
                 cdr.number(self.to_le_bytes());
             }
 
+            fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+                cdr.number().map(Self::from_le_bytes)
+            }
+
             fn write_all(items: &[Self], cdr: &mut CdrWriter) {
                 cdr.numbers(items.iter().map(|item| item.to_le_bytes()));
+            }
+
+            fn read_all(count: usize, cdr: &mut CdrReader<'_>) -> Result<Vec<Self>, Mismatch> {
+                Ok(cdr.numbers(count)?.map(Self::from_le_bytes).collect())
             }
         }
     )*};
@@ -73,8 +110,16 @@ impl RosType for bool {
     fn write(&self, cdr: &mut CdrWriter) {
         cdr.number([u8::from(*self)]);
     }
+
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+        match cdr.number()? {
+            [byte @ (0 | 1)] => Ok(byte == 1),
+            _ => Err(Mismatch::Bool),
+        }
+    }
 }
 
+/// Invalid UTF-8 in a string that is read is replaced.
 impl RosType for String {
     fn kind() -> Type {
         one(Primitive::String(None))
@@ -82,6 +127,10 @@ impl RosType for String {
 
     fn write(&self, cdr: &mut CdrWriter) {
         cdr.text(self);
+    }
+
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+        Ok(Self::from_utf8_lossy(cdr.string(None)?).into_owned())
     }
 }
 
@@ -93,6 +142,10 @@ impl RosType for Cow<'static, str> {
 
     fn write(&self, cdr: &mut CdrWriter) {
         cdr.text(self);
+    }
+
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+        String::read(cdr).map(Self::Owned)
     }
 }
 
@@ -107,6 +160,31 @@ impl RosType for Byte {
 
     fn write(&self, cdr: &mut CdrWriter) {
         self.0.write(cdr);
+    }
+
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+        u8::read(cdr).map(Self)
+    }
+}
+
+/// An array of this length; not of arrays, which ROS does not have.
+impl<T: RosType + Copy + Default, const LENGTH: usize> RosType for [T; LENGTH] {
+    fn kind() -> Type {
+        Type { count: Count::Exactly(LENGTH), ..T::kind() }
+    }
+
+    fn define(types: &mut Vec<(TypeName, Message)>) {
+        T::define(types);
+    }
+
+    fn write(&self, cdr: &mut CdrWriter) {
+        T::write_all(self, cdr);
+    }
+
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+        let mut items = [T::default(); LENGTH];
+        items.iter_mut().try_for_each(|item| T::read(cdr).map(|read| *item = read))?;
+        Ok(items)
     }
 }
 
@@ -124,12 +202,17 @@ impl<T: RosType> RosType for Vec<T> {
         cdr.length(self.len());
         T::write_all(self, cdr);
     }
+
+    fn read(cdr: &mut CdrReader<'_>) -> Result<Self, Mismatch> {
+        let count = cdr.length(usize::MAX)?;
+        T::read_all(count, cdr)
+    }
 }
 
 /// Makes structs that are messages: each with its name in ROS, and fields that are [`RosType`]s.
 ///
 /// ```
-/// use ros_messages::{CdrWriter, RosMessage, RosType, messages};
+/// use ros_messages::{RosMessage, RosType, messages};
 ///
 /// messages! {
 ///     /// A point in a plane.
@@ -141,9 +224,9 @@ impl<T: RosType> RosType for Vec<T> {
 /// let rule = "=".repeat(80);
 /// let definition = format!("plane_msgs/Point[] points\n{rule}\nMSG: plane_msgs/Point\nfloat32 x\nfloat32 y\n");
 /// assert_eq!(Line::definition().to_string(), definition);
-/// let mut cdr = CdrWriter::reusing(Vec::new());
-/// Line { points: vec![Point { x: 0.0, y: 0.0 }] }.write(&mut cdr);
-/// assert_eq!(cdr.bytes(), [0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+/// let line = Line { points: vec![Point { x: 0.0, y: 0.0 }] };
+/// assert_eq!(line.encode(), [0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+/// assert_eq!(Line::decode(&line.encode()), Ok(line));
 /// ```
 ///
 /// The name of a field may be a raw identifier: `r#type`.
@@ -177,6 +260,10 @@ macro_rules! messages {
 
             fn write(&self, cdr: &mut $crate::CdrWriter) {
                 $($crate::RosType::write(&self.$field, cdr);)*
+            }
+
+            fn read(cdr: &mut $crate::CdrReader<'_>) -> ::core::result::Result<Self, $crate::Mismatch> {
+                Ok(Self { $($field: $crate::RosType::read(cdr)?),* })
             }
         }
 

@@ -151,7 +151,7 @@ fn values_that_do_not_fit_are_not_encoded() {
 }
 
 /// A value of this type.
-fn value(layout: &Layout) -> BoxedStrategy<Value> {
+pub(crate) fn value(layout: &Layout) -> BoxedStrategy<Value> {
     let mut fields = Just(Vec::new()).boxed();
     for field in &layout.fields {
         let value = of_type(&field.kind);

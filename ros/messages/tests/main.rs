@@ -4,3 +4,4 @@ mod definitions;
 mod encoding;
 mod on_board;
 mod random;
+mod standard;

@@ -7,7 +7,7 @@ use std::time::Duration;
 use mcap::McapError;
 use mcap::records::Record as McapRecord;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use ros_messages::CdrReader;
+use ros_messages::RosType as _;
 
 use crate::chunk::{ChunkError, MAX_CHUNK_BYTES, encode};
 use crate::ros;
@@ -161,16 +161,14 @@ impl McapChunks {
 
 /// The chunk in a message, which must have this version.
 fn chunk(message: &[u8]) -> Result<Vec<u8>, ChunkError> {
-    // The fields of `ros::Records`, one by one: in another version, what follows the format may be different.
     let damaged = |_| ChunkError::Damaged;
-    let mut cdr = CdrReader::new(message).map_err(damaged)?;
-    let format = cdr.number().map(u32::from_le_bytes).map_err(damaged)?;
+    // In another version, what follows the format may be different.
+    let format = u32::decode(message).map_err(damaged)?;
     if format != FORMAT {
         return Err(ChunkError::Version(format));
     }
-    let checksum = cdr.number().map(u32::from_le_bytes).map_err(damaged)?;
-    let chunk = cdr.length(usize::MAX).and_then(|length| cdr.take(length)).map_err(damaged)?;
-    if crc32fast::hash(chunk) == checksum { Ok(chunk.to_vec()) } else { Err(ChunkError::Damaged) }
+    let ros::Records { checksum, records, .. } = ros::Records::decode(message).map_err(damaged)?;
+    if crc32fast::hash(&records) == checksum { Ok(records) } else { Err(ChunkError::Damaged) }
 }
 
 #[cfg(test)]

@@ -18,9 +18,7 @@ use ros_messages::{Byte, TypeName};
 use self::messages::{MessageType, unique};
 use self::outlines::Outline;
 use self::output::{Output, Topic};
-use crate::ros::{
-    self, BASE, Header, KeyValue, MAP, Moment, PointCloud, PoseStamped, TransformStamped, Transforms, laser_frame,
-};
+use crate::ros::{self, BASE, Header, KeyValue, MAP, Moment, PointCloud, PoseStamped, Transforms, laser_frame};
 use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RunView, Scene};
 
 /// The topics of a run, and what was last written on them.
@@ -197,7 +195,7 @@ fn processes(view: &RunView) -> Vec<ros::Status> {
 impl World {
     fn begin<W: Write>(header: &RunHeader, output: &mut Output<W>) -> io::Result<Self> {
         let topic = output.latched("/tf_static")?;
-        output.write(&topic, Duration::ZERO, &Transforms::of_lasers(header.lasers()))?;
+        output.write(&topic, Duration::ZERO, &ros::laser_transforms(header.lasers()))?;
         let body = header.robot.iter().map(|robot| Outline::disc("robot", &Pose::identity(), robot.radius_m));
         OutlineTopics::new("/robot", output)?.write(Duration::ZERO, BASE, &body.collect::<Vec<_>>(), output)?;
         // Some viewers draw nothing but points, so scans are also written as what they hit.
@@ -220,14 +218,14 @@ impl World {
     fn follow<W: Write>(&self, view: &RunView, is_due: bool, output: &mut Output<W>) -> io::Result<()> {
         let (robot, changes, time) = (view.robot(), view.robot_changes(), view.time());
         if let Some(pose) = robot.pose().filter(|_| is_due || changes.pose().is_some()) {
-            let transforms = vec![TransformStamped::new(time, MAP, BASE, &pose)];
+            let transforms = vec![ros::transform(time, MAP, BASE, &pose)];
             output.write(&self.transforms, time, &Transforms { transforms })?;
         }
         if let Some(pose) = robot.estimate.filter(|_| is_due || changes.estimate.is_some()) {
-            output.write(&self.pose, time, &PoseStamped::new(time, MAP, &pose))?;
+            output.write(&self.pose, time, &ros::pose_stamped(time, MAP, &pose))?;
         }
         if let Some(battery) = robot.battery.filter(|_| is_due || changes.battery.is_some()) {
-            output.write(&self.battery, time, &ros::BatteryState::of(time, battery.charge_pct, battery.charging))?;
+            output.write(&self.battery, time, &ros::battery_state(time, battery.charge_pct, battery.charging))?;
         }
         match view.new_scene() {
             Some(scene) => self.write_scene(time, scene, view.header().lasers(), output),
@@ -244,14 +242,14 @@ impl World {
     ) -> io::Result<()> {
         for scan in &scene.scans {
             let (laser, (ranges, hits)) = (&lasers[scan.laser], &self.lasers[scan.laser]);
-            output.write(ranges, time, &ros::LaserScan::of(laser, scan))?;
-            output.write(hits, time, &PointCloud::new(scan.time, BASE, scan.hits(laser, &Pose::identity())))?;
+            output.write(ranges, time, &ros::laser_scan(laser, scan))?;
+            output.write(hits, time, &ros::point_cloud(scan.time, BASE, scan.hits(laser, &Pose::identity())))?;
         }
-        output.write(&self.particles, time, &PointCloud::new(time, MAP, scene.particles.iter().copied()))?;
-        let pose = |point: &Point| PoseStamped::new(time, MAP, &maps::pose(point.x, point.y, 0.0));
+        output.write(&self.particles, time, &ros::point_cloud(time, MAP, scene.particles.iter().copied()))?;
+        let pose = |point: &Point| ros::pose_stamped(time, MAP, &maps::pose(point.x, point.y, 0.0));
         let path = ros::Path { header: Header::new(time, MAP), poses: scene.path.iter().map(pose).collect() };
         output.write(&self.path.0, time, &path)?;
-        output.write(&self.path.1, time, &PointCloud::new(time, MAP, scene.path.iter().copied()))?;
+        output.write(&self.path.1, time, &ros::point_cloud(time, MAP, scene.path.iter().copied()))?;
         let bodies: Vec<Outline> = scene.bodies.iter().map(Outline::of_body).collect();
         self.bodies.write(time, MAP, &bodies, output)
     }
@@ -302,7 +300,7 @@ fn capitalized(word: &str) -> String {
 fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Result<()> {
     let header = Header::new(Duration::ZERO, MAP);
     let topic = output.latched("/map")?;
-    output.write(&topic, Duration::ZERO, &ros::OccupancyGrid::of(map))?;
+    output.write(&topic, Duration::ZERO, &ros::occupancy_grid(map))?;
     let gray = |cell: &Cell| match cell {
         Cell::Free => 254,
         Cell::Occupied => 0,
@@ -321,7 +319,7 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
     let centers =
         cells.map(|(place, _)| map.center(maps::CellIndex { column: place % map.width(), row: place / map.width() }));
     let topic = output.latched("/map/points")?;
-    output.write(&topic, Duration::ZERO, &PointCloud::new(Duration::ZERO, MAP, centers))
+    output.write(&topic, Duration::ZERO, &ros::point_cloud(Duration::ZERO, MAP, centers))
 }
 
 /// The values of a diagnostic status's `level`.

@@ -9,7 +9,7 @@ use bt::{Status, Tree};
 use channels::{EventKind, Flaw, Gap};
 use mcap::records::MessageHeader;
 use recording::{BagTree, Happening, LogError, RecordedEvents, Recording, RecordingError, RunView};
-use ros_messages::{CdrWriter, RosMessage, messages};
+use ros_messages::{RosMessage, messages};
 use tree_logs::{Log as TreeLog, LogEntry, NodeStatus};
 
 messages! {
@@ -93,10 +93,8 @@ fn written<M: RosMessage>(folder: &Path, topics: &[(&str, Vec<M>)]) -> PathBuf {
         let schema = writer.add_schema("nav2_msgs/msg/BehaviorTreeLog", "ros2msg", definition.as_bytes()).unwrap();
         let channel_id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
         for (message, log_time) in messages.iter().zip(1..) {
-            let mut cdr = CdrWriter::reusing(Vec::new());
-            message.write(&mut cdr);
             let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
-            writer.write_to_known_channel(&header, &cdr.bytes()).unwrap();
+            writer.write_to_known_channel(&header, &message.encode()).unwrap();
         }
     }
     writer.finish().unwrap();

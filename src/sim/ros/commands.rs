@@ -2,13 +2,16 @@
 
 use std::time::Duration;
 
-use maps::seen_from_above;
 use nav::InitialPose;
+use recording::ros::{self, PoseWithCovarianceStamped, Twist, TwistStamped};
 use robot::VelocityCommand;
-use ros_messages::{CdrReader, Mismatch};
+use ros_messages::RosType as _;
 
 /// The largest coordinate, in meters, and the largest covariance of a pose on a map.
 pub(super) const LARGEST: f64 = 1e6;
+
+/// The type of commands with a stamp.
+const STAMPED: &str = "geometry_msgs/msg/TwistStamped";
 
 /// A message for the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,75 +27,47 @@ impl Command {
     /// Reads a message of one of the [known](Self::is_known) types. `None` if it is too short, or has numbers that are
     /// not finite.
     pub(super) fn read(kind: &str, message: &[u8]) -> Option<Self> {
-        let is_stamped = kind == "geometry_msgs/msg/TwistStamped";
-        let read = || -> Result<_, Mismatch> {
-            let mut reader = CdrReader::new(message)?;
-            let stamp = if is_stamped { Some(header(&mut reader)?.0) } else { None };
-            Ok((stamp, reals::<6>(&mut reader)?))
+        let (stamp, Twist { linear, angular }) = if kind == STAMPED {
+            let TwistStamped { header, twist } = TwistStamped::decode(message).ok()?;
+            (Some(header.stamp.into()), twist)
+        } else {
+            (None, Twist::decode(message).ok()?)
         };
-        let (stamp, numbers) = read().ok()?;
-        let [linear_mps, y, z, roll, pitch, angular_radps] = numbers;
-        numbers.iter().all(|number| number.is_finite()).then_some(Self {
-            velocity: VelocityCommand { linear_mps, angular_radps },
+        let (used, ignored) = ([linear.x, angular.z], [linear.y, linear.z, angular.x, angular.y]);
+        used.iter().chain(&ignored).all(|number| number.is_finite()).then_some(Self {
+            velocity: VelocityCommand { linear_mps: linear.x, angular_radps: angular.z },
             stamp,
-            is_partial: [y, z, roll, pitch].iter().any(|number| *number != 0.0),
+            is_partial: ignored.iter().any(|number| *number != 0.0),
         })
     }
 
     /// Whether messages of this type are read.
     pub(super) fn is_known(kind: &str) -> bool {
-        matches!(kind, "geometry_msgs/msg/Twist" | "geometry_msgs/msg/TwistStamped")
+        matches!(kind, "geometry_msgs/msg/Twist" | STAMPED)
     }
 }
 
 /// The pose in a `geometry_msgs/msg/PoseWithCovarianceStamped`. `None` if the message is not one, or its pose is not in
 /// the plane of the map. Without a frame, it counts as one on the map.
 pub(super) fn initial_pose(message: &[u8], map: &str) -> Option<InitialPose> {
-    let read = || -> Result<_, Mismatch> {
-        let mut reader = CdrReader::new(message)?;
-        let (_, frame) = header(&mut reader)?;
-        Ok((frame, reals::<7>(&mut reader)?, reals::<36>(&mut reader)?))
-    };
-    let (frame, [x, y, _, a, b, c, w], covariance) = read().ok()?;
-    let is_on_map = frame.is_empty() || frame == map.as_bytes();
-    let covariance = [0, 1, 5].map(|row| [0, 1, 5].map(|column| covariance[6 * row + column]));
-    let is_sound = is_on_map && [x, y].iter().chain(covariance.iter().flatten()).all(|number| number.abs() <= LARGEST);
+    let PoseWithCovarianceStamped { header, pose } = PoseWithCovarianceStamped::decode(message).ok()?;
+    let (there, covariance) = (ros::in_plane(&pose.pose), ros::planar_covariance(&pose.covariance));
+    let is_on_map = header.frame_id.is_empty() || header.frame_id == map;
+    let mut numbers = there.translation.vector.iter().chain(covariance.iter().flatten());
+    let is_sound = is_on_map && numbers.all(|number| number.abs() <= LARGEST);
     // Some programs send a covariance of zeros, which means that it is unknown.
     let is_exact = covariance.iter().flatten().all(|number| *number == 0.0);
-    let there = seen_from_above([x, y], [a, b, c, w]);
     (is_sound && there.rotation.re.is_finite())
         .then(|| if is_exact { InitialPose::at(there) } else { InitialPose::near(there, covariance) })
 }
 
-/// Reads a `std_msgs/msg/Header`. Returns its stamp and its frame.
-pub(super) fn header<'b>(reader: &mut CdrReader<'b>) -> Result<(Duration, &'b [u8]), Mismatch> {
-    let (s, ns) = (i32::from_le_bytes(reader.number()?), u32::from_le_bytes(reader.number()?));
-    let frame = reader.string(None)?;
-    Ok((Duration::new(u64::try_from(s).unwrap_or_default(), ns), frame))
-}
-
-pub(super) fn reals<const COUNT: usize>(reader: &mut CdrReader<'_>) -> Result<[f64; COUNT], Mismatch> {
-    let mut numbers = [0.0; COUNT];
-    for number in &mut numbers {
-        *number = f64::from_le_bytes(reader.number()?);
-    }
-    Ok(numbers)
-}
-
 #[cfg(test)]
 mod tests {
-    use recording::ros::{Covariance, Header, PoseWithCovariance, PoseWithCovarianceStamped, Twist, Vector};
-    use ros_messages::{CdrWriter, RosType};
+    use recording::ros::{Covariance, Header, PoseWithCovariance, Vector};
 
     use super::*;
 
     const TWIST: &str = "geometry_msgs/msg/Twist";
-
-    fn bytes(write: impl FnOnce(&mut CdrWriter)) -> Vec<u8> {
-        let mut cdr = CdrWriter::reusing(Vec::new());
-        write(&mut cdr);
-        cdr.bytes()
-    }
 
     fn twist(x: f64, y: f64, turn: f64) -> Twist {
         Twist { linear: Vector { x, y, z: 0.0 }, angular: Vector { z: turn, ..Vector::default() } }
@@ -100,24 +75,22 @@ mod tests {
 
     #[test]
     fn commands_are_read_with_and_without_a_stamp() {
-        let message = bytes(|cdr| twist(0.3, 0.0, -0.5).write(cdr));
+        let message = twist(0.3, 0.0, -0.5).encode();
         let velocity = VelocityCommand { linear_mps: 0.3, angular_radps: -0.5 };
         assert_eq!(Command::read(TWIST, &message), Some(Command { velocity, stamp: None, is_partial: false }));
-        let stamped = bytes(|cdr| {
-            Header::new(Duration::from_millis(1500), "base").write(cdr);
-            twist(0.3, 0.1, -0.5).write(cdr);
-        });
+        let header = Header::new(Duration::from_millis(1500), "base");
+        let stamped = TwistStamped { header, twist: twist(0.3, 0.1, -0.5) }.encode();
         let stamp = Some(Duration::from_millis(1500));
         let expected = Some(Command { velocity, stamp, is_partial: true });
-        assert_eq!(Command::read("geometry_msgs/msg/TwistStamped", &stamped), expected);
+        assert_eq!(Command::read(STAMPED, &stamped), expected);
     }
 
     #[test]
     fn what_is_no_command_is_none() {
-        let message = bytes(|cdr| twist(0.3, 0.0, 0.0).write(cdr));
+        let message = twist(0.3, 0.0, 0.0).encode();
         assert!((0..message.len()).all(|length| Command::read(TWIST, &message[..length]).is_none()));
         for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(Command::read(TWIST, &bytes(|cdr| twist(x, 0.0, 0.0).write(cdr))), None, "{x}");
+            assert_eq!(Command::read(TWIST, &twist(x, 0.0, 0.0).encode()), None, "{x}");
         }
         assert!(!Command::is_known("std_msgs/msg/String") && Command::is_known(TWIST));
     }
@@ -128,9 +101,9 @@ mod tests {
         let written = |variance: f64| {
             let mut covariance = Covariance::default();
             [0, 7, 35].iter().for_each(|place| covariance.0[*place] = variance);
-            let pose = PoseWithCovariance { pose: (&there).into(), covariance };
+            let pose = PoseWithCovariance { pose: ros::pose(&there), covariance };
             let header = Header::new(Duration::ZERO, if variance > 0.0 { "map" } else { "" });
-            bytes(|cdr| PoseWithCovarianceStamped { header, pose }.write(cdr))
+            PoseWithCovarianceStamped { header, pose }.encode()
         };
         for (variance, expected_m2) in [(0.25, 0.25), (0.0, 2.5e-3)] {
             let Some(InitialPose::Near { pose, covariance }) = initial_pose(&written(variance), "map") else {

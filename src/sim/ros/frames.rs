@@ -59,7 +59,7 @@ impl Frames {
     /// The transforms of the robot's fixed parts.
     pub(super) fn fixed(&self, lasers: &[LaserSpec]) -> ros::Transforms {
         let at = |of: &str, frame: &str, pose: &maps::Pose| {
-            ros::TransformStamped::new(Duration::ZERO, of.to_owned(), frame.to_owned(), pose)
+            ros::transform(Duration::ZERO, of.to_owned(), frame.to_owned(), pose)
         };
         let base = at(&self.footprint, &self.base, &maps::pose(0.0, 0.0, 0.0));
         let lasers = lasers.iter().zip(&self.lasers).map(|(laser, frame)| at(&self.base, frame, &laser.mount));

@@ -1,7 +1,8 @@
 //! The states of the nodes of Nav2 whose work the robot's own software does: clients wait until these are active.
 
 use remote::{NodeMessage, ServiceRequest};
-use ros_messages::{CdrWriter, RosType as _};
+use ros_messages::RosType as _;
+use ros_messages::standard::LifecycleState;
 use runs::ControllerInput;
 
 use crate::sim::SimArgs;
@@ -60,11 +61,9 @@ impl ManagedNode {
 /// The response to a request for the state of a node, a `lifecycle_msgs/srv/GetState_Response`: the node is active once
 /// the run has begun.
 pub(super) fn response(request: &ServiceRequest, has_begun: bool) -> NodeMessage {
-    let (number, label) = if has_begun { ACTIVE } else { INACTIVE };
-    let mut cdr = CdrWriter::reusing(Vec::new());
-    number.write(&mut cdr);
-    cdr.text(label);
-    NodeMessage::Response { number: request.number, body: cdr.bytes() }
+    let (id, label) = if has_begun { ACTIVE } else { INACTIVE };
+    let body = LifecycleState { id, label: label.to_owned() }.encode();
+    NodeMessage::Response { number: request.number, body }
 }
 
 #[cfg(test)]

@@ -2,14 +2,17 @@
 
 use std::time::Duration;
 
-use maps::{Point, heading, seen_from_above};
+use maps::heading;
 use nav::{GiveUpReason, Goal, NavigationStatus, Navigator, PlanError, Recovery};
-use recording::ros::{PoseStamped, Span};
+use recording::ros::{
+    self, NavigateToPoseFeedback, NavigateToPoseFeedbackMessage, NavigateToPoseGoal, NavigateToPoseResult,
+    NavigateToPoseResultResponse, PoseStamped, Quaternion, Uuid,
+};
 use remote::{ActionServer, Demand, Ending, GoalId, NodeMessage, ServiceRequest, action};
-use ros_messages::{CdrReader, CdrWriter, Mismatch, RosType as _};
+use ros_messages::{CdrReader, RosType};
 use runs::{ControllerInput, TripCommand};
 
-use super::commands::{LARGEST, header, reals};
+use super::commands::LARGEST;
 
 /// The action's name in a namespace, and its type.
 pub(super) const NAME: &str = "navigate_to_pose";
@@ -144,7 +147,6 @@ impl NavigationServer {
         self.trip = None;
     }
 
-    /// `nav2_msgs/action/NavigateToPose_Feedback`
     fn publish_feedback(&mut self, input: &ControllerInput<'_>) {
         let Some(trip) = &mut self.trip else { return };
         let (software, navigator) = (input.software, input.software.navigator());
@@ -159,49 +161,38 @@ impl NavigationServer {
         let left_m = navigator.remaining_m().unwrap_or_default();
         let speed_mps = software.odometry().map_or(0.0, |odometry| odometry.linear_mps.abs());
         let left_s = if speed_mps > SLOW_MPS { left_m / speed_mps } else { 0.0 };
-        let (estimate, recoveries, since) = (software.estimate(), trip.recoveries, trip.since);
-        let map = self.map.clone();
-        self.server.publish_feedback(|id: GoalId| {
-            let mut cdr = CdrWriter::reusing(Vec::new());
-            cdr.numbers(id.iter().map(|byte| [*byte]));
-            PoseStamped::new(estimate.time, map, &estimate.pose).write(&mut cdr);
-            span(input.now.saturating_sub(since)).write(&mut cdr);
-            span(Duration::try_from_secs_f64(left_s).unwrap_or(Duration::MAX)).write(&mut cdr);
-            recoveries.write(&mut cdr);
+        let estimate = software.estimate();
+        let feedback = NavigateToPoseFeedback {
+            current_pose: ros::pose_stamped(estimate.time, self.map.clone(), &estimate.pose),
+            navigation_time: input.now.saturating_sub(trip.since).into(),
+            estimated_time_remaining: Duration::try_from_secs_f64(left_s).unwrap_or(Duration::MAX).into(),
+            number_of_recoveries: trip.recoveries,
             // The message has single precision.
-            (left_m as f32).write(&mut cdr);
-            cdr.bytes()
+            distance_remaining: left_m as f32,
+        };
+        self.server.publish_feedback(|id: GoalId| {
+            NavigateToPoseFeedbackMessage { goal_id: Uuid { uuid: id }, feedback }.encode()
         });
     }
 }
 
-/// The goal in a `nav2_msgs/action/NavigateToPose_Goal`. With an orientation of zeros, any heading is right. `None` if
-/// it is in another frame, has coordinates that are not finite or too large, or names a behavior tree of Nav2.
+/// The goal of a client. With an orientation of zeros, any heading is right. `None` if it is in another frame, has
+/// coordinates that are not finite or too large, or names a behavior tree of Nav2.
 fn read_goal(reader: &mut CdrReader<'_>, map: &str) -> Option<Goal> {
-    let mut read = || -> Result<_, Mismatch> {
-        let (_, frame) = header(reader)?;
-        let numbers = reals::<7>(reader)?;
-        Ok((frame == map.as_bytes(), numbers, reader.string(None)?.is_empty()))
-    };
-    let (is_on_map, [x, y, _, a, b, c, w], is_plain) = read().ok()?;
-    let is_sound = is_on_map && is_plain && [x, y].iter().all(|number| number.abs() <= LARGEST);
-    let there = seen_from_above([x, y], [a, b, c, w]);
-    let is_turned = [a, b, c, w].iter().any(|number| *number != 0.0);
+    let NavigateToPoseGoal { pose: PoseStamped { header, pose }, behavior_tree } = RosType::read(reader).ok()?;
+    let there = ros::in_plane(&pose);
+    let is_near = there.translation.vector.iter().all(|number| number.abs() <= LARGEST);
+    let is_sound = is_near && header.frame_id == map && behavior_tree.is_empty();
+    let Quaternion { x, y, z, w } = pose.orientation;
+    let is_turned = [x, y, z, w].iter().any(|number| *number != 0.0);
     let heading_rad = is_turned.then(|| heading(&there));
-    (is_sound && heading_rad.is_none_or(f64::is_finite)).then(|| Goal::at(Point::new(x, y), heading_rad))
+    (is_sound && heading_rad.is_none_or(f64::is_finite)).then(|| Goal::at(there.translation.vector.into(), heading_rad))
 }
 
-/// `nav2_msgs/action/NavigateToPose_GetResult_Response`
-fn result(status: i8, code: u16, why: &str) -> Vec<u8> {
-    let mut cdr = CdrWriter::reusing(Vec::new());
-    status.write(&mut cdr);
-    code.write(&mut cdr);
-    cdr.text(why);
-    cdr.bytes()
-}
-
-fn span(of: Duration) -> Span {
-    Span { sec: i32::try_from(of.as_secs()).unwrap_or(i32::MAX), nanosec: of.subsec_nanos() }
+/// The response with a goal's result.
+fn result(status: i8, error_code: u16, why: &str) -> Vec<u8> {
+    let result = NavigateToPoseResult { error_code, error_msg: why.to_owned() };
+    NavigateToPoseResultResponse { status, result }.encode()
 }
 
 fn code(reason: GiveUpReason) -> u16 {
@@ -227,6 +218,7 @@ mod tests {
     use std::sync::Arc;
 
     use remote::action::{CANCEL_GOAL, SEND_GOAL, STATUS_ABORTED, STATUS_CANCELED, STATUS_EXECUTING, STATUS_SUCCEEDED};
+    use ros_messages::CdrWriter;
     use runs::{Controller, ControllerOutput, Partners, Run};
     use scenarios::scenario::{Scenario, find};
 
@@ -267,7 +259,7 @@ mod tests {
 
     fn goal(id: u8, frame: &'static str, [x, y]: [f64; 2], tree: &str) -> ServiceRequest {
         request(SEND_GOAL, id, |cdr| {
-            PoseStamped::new(Duration::ZERO, frame, &maps::pose(x, y, 1.0)).write(cdr);
+            ros::pose_stamped(Duration::ZERO, frame, &maps::pose(x, y, 1.0)).write(cdr);
             cdr.text(tree);
         })
     }

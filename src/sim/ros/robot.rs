@@ -8,7 +8,7 @@ use network::{Domain, Live as _, Publication};
 use recording::ros;
 use remote::NodeMessage;
 use robot::{LaserSpec, Reading, VelocityCommand};
-use ros_messages::{CdrWriter, RosMessage, RosType as _};
+use ros_messages::RosMessage;
 use runs::{Controller, ControllerInput, ControllerOutput, Touched};
 use scenarios::Error;
 use scenarios::scenario::{OfferedComponents, Scenario};
@@ -40,11 +40,6 @@ const MOST: usize = 1000;
 
 /// Whether a late subscriber gets the last estimated pose at once, as from AMCL: clients of Nav2 request it.
 const POSE_IS_LATCHED: bool = true;
-
-/// The types of messages that no recording has.
-const PARTICLES: &str = "nav2_msgs/msg/ParticleCloud";
-const CONTACTS: &str = "ros_gz_interfaces/msg/Contacts";
-const JOINTS: &str = "sensor_msgs/msg/JointState";
 
 /// Joins the domain as a scenario's robot, or as one in each namespace, in their order.
 pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<BoxedController>, Error> {
@@ -107,7 +102,7 @@ impl FixedParts {
             let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
             Error::refused(message, "name one with a map, and without a schedule")
         })?;
-        let (mut map, lasers) = (ros::OccupancyGrid::of(&premises.map), premises.entry.sim.model.lasers.clone());
+        let (mut map, lasers) = (ros::occupancy_grid(&premises.map), premises.entry.sim.model.lasers.clone());
         let frames = Frames::of(&lasers, &args.frames)?;
         map.header.frame_id = frames.map.clone().into();
         if map.data.len() > MOST_CELLS {
@@ -294,58 +289,44 @@ impl RosRobot {
             return;
         }
         self.doors = places().collect();
-        let header = ros::Header::new(*now, self.frames.map.clone());
-        self.publish_as(&self.topics.doors, JOINTS.to_owned(), true, |cdr| {
-            header.write(cdr);
-            cdr.length(doors.len());
-            doors.iter().for_each(|(name, _)| cdr.text(name));
-            cdr.length(doors.len());
-            places().for_each(|place| place.write(cdr));
-            // Neither velocities nor efforts.
-            (0..2).for_each(|_| cdr.length(0));
-        });
+        let message = ros::JointState {
+            header: ros::Header::new(*now, self.frames.map.clone()),
+            name: doors.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            position: self.doors.clone(),
+            ..ros::JointState::default()
+        };
+        self.publish(&self.topics.doors, true, &message);
     }
 
     /// Announces all topics that get messages later.
     fn offer_all(&self) {
         let topics = &self.topics;
-        self.offer::<ros::Clock>(&topics.clock);
-        self.offer::<ros::Transforms>(&topics.tf);
-        self.offer::<ros::Odometry>(&topics.odom);
-        self.offer::<ros::BatteryState>(&topics.battery);
-        self.offer_as(&topics.contacts, CONTACTS, false);
+        self.offer::<ros::Clock>(&topics.clock, false);
+        self.offer::<ros::Transforms>(&topics.tf, false);
+        self.offer::<ros::Odometry>(&topics.odom, false);
+        self.offer::<ros::BatteryState>(&topics.battery, false);
+        self.offer::<ros::Contacts>(&topics.contacts, false);
         if !self.lasers.is_empty() {
-            self.offer::<ros::LaserScan>(&topics.scan);
+            self.offer::<ros::LaserScan>(&topics.scan, false);
         }
         if self.is_localized {
-            let kind = ros::PoseWithCovarianceStamped::name().full();
-            self.offer_as(&topics.estimate, &kind, POSE_IS_LATCHED);
-            self.offer_as(&topics.particles, PARTICLES, false);
+            self.offer::<ros::PoseWithCovarianceStamped>(&topics.estimate, POSE_IS_LATCHED);
+            self.offer::<ros::Particles>(&topics.particles, false);
         }
         if self.navigation.is_some() {
-            self.offer::<ros::Path>(&topics.plan);
+            self.offer::<ros::Path>(&topics.plan, false);
         }
         self.exchange.offer(&self.station.publisher);
     }
 
     /// Announces a topic before it has messages.
-    fn offer<T: RosMessage>(&self, topic: &str) {
-        self.offer_as(topic, &T::name().full(), false);
-    }
-
-    fn offer_as(&self, topic: &str, kind: &str, is_latched: bool) {
-        let (topic, kind) = (topic.to_owned(), kind.to_owned());
+    fn offer<T: RosMessage>(&self, topic: &str, is_latched: bool) {
+        let (topic, kind) = (topic.to_owned(), T::name().full());
         self.station.publisher.publish(Publication { topic, kind, is_latched, body: Vec::new() });
     }
 
     fn publish<T: RosMessage>(&self, topic: &str, is_latched: bool, message: &T) {
-        self.publish_as(topic, T::name().full(), is_latched, |cdr| message.write(cdr));
-    }
-
-    fn publish_as(&self, topic: &str, kind: String, is_latched: bool, write: impl FnOnce(&mut CdrWriter)) {
-        let mut cdr = CdrWriter::reusing(Vec::new());
-        write(&mut cdr);
-        self.station.publisher.publish(Publication { topic: topic.to_owned(), kind, is_latched, body: cdr.bytes() });
+        self.station.publisher.publish(Publication::of(topic, is_latched, message));
     }
 
     /// Publishes the readings of sensors. The time is published after them, so a node that has it can have the
@@ -356,18 +337,18 @@ impl RosRobot {
         for reading in software.readings() {
             match reading {
                 Reading::Scan(scan) => {
-                    let mut message = ros::LaserScan::of(&self.lasers[scan.laser], scan);
+                    let mut message = ros::laser_scan(&self.lasers[scan.laser], scan);
                     message.header.frame_id = self.frames.lasers[scan.laser].clone().into();
                     self.publish(&self.topics.scan, false, &message);
                 }
                 Reading::Odometry(odometry) => {
-                    let mut message = ros::Odometry::of(odometry);
+                    let mut message = ros::odometry(odometry);
                     message.header.frame_id = odom.clone().into();
                     message.child_frame_id = footprint.clone().into();
                     self.publish(&self.topics.odom, false, &message);
                     let mut add = |frame: &String, child: &String, pose: &Pose| {
                         let (frame, child) = (frame.clone(), child.clone());
-                        transforms.push(ros::TransformStamped::new(odometry.time, frame, child, pose));
+                        transforms.push(ros::transform(odometry.time, frame, child, pose));
                     };
                     add(odom, footprint, &odometry.pose);
                     let estimate = software.estimate();
@@ -376,7 +357,7 @@ impl RosRobot {
                     }
                 }
                 Reading::Battery(of) => {
-                    let mut state = ros::BatteryState::of(of.time, of.charge_pct, of.charging);
+                    let mut state = ros::battery_state(of.time, of.charge_pct, of.charging);
                     state.header.frame_id = self.frames.base.clone().into();
                     self.publish(&self.topics.battery, false, &state);
                 }
@@ -387,11 +368,8 @@ impl RosRobot {
         }
         if !input.touched.is_empty() {
             let header = ros::Header::new(input.now, self.frames.base.clone());
-            self.publish_as(&self.topics.contacts, CONTACTS.to_owned(), false, |cdr| {
-                header.write(cdr);
-                cdr.length(input.touched.len());
-                input.touched.iter().for_each(|touched| write_contact(touched, cdr));
-            });
+            let contacts = input.touched.iter().map(contact).collect();
+            self.publish(&self.topics.contacts, false, &ros::Contacts { header, contacts });
         }
         if software.readings().iter().any(|reading| matches!(reading, Reading::Scan(_))) {
             self.publish_estimate(input);
@@ -403,26 +381,21 @@ impl RosRobot {
         let (estimate, map) = (software.estimate(), &self.frames.map);
         if self.is_localized {
             let (time, covariance) = (estimate.time, estimate.covariance.into());
-            let mut message = ros::PoseWithCovarianceStamped::new(time, &estimate.pose, covariance);
+            let mut message = ros::estimate(time, &estimate.pose, covariance);
             message.header.frame_id = map.clone().into();
             self.publish(&self.topics.estimate, POSE_IS_LATCHED, &message);
             if self.station.is_read(&self.topics.particles) {
                 let header = ros::Header::new(estimate.time, map.clone());
-                self.publish_as(&self.topics.particles, PARTICLES.to_owned(), false, |cdr| {
-                    header.write(cdr);
-                    cdr.length(software.particle_count());
-                    software.particles().for_each(|(pose, weight)| {
-                        ros::Pose::from(&pose).write(cdr);
-                        weight.write(cdr);
-                    });
-                });
+                let particle = |(pose, weight)| ros::Particle { pose: ros::pose(&pose), weight };
+                let particles = software.particles().map(particle).collect();
+                self.publish(&self.topics.particles, false, &ros::Particles { header, particles });
             }
         }
         if self.navigation.is_some() && self.station.is_read(&self.topics.plan) {
             let header = ros::Header::new(*now, map.clone());
             let pose = |point: &maps::Point| ros::PoseStamped {
                 header: header.clone(),
-                pose: (&maps::pose(point.x, point.y, 0.0)).into(),
+                pose: ros::pose(&maps::pose(point.x, point.y, 0.0)),
             };
             let poses = software.path().iter().map(pose).collect();
             self.publish(&self.topics.plan, false, &ros::Path { header: header.clone(), poses });
@@ -559,22 +532,19 @@ impl RosRobot {
     }
 }
 
-/// `ros_gz_interfaces/msg/Contact`: which bodies touch each other, and where. The robot is the first body, and the
-/// normal is the direction in which it is pushed, as in Gazebo. Forces are unknown.
-fn write_contact(touched: &Touched<'_>, cdr: &mut CdrWriter) {
+/// Which bodies touch each other, and where. The robot is the first body, and the normal is the direction in which it
+/// is pushed, as in Gazebo. Forces are unknown.
+fn contact(touched: &Touched<'_>) -> ros::Contact {
     /// The number of a model among entities.
     const MODEL: u8 = 2;
-    for name in ["steward", touched.body] {
-        0_u64.write(cdr);
-        cdr.text(name);
-        MODEL.write(cdr);
+    let entity = |name: &str| ros::Entity { id: 0, name: name.to_owned(), r#type: MODEL };
+    let vectors = |[x, y]: [f64; 2]| vec![ros::Vector { x, y, z: 0.0 }];
+    ros::Contact {
+        collision1: entity("steward"),
+        collision2: entity(touched.body),
+        positions: vectors([touched.at.x, touched.at.y]),
+        normals: vectors(touched.normal),
+        depths: vec![touched.depth_m],
+        wrenches: Vec::new(),
     }
-    for [x, y] in [[touched.at.x, touched.at.y], touched.normal] {
-        cdr.length(1);
-        ros::Vector { x, y, z: 0.0 }.write(cdr);
-    }
-    cdr.length(1);
-    touched.depth_m.write(cdr);
-    // Wrenches.
-    cdr.length(0);
 }

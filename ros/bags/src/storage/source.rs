@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use channels::Ground;
-use ros_messages::CdrReader;
+use ros_messages::RosType as _;
 use serde::{Deserialize, Serialize};
 
 use super::survey::{Head, Survey, Topic};
@@ -240,10 +240,7 @@ pub(super) fn received(
     body: &[u8],
     aside: &mut Aside,
 ) -> Option<Received> {
-    let text = || {
-        let text = CdrReader::new(body).and_then(|mut reader| Ok(reader.string(None)?.to_vec()));
-        text.map_or_else(|_| "something is lost".to_owned(), |text| String::from_utf8_lossy(&text).into())
-    };
+    let text = || String::decode(body).unwrap_or_else(|_| "something is lost".to_owned());
     match survey.topics[head.topic].name.as_str() {
         CLOCK_ADVANCED => Some(Received::ClockAdvanced(head.log_ns)),
         LOST => {

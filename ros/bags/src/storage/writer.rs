@@ -8,7 +8,8 @@ use std::rc::Rc;
 use channels::Ground;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
-use ros_messages::CdrWriter;
+use ros_messages::standard::Text;
+use ros_messages::{RosMessage as _, RosType as _};
 
 use super::source::{CLOCK_ADVANCED, GROUND, LOST, MISSING, Missing, NOTE, Received, Source, VIOLATION, Vouched};
 use super::survey::{Head, Survey, Topic};
@@ -95,17 +96,16 @@ impl<W: Write + Seek> BagWriter<W> {
     /// What a source says beside its messages.
     fn note(&mut self, name: &'static str, at_ns: i64, text: &str) {
         let channel = self.topic_of_notes(name);
-        let mut body = CdrWriter::reusing(Vec::new());
-        body.text(text);
         let at_ns = at_ns.max(self.newest_ns);
-        self.write(channel, at_ns, at_ns, &body.bytes());
+        self.write(channel, at_ns, at_ns, &Text { data: text.to_owned() }.encode());
     }
 
     fn topic_of_notes(&mut self, name: &'static str) -> Result<u16, mcap::McapError> {
         if let Some(channel) = self.notes.get(name) {
             return Ok(*channel);
         }
-        let schema = self.writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")?;
+        let definition = Text::definition().to_string();
+        let schema = self.writer.add_schema(&Text::name().full(), "ros2msg", definition.as_bytes())?;
         let channel = self.writer.add_channel(schema, name, "cdr", &BTreeMap::new())?;
         self.notes.insert(name, channel);
         Ok(channel)

@@ -5,6 +5,7 @@ use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::time::Duration;
 
+use ros_messages::RosMessage;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -241,6 +242,13 @@ pub struct Publication {
     /// The message, with the four bytes of its encapsulation header. If it is empty, the topic is only offered.
     #[serde(skip)]
     pub body: Vec<u8>,
+}
+
+impl Publication {
+    /// A message of this type.
+    pub fn of<T: RosMessage>(topic: &str, is_latched: bool, message: &T) -> Self {
+        Self { topic: topic.to_owned(), kind: T::name().full(), is_latched, body: message.encode() }
+    }
 }
 
 /// A request to a service.

@@ -1,6 +1,6 @@
 //! The nodes of participants, as messages `rmw_dds_common/msg/ParticipantEntitiesInfo` list them.
 
-use ros_messages::{CdrReader, CdrWriter, Mismatch};
+use ros_messages::{CdrReader, CdrWriter, Mismatch, RosType as _};
 
 use super::exchange::Prefix;
 
@@ -14,24 +14,20 @@ pub(super) struct Node {
 /// The participant and its nodes in a message. None if it cannot be read.
 pub(super) fn decode_nodes(message: &[u8]) -> Option<(Prefix, Vec<Node>)> {
     // A GUID has 24 bytes in Humble and 16 since Iron. The name of the type is the same.
-    let read = |size: usize| -> Result<Option<(Prefix, Vec<Node>)>, Mismatch> {
-        let mut reader = CdrReader::new(message)?;
-        let participant = *reader.take(size)?.first_chunk().ok_or(Mismatch::Short)?;
-        let nodes = (0..reader.length(usize::MAX)?).map(|_| {
-            let space = String::from_utf8_lossy(reader.string(None)?).into_owned();
-            let name = String::from_utf8_lossy(reader.string(None)?).into_owned();
-            let mut all = || {
-                let count = reader.length(usize::MAX)?;
-                reader.take(count.checked_mul(size).ok_or(Mismatch::Short)?)
-            };
-            let (_readers, writers) = (all()?, all()?);
-            let writers = writers.chunks_exact(size).filter_map(|guid| guid.first_chunk().copied()).collect();
-            Ok(Node { name: format!("{}/{name}", space.trim_end_matches('/')), writers })
-        });
-        let nodes = nodes.collect::<Result<_, Mismatch>>()?;
-        Ok((reader.left() == 0).then_some((participant, nodes)))
-    };
-    [16, 24].into_iter().find_map(|size| read(size).ok().flatten())
+    read_nodes::<16>(message).or_else(|_| read_nodes::<24>(message)).ok()
+}
+
+fn read_nodes<const SIZE: usize>(message: &[u8]) -> Result<(Prefix, Vec<Node>), Mismatch> {
+    let mut reader = CdrReader::new(message)?;
+    let participant = *<[u8; SIZE]>::read(&mut reader)?.first_chunk().ok_or(Mismatch::Short)?;
+    let nodes = (0..reader.length(usize::MAX)?).map(|_| {
+        let (space, name) = (String::read(&mut reader)?, String::read(&mut reader)?);
+        let [_readers, writers] = [Vec::<[u8; SIZE]>::read(&mut reader)?, Vec::read(&mut reader)?];
+        let writers = writers.iter().filter_map(|guid| guid.first_chunk().copied()).collect();
+        Ok(Node { name: format!("{}/{name}", space.trim_end_matches('/')), writers })
+    });
+    let nodes = nodes.collect::<Result<_, Mismatch>>()?;
+    if reader.left() == 0 { Ok((participant, nodes)) } else { Err(Mismatch::Long) }
 }
 
 /// The message that lists these nodes of a participant. A reader or writer, given by its DDS topic and its GUID,
@@ -64,18 +60,16 @@ pub(super) fn nodes_message(
 /// The message that lists the nodes of a participant, each with its readers and its writers. A GUID has `SIZE` bytes.
 pub(super) fn encode_nodes<const SIZE: usize>(participant: &[u8; 16], nodes: &[(&str, [Vec<[u8; 16]>; 2])]) -> Vec<u8> {
     let mut body = CdrWriter::reusing(Vec::new());
-    let write = |guid: &[u8; 16], body: &mut CdrWriter| {
-        body.numbers((0..SIZE).map(|index| [guid.get(index).copied().unwrap_or_default()]));
-    };
-    write(participant, &mut body);
+    let whole =
+        |guid: &[u8; 16]| -> [u8; SIZE] { std::array::from_fn(|index| guid.get(index).copied().unwrap_or_default()) };
+    whole(participant).write(&mut body);
     body.length(nodes.len());
     for (name, entities) in nodes {
         let (space, name) = name.rsplit_once('/').unwrap_or(("", name));
         body.text(if space.is_empty() { "/" } else { space });
         body.text(name);
         for guids in entities {
-            body.length(guids.len());
-            guids.iter().for_each(|guid| write(guid, &mut body));
+            guids.iter().map(whole).collect::<Vec<_>>().write(&mut body);
         }
     }
     body.bytes()

@@ -1,6 +1,7 @@
 //! The statuses of properties, as messages of ROS 2.
 
-use ros_messages::CdrWriter;
+use ros_messages::Byte;
+use ros_messages::standard::{Header, KeyValue, Status, Statuses, Time};
 
 use super::exchange::Publication;
 use crate::clock::system_ns;
@@ -26,42 +27,23 @@ impl PropertyStatuses {
 
 /// A message on a topic of its own. The name of the topic contains only letters that ROS allows.
 fn alone(status: &PropertyStatus) -> Publication {
-    let mut body = CdrWriter::reusing(Vec::new());
-    write(status, &mut body);
-    Publication {
-        topic: format!("/steward/properties/{}", status.property.replace(|letter: char| !letter.is_ascii(), "_")),
-        kind: "diagnostic_msgs/msg/DiagnosticStatus".to_owned(),
-        is_latched: true,
-        body: body.bytes(),
-    }
+    let name = status.property.replace(|letter: char| !letter.is_ascii(), "_");
+    Publication::of(&format!("/steward/properties/{name}"), true, &diagnostic(status))
 }
 
-/// `diagnostic_msgs/msg/DiagnosticArray`
 fn together(statuses: &[PropertyStatus], now_ns: i64) -> Publication {
-    let mut body = CdrWriter::reusing(Vec::new());
-    let (s, ns) = (now_ns.div_euclid(1_000_000_000), now_ns.rem_euclid(1_000_000_000));
-    body.number(i32::try_from(s).unwrap_or(i32::MAX).to_le_bytes());
-    body.number((ns as u32).to_le_bytes());
-    body.text("");
-    body.length(statuses.len());
-    statuses.iter().for_each(|status| write(status, &mut body));
-    Publication {
-        topic: "/diagnostics".to_owned(),
-        kind: "diagnostic_msgs/msg/DiagnosticArray".to_owned(),
-        is_latched: false,
-        body: body.bytes(),
-    }
+    let header = Header { stamp: Time::of_ns(now_ns), ..Header::default() };
+    let status = statuses.iter().map(diagnostic).collect();
+    Publication::of("/diagnostics", false, &Statuses { header, status })
 }
 
-/// `diagnostic_msgs/msg/DiagnosticStatus`
-fn write(PropertyStatus { property, level, message, values }: &PropertyStatus, body: &mut CdrWriter) {
-    body.number([*level as u8]);
-    body.text(&format!("steward: {property}"));
-    body.text(message);
-    body.text("");
-    body.length(values.len());
-    for (key, value) in values {
-        body.text(key);
-        body.text(value);
+fn diagnostic(PropertyStatus { property, level, message, values }: &PropertyStatus) -> Status {
+    let values = values.iter().map(|(key, value)| KeyValue { key: (*key).to_owned(), value: value.clone() });
+    Status {
+        level: Byte(*level as u8),
+        name: format!("steward: {property}"),
+        message: message.clone(),
+        hardware_id: String::new(),
+        values: values.collect(),
     }
 }

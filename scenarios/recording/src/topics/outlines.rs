@@ -7,7 +7,7 @@ use maps::{Point, Pose, Shape, pose};
 use nalgebra::Vector2;
 
 use crate::Body;
-use crate::ros::{Color, Header, Marker, Markers, PointCloud, Vector};
+use crate::ros::{self, Color, Header, Marker, Markers, PointCloud, Vector};
 
 /// The corners of a disc.
 const CORNERS: usize = 24;
@@ -75,7 +75,7 @@ pub(super) fn markers(time: Duration, frame: &'static str, outlines: &[Outline])
             header: header.clone(),
             id,
             action: marker::ADD,
-            pose: (&Pose::identity()).into(),
+            pose: ros::pose(&Pose::identity()),
             color: Color { r: 0.1, g: 0.4, b: 0.8, a: 1.0 },
             // Robots move with their frame.
             frame_locked: true,
@@ -85,13 +85,13 @@ pub(super) fn markers(time: Duration, frame: &'static str, outlines: &[Outline])
             ns: "outlines".to_owned(),
             r#type: marker::LINE_STRIP,
             scale: Vector { x: WIDTH_M, y: 0.0, z: 0.0 },
-            points: outline.line().map(Into::into).collect(),
+            points: outline.line().map(ros::point).collect(),
             ..common.clone()
         };
         let name = Marker {
             ns: "names".to_owned(),
             r#type: marker::TEXT,
-            pose: (&pose(outline.center().x, outline.center().y, 0.0)).into(),
+            pose: ros::pose(&pose(outline.center().x, outline.center().y, 0.0)),
             scale: Vector { x: 0.0, y: 0.0, z: LETTERS_M },
             text: outline.name.clone(),
             ..common
@@ -111,5 +111,5 @@ pub(super) fn points(time: Duration, frame: &'static str, outlines: &[Outline]) 
         });
         outline.corners.first().copied().into_iter().chain(sides)
     });
-    PointCloud::new(time, frame, along)
+    ros::point_cloud(time, frame, along)
 }

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use channels::{Flaw, Gap};
 use monitors::Outcome;
-use recording::ros::BatteryState;
+use recording::ros::battery_state;
 use recording::{Detail, Ended, Happening, RunView};
 use remote::{Loss, Lost, NodeMessage, ServiceRequest};
-use ros_messages::{CdrWriter, RosType as _};
+use ros_messages::RosType as _;
 use scenarios::scenario::{Scenario, find};
 
 use super::partners::Error;
@@ -62,9 +62,8 @@ impl<F: FnMut(u64, &mut Vec<ServiceRequest>) -> Delivery> RemoteComponents for N
 }
 
 fn charge(number: u64, charge_pct: f64) -> Delivery {
-    let mut cdr = CdrWriter::reusing(Vec::new());
-    BatteryState::of(step(number), charge_pct, false).write(&mut cdr);
-    let messages = vec![NodeMessage::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() }];
+    let body = battery_state(step(number), charge_pct, false).encode();
+    let messages = vec![NodeMessage::Message { topic: "/battery_state".to_owned(), body }];
     Delivery { messages, ..Delivery::default() }
 }
 

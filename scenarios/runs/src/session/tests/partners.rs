@@ -6,11 +6,11 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use channels::{Event, EventKind};
-use recording::ros::BatteryState;
+use recording::ros::battery_state;
 use recording::{Detail, Ended, Record, RunView};
 use remote::{NodeMessage, ServiceRequest};
 use robot::{Reading, VelocityCommand};
-use ros_messages::{CdrWriter, RosType as _};
+use ros_messages::RosType as _;
 use scenarios::scenario::{Scenario, find};
 
 use crate::conduct::conduct;
@@ -86,9 +86,8 @@ impl RemoteComponents for Late {
 
     fn receive(&mut self, now: Duration) -> Option<Delivery> {
         self.0 = !self.0;
-        let mut cdr = CdrWriter::reusing(Vec::new());
-        BatteryState::of(now, 50.0, false).write(&mut cdr);
-        let charge = NodeMessage::Message { topic: "/battery_state".to_owned(), body: cdr.bytes() };
+        let body = battery_state(now, 50.0, false).encode();
+        let charge = NodeMessage::Message { topic: "/battery_state".to_owned(), body };
         let notes = vec!["they are there".to_owned()];
         (!self.0).then(|| Delivery { messages: vec![charge], notes, ..Delivery::default() })
     }
