@@ -57,6 +57,32 @@ fn the_printed_addresses_open_the_page() {
 }
 
 #[test]
+fn a_log_that_is_checked_opens_in_the_page_with_its_verdicts() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("low.jsonl");
+    let lines = [
+        json!({ "scenario": "nominal", "tick_s": 0.5 }),
+        json!({ "step": 0, "tick": 0, "time_s": 0.5, "generated": "tick" }),
+        json!({ "step": 1, "tick": 0, "time_s": 0.5, "from": "BatteryReader", "to": "BatteryLevel",
+                "message": [{ "sym": "ok" }, 9.0] }),
+    ];
+    std::fs::write(&log, lines.map(|line| format!("{line}\n")).concat()).unwrap();
+    let mut child = Command::new(binary())
+        .args(["verify", log.to_str().unwrap(), "--property", "phi1", "--live", "--no-open"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut notes = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let address = notes.find(|line| line.contains("the page is at http://")).unwrap();
+    let live = Live { child, page: Page::new(&address, &address) };
+    let known = until(&mut live.pilot(), |known| known["verdicts"].as_str().is_some_and(|it| it.contains("violated")));
+    assert_eq!(known["greeting"]["scenario"], "low");
+    let refused = refusal(&["verify", "a.jsonl", "b.jsonl", "--property", "phi1", "--live"]);
+    assert!(refused.contains("several logs cannot be shown at once"), "{refused}");
+}
+
+#[test]
 fn a_saved_session_is_a_scenario_that_gives_the_same_run() {
     let live = Live::start("nominal", &["--set", "battery.initial_pct=60"]);
     let mut pilot = live.pilot();

@@ -9,7 +9,7 @@ use campaigns::Error;
 use channels::Event;
 use maps::Pose;
 use monitors::Property;
-use recording::{Detail, Doubts, Header, Judge, Next, RecordSource, RunView, Scene, Step, fitting};
+use recording::{Detail, Header, Judge, Next, RecordSource, RunView, Scene, Step, fitting};
 use trials::replay::live_pose::LivePose;
 use trials::replay::trajectory::TrajectoryPoint;
 

@@ -25,7 +25,7 @@ pub(crate) struct OpenRecording {
 
 /// Where its records come from.
 enum Records {
-    File(Recording),
+    File(Box<Recording>),
     /// Those of a [feed](crate::Feed).
     Feed(Receiver<Record>),
 }
@@ -67,7 +67,10 @@ impl OpenRecording {
                 begun => {
                     let (recording, start) = begun?;
                     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                    return Ok((Self { name, records: Records::File(recording), state: ReadState::Reading }, start));
+                    return Ok((
+                        Self { name, records: Records::File(Box::new(recording)), state: ReadState::Reading },
+                        start,
+                    ));
                 }
             }
         }

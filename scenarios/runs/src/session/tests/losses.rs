@@ -9,13 +9,12 @@ use std::time::Duration;
 use channels::{Flaw, Gap};
 use monitors::Outcome;
 use recording::ros::battery_state;
-use recording::{Detail, Ended, Happening, RunView};
+use recording::{Detail, Ended, Happening, RunView, conduct};
 use remote::{Loss, Lost, NodeMessage, ServiceRequest};
 use ros_messages::RosType as _;
+use scenarios::Error;
 use scenarios::scenario::{Scenario, find};
 
-use super::partners::Error;
-use crate::conduct::conduct;
 use crate::partners::Partners;
 use crate::remote_components::{Delivery, RemoteComponents};
 use crate::run::Run;
@@ -103,7 +102,7 @@ fn ran(
         ControlFlow::Continue(())
     };
     let begin = |_: &RunView| Ok::<_, Error>(());
-    let ((), view) = conduct::<_, Error>(run, Detail::Verdicts, None, begin, follow).unwrap();
+    let ((), view) = conduct::<_, _, Error>(run, Detail::Verdicts, None, begin, follow).unwrap();
     let gaps = gaps.take();
     (view, gaps)
 }

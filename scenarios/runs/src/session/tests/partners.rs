@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use channels::{Event, EventKind};
 use recording::ros::battery_state;
-use recording::{Detail, Ended, Record, RunView};
+use recording::{Detail, Ended, Record, RunView, conduct};
 use remote::{NodeMessage, ServiceRequest};
 use robot::{Reading, VelocityCommand};
 use ros_messages::RosType as _;
+use scenarios::Error;
 use scenarios::scenario::{Scenario, find};
 
-use crate::conduct::conduct;
 use crate::controller::{Controller, ControllerInput, ControllerOutput};
 use crate::partners::Partners;
 use crate::remote_components::{Delivery, RemoteComponents};
@@ -247,23 +247,7 @@ fn a_run_that_waits_for_partners_can_be_stopped() {
         if calls > 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let begin = |_: &RunView| Ok::<_, Error>(());
-    let ((), view) = conduct::<_, Error>(run, Detail::Verdicts, None, begin, goes_on).unwrap();
+    let ((), view) = conduct::<_, _, Error>(run, Detail::Verdicts, None, begin, goes_on).unwrap();
     assert_eq!(view.end().unwrap().ended, Ended::Interrupted);
     assert_eq!(log.take().last().map(String::as_str), Some("leave"));
-}
-
-/// Why a run could not be conducted.
-#[derive(Debug)]
-pub(super) struct Error;
-
-impl From<scenarios::Error> for Error {
-    fn from(error: scenarios::Error) -> Self {
-        panic!("{error}")
-    }
-}
-
-impl From<std::convert::Infallible> for Error {
-    fn from(never: std::convert::Infallible) -> Self {
-        match never {}
-    }
 }
