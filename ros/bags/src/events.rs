@@ -108,7 +108,8 @@ pub enum Found {
 enum Waiting {
     /// A message that an entry of a topic has made.
     Message((usize, usize), Message),
-    Gap(Gap),
+    /// In a box, so that a message takes little memory: nearly everything that waits is one.
+    Gap(Box<Gap>),
     Resumed(ChannelId),
 }
 
@@ -167,13 +168,13 @@ impl<'r> Events<'r> {
     #[must_use]
     pub fn new(source: Box<dyn Source + 'r>, mapping: &Mapping, compiled: Compiled, read: ReadFile<'r>) -> Self {
         let ns = |duration: Duration| i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX);
-        Self {
+        let mut events = Self {
             source,
             mapping: mapping.clone(),
             read,
-            compiled,
             body: Vec::new(),
-            decoded: Vec::new(),
+            decoded: vec![ros_messages::Value::Passed; compiled.entries.len()],
+            compiled,
             waiting: VecDeque::new(),
             odd: Vec::new(),
             newest_ns: i64::MIN,
@@ -204,7 +205,9 @@ impl<'r> Events<'r> {
             has_news: true,
             next: VecDeque::new(),
             late: (0, 0),
-        }
+        };
+        events.add_topics();
+        events
     }
 
     /// When the message read last was recorded, in nanoseconds since 1970.
@@ -267,6 +270,7 @@ impl<'r> Events<'r> {
         let received = self.source.receive(&mut self.body);
         self.has_news = true;
         self.may_be_new |= !matches!(received, Received::Message(_));
+        self.add_topics();
         let head = match received {
             Received::Message(head) => head,
             Received::Idle => return false,
@@ -279,7 +283,6 @@ impl<'r> Events<'r> {
                 return true;
             }
             Received::Resumed { topic, at_ns } => {
-                self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
                 // Stamps say nothing of receive times.
                 if self.mapping.is_received() {
                     (0..self.compiled.entries[topic].len()).for_each(|index| self.end_gaps((topic, index), at_ns));
@@ -307,9 +310,6 @@ impl<'r> Events<'r> {
         if self.mapping.has_clock() && self.topic(head.topic) == CLOCK {
             self.set_clock(head);
         }
-        self.may_be_new |= self.compiled.entries.len() < self.source.survey().topics.len();
-        self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
-        self.decoded.resize(self.compiled.entries.len(), ros_messages::Value::Passed);
         for index in 0..self.compiled.entries[head.topic].len() {
             match self.decode(head, index) {
                 // What is missing was before it, even if no event comes of it.
@@ -319,6 +319,17 @@ impl<'r> Events<'r> {
             }
         }
         true
+    }
+
+    /// Adds the topics that are new in the source. A topic may be new although no message of it has been read: all of
+    /// them are missing.
+    fn add_topics(&mut self) {
+        let survey = self.source.survey();
+        if self.compiled.entries.len() < survey.topics.len() {
+            self.compiled.add_topics(&self.mapping, survey, self.read);
+            self.decoded.resize(self.compiled.entries.len(), ros_messages::Value::Passed);
+            self.may_be_new = true;
+        }
     }
 
     /// Takes the event that an entry of the topic makes of the message just read, or of one of its items.
@@ -353,6 +364,7 @@ impl<'r> Events<'r> {
             let [before, now] = [before_ns, clock_ns].map(crate::seconds);
             self.ended = Some(format!("{CLOCK} jumped from {before} s to {now} s, which ends the run"));
             self.source.end();
+            self.add_topics();
             self.is_over = true;
             return;
         }
@@ -464,7 +476,6 @@ impl<'r> Events<'r> {
 
     /// Messages on a topic are missing, from here to the next.
     fn interrupt(&mut self, topic: usize, count: Option<u64>, since_ns: i64) {
-        self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         let after = format!("after {}", crate::moment(since_ns));
         let why = format!("{} {after}", missing(count, self.topic(topic)));
         let all = self.missing.entry(topic).or_insert(Missing { count: 0, is_unknown: false, first: after });
@@ -501,7 +512,9 @@ impl<'r> Events<'r> {
                 gap.since = Some(self.since_start(since_ns));
             }
             match told.checked_sub(1) {
-                Some(last) => self.waiting.insert(told, (since_ns.max(self.waiting[last].0), Waiting::Gap(gap))),
+                Some(last) => {
+                    self.waiting.insert(told, (since_ns.max(self.waiting[last].0), Waiting::Gap(Box::new(gap))))
+                }
                 None => self.ending.push_back(gap),
             }
         }
@@ -522,24 +535,28 @@ impl<'r> Events<'r> {
             let why = format!("{why}, which came at {}", crate::moment(told_ns));
             let since = Some(self.since_start(since_ns));
             let gap = Gap { flaw: Flaw::Late, why, channel: Some(channel), since, ends: true };
-            self.put_in_order(told_ns, Waiting::Gap(gap));
+            self.put_in_order(told_ns, Waiting::Gap(Box::new(gap)));
             self.put_in_order(told_ns, Waiting::Resumed(channel));
         }
     }
 
     /// A message of an entry of a topic ends what was missing before it.
     fn end_gaps(&mut self, entry: (usize, usize), time_ns: i64) {
+        let Some(begun) = self.interrupted.remove(&entry) else { return };
         let channel = self.channel(entry.0, entry.1);
-        for _ in self.interrupted.remove(&entry).unwrap_or_default() {
+        for _ in begun {
             self.put_in_order(time_ns, Waiting::Resumed(channel));
         }
     }
 
     fn put_in_order(&mut self, time_ns: i64, what: Waiting) {
         self.newest_ns = self.newest_ns.max(time_ns);
-        // Messages are recorded nearly in the order of their times, so the place is searched from the end.
-        let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
-        self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, what));
+        // Messages are recorded nearly in the order of their times, so the place is searched from the end. It nearly
+        // always is the end, where `insert` takes 40 instructions more than `push_back`.
+        match self.waiting.iter().rev().take_while(|(later_ns, ..)| *later_ns > time_ns).count() {
+            0 => self.waiting.push_back((time_ns, what)),
+            later => self.waiting.insert(self.waiting.len() - later, (time_ns, what)),
+        }
     }
 
     /// A message comes too late to be put in order: it gets the time of what has come before it, which has been judged
@@ -598,8 +615,6 @@ impl<'r> Events<'r> {
 
     /// Where files count other messages than they have, any verdict that has been reached may lack one of them.
     fn find_missing(&mut self) {
-        // A topic may be new although it has no messages: all of them are missing.
-        self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
         for (topic, why) in self.source.survey().missing.iter().skip(self.told_missing) {
             self.told_missing += 1;
             let is_clock = self.mapping.has_clock() && self.source.survey().topics[*topic].name == CLOCK;
@@ -620,7 +635,6 @@ impl<'r> Events<'r> {
     /// The next channel of which the source vouches on another ground than before.
     fn new_ground(&mut self) -> Option<(ChannelId, Ground)> {
         if std::mem::take(&mut self.may_be_new) {
-            self.compiled.add_topics(&self.mapping, self.source.survey(), self.read);
             for channel in self.compiled.topology.channels() {
                 let ground = self.compiled.ground(channel, &self.mapping, self.source.survey());
                 if self.grounds.get(&channel) != Some(&ground) {
@@ -699,7 +713,7 @@ impl Iterator for Events<'_> {
                     let (_, what) = self.waiting.pop_front()?;
                     let (channel, message) = match what {
                         Waiting::Message((topic, index), message) => (self.channel(topic, index), message),
-                        Waiting::Gap(gap) => return Some(Found::LeftOut(gap)),
+                        Waiting::Gap(gap) => return Some(Found::LeftOut(*gap)),
                         Waiting::Resumed(channel) => return Some(Found::Resumed(channel)),
                     };
                     if time_ns < now_ns {
@@ -787,8 +801,8 @@ type Fitting = Result<Value, (Reason, String)>;
 fn field(rule: &FieldRule, part: Part<'_>) -> Fitting {
     match rule {
         FieldRule::Constant(value) => Ok(value.clone()),
-        FieldRule::Path { path, text, number } => each(path, part, &|found| value_at(found, path.end, text, *number)),
-        FieldRule::Symbols { path, text, symbols } => each(path, part, &|found| {
+        FieldRule::Path { path, text, number } => each(path, part, |found| value_at(found, path.end, text, *number)),
+        FieldRule::Symbols { path, text, symbols } => each(path, part, |found| {
             let value = value_at(found, path.end, text, Number::Plain)?;
             let written = as_written(&value);
             match symbols.iter().find(|(known, _)| *known == written) {
@@ -802,7 +816,7 @@ fn field(rule: &FieldRule, part: Part<'_>) -> Fitting {
 }
 
 /// The value that is made of what the path leads to, or the list of them if it leads to every item.
-fn each(path: &Path, part: Part<'_>, make: &dyn Fn(Option<&ros_messages::Value>) -> Fitting) -> Fitting {
+fn each(path: &Path, part: Part<'_>, make: impl Fn(Option<&ros_messages::Value>) -> Fitting) -> Fitting {
     if path.is_list() {
         path.find_all(part).map(make).collect::<Result<_, _>>().map(Value::List)
     } else {

@@ -281,7 +281,7 @@ impl McapReader {
                 match chosen {
                     None => ReadDepth::Nothing,
                     Some(_) if is_whole => ReadDepth::Head,
-                    Some(_) => ReadDepth::More,
+                    Some(_) => ReadDepth::Body,
                 }
             };
             let step = walk.advance(&mut chooses, &mut bytes, lost);
@@ -343,36 +343,40 @@ impl Walk {
             return chunks;
         }
         let (mut none, mut unit) = (Vec::new(), Unit::empty(nanoseconds(start)));
-        let (lost, mut origin) = (plan.lost.len(), self.origin);
+        let (lost, mut origin) = (plan.lost.len(), self.origin.0);
         let mut chunk = ChunkCount::default();
         self.go_to(start);
         while !self.is_over && (self.is_in_chunk() || end.is_none_or(|end| self.at < end)) {
             let step = self.advance(&mut |_: &_, _: &_| ReadDepth::Head, &mut none, &mut plan.lost);
-            match step {
-                WalkStep::Index(entries) => *chunk.indexed.get_or_insert(0) += entries,
-                _ if origin != self.origin => {
-                    chunk.end(&self.path, plan);
-                    chunks.extend((self.after_chunk > self.origin.0).then_some(self.origin.0));
+            if origin != self.origin.0 {
+                origin = self.origin.0;
+                // Indexes belong to the chunk before them.
+                if !matches!(step, WalkStep::Index(_)) {
+                    plan.unfit.extend(chunk.misfit(&self.path, plan.lost.len()));
+                    chunk = ChunkCount { lost: plan.lost.len(), ..ChunkCount::default() };
                 }
-                _ => {}
-            }
-            if origin != self.origin {
-                origin = self.origin;
-                let at = nanoseconds(origin.0);
-                if !unit.is_empty() && origin.0.saturating_sub(unit.start.unsigned_abs()) >= UNIT {
+                if self.after_chunk > origin {
+                    chunks.push(origin);
+                }
+                let at = nanoseconds(origin);
+                if !unit.is_empty() && origin.saturating_sub(unit.start.unsigned_abs()) >= UNIT {
                     let next = Unit::empty(at);
                     plan.units.push(Unit { end: at, ..mem::replace(&mut unit, next) });
                 }
                 // Messages in it may be damaged.
-                origin.1.into_iter().for_each(|earliest| unit.note(nanoseconds(earliest)));
+                self.origin.1.into_iter().for_each(|earliest| unit.note(nanoseconds(earliest)));
             }
-            if let WalkStep::Message(head, _) = step {
-                chunk.found += 1;
-                unit.note(nanoseconds(head.log_time));
-                counted(&head);
+            match step {
+                WalkStep::Index(entries) => *chunk.indexed.get_or_insert(0) += entries,
+                WalkStep::Message(head, _) => {
+                    chunk.found += 1;
+                    unit.note(nanoseconds(head.log_time));
+                    counted(&head);
+                }
+                _ => {}
             }
         }
-        chunk.end(&self.path, plan);
+        plan.unfit.extend(chunk.misfit(&self.path, plan.lost.len()));
         unit.end = end.map_or(i64::MAX, nanoseconds);
         let is_damaged = plan.lost.len() > lost;
         if unit.is_empty() && is_damaged {
@@ -395,13 +399,12 @@ struct ChunkCount {
 }
 
 impl ChunkCount {
-    /// Notes what does not fit; of a damaged chunk, it is known that messages are missing.
-    fn end(&mut self, path: &Path, plan: &mut Plan) {
-        let Self { found, indexed, lost } = mem::take(self);
-        self.lost = plan.lost.len();
-        if let Some(indexed) = indexed.filter(|indexed| *indexed != found && lost == self.lost) {
-            let counts = format!("counts {indexed} messages, and {found} are there");
-            plan.unfit.push(format!("{} has a chunk whose index {counts}", path.display()));
-        }
+    /// That the two numbers differ, in words. Nothing if more is lost by now than before the chunk: it is damaged, so
+    /// it is known that messages are missing.
+    fn misfit(&self, path: &Path, lost: usize) -> Option<String> {
+        let Self { found, indexed, lost: before } = *self;
+        let indexed = indexed.filter(|indexed| *indexed != found && lost == before)?;
+        let counts = format!("counts {indexed} messages, and {found} are there");
+        Some(format!("{} has a chunk whose index {counts}", path.display()))
     }
 }

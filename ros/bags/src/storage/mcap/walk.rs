@@ -49,10 +49,8 @@ pub(super) fn nanoseconds(time: u64) -> i64 {
 pub(super) enum ReadDepth {
     Nothing,
     Head,
-    /// Its bytes take the place of others.
-    Body,
     /// Its bytes are added to others.
-    More,
+    Body,
 }
 
 /// Decides how much of a message is read.
@@ -229,8 +227,7 @@ impl Walk {
         if footer.summary_crc != 0 {
             // It is that of everything from the start of the summary to this last field of the footer.
             self.file.seek(SeekFrom::Start(start)).ok()?;
-            let mut summary = self.file.by_ref().take(end + 9 + FOOTER - 4 - start);
-            let (_, found) = size_and_checksum(&mut summary).ok()?;
+            let (_, found) = size_and_checksum(self.file.by_ref().take(end + 9 + FOOTER - 4 - start)).ok()?;
             if found != footer.summary_crc {
                 return None;
             }
@@ -336,7 +333,7 @@ impl Walk {
             return None;
         }
         self.file.seek(SeekFrom::Start(0)).ok()?;
-        let (size, found) = size_and_checksum(&mut self.file.by_ref().take(self.at)).ok()?;
+        let (size, found) = size_and_checksum(self.file.by_ref().take(self.at)).ok()?;
         let is_wrong = size == self.at && found != stated;
         is_wrong.then(|| format!("{}: its checksum is not that of its records", self.path.display()))
     }
@@ -348,6 +345,7 @@ impl Walk {
         body: &mut Vec<u8>,
         lost: &mut Vec<String>,
     ) -> Option<MessageHeader> {
+        body.clear();
         while !self.is_over {
             match self.advance(&mut chooses, body, lost) {
                 WalkStep::Message(head, _) => return Some(head),
@@ -367,19 +365,17 @@ impl Walk {
     ) -> WalkStep {
         match self.step(chooses, body) {
             Ok(step) => {
-                let mut what = None;
+                let mut lose = |what: String| lost.extend((!lost.contains(&what)).then_some(what));
                 match &step {
                     WalkStep::Message(head, _) => self.last = Some(head.log_time),
                     WalkStep::End => self.is_over = true,
                     WalkStep::Odd(kind) => {
                         let odd = format!("{} has records of an unknown kind, {kind:#04x}", self.path.display());
-                        what = Some(odd + ", which may have been messages");
+                        lose(odd + ", which may have been messages");
                     }
-                    WalkStep::Redeclared => what = Some(redeclared(&self.path)),
+                    WalkStep::Redeclared => lose(redeclared(&self.path)),
                     WalkStep::Other | WalkStep::Index(_) | WalkStep::Unwritten => {}
                 }
-                let what = what.filter(|what| !lost.contains(what));
-                lost.extend(what);
                 step
             }
             Err(error) => {
@@ -527,10 +523,10 @@ impl Walk {
         }
         let at = self.file.stream_position()?;
         let wrong = || Err(io::Error::other("its checksum is not that of its messages"));
-        let mut plain = decompressed(&self.path, at, length, &compression)?;
+        let plain = decompressed(&self.path, at, length, &compression)?;
         if size > LARGEST_WHOLE {
             let is_other = |(read, found)| read == size && found != checksum;
-            if checksum != 0 && size_and_checksum(&mut plain).is_ok_and(is_other) {
+            if checksum != 0 && size_and_checksum(BufReader::with_capacity(1 << 16, plain)).is_ok_and(is_other) {
                 return wrong();
             }
             let input = decompressed(&self.path, at, length, &compression)?;
@@ -583,16 +579,17 @@ impl<R: Read> Read for Exactly<R> {
     }
 }
 
-fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
-    let (mut size, mut hasher, mut buffer) = (0, crc32fast::Hasher::new(), [0; 1 << 13]);
+fn size_and_checksum(mut input: impl BufRead) -> io::Result<(u64, u32)> {
+    let (mut size, mut hasher) = (0, crc32fast::Hasher::new());
     loop {
-        match input.read(&mut buffer)? {
-            0 => return Ok((size, hasher.finalize())),
-            read => {
-                size += read as u64;
-                hasher.update(&buffer[..read]);
-            }
+        let bytes = input.fill_buf()?;
+        if bytes.is_empty() {
+            return Ok((size, hasher.finalize()));
         }
+        hasher.update(bytes);
+        let read = bytes.len();
+        size += read as u64;
+        input.consume(read);
     }
 }
 
@@ -643,18 +640,35 @@ impl Known {
         chooses: &mut impl Chooses,
         body: &mut Vec<u8>,
     ) -> io::Result<(WalkStep, u64)> {
-        // Nearly every record is a message, and in the buffer as a whole.
-        if let Some((length, head)) = message_in(input.fill_buf()?) {
-            input.consume(RECORD_HEAD + MESSAGE_HEAD as usize);
-            return Ok((self.message(head, length - MESSAGE_HEAD, input, chooses, body)?, length));
-        }
-        let Some((kind, length)) = record_head(input)? else { return Ok((WalkStep::End, 0)) };
-        let step = match kind {
-            op::MESSAGE if length >= MESSAGE_HEAD => {
-                let mut head = [0; MESSAGE_HEAD as usize];
-                input.read_exact(&mut head)?;
-                self.message(message_head(&head), length - MESSAGE_HEAD, input, chooses, body)?
+        // Nearly every record is a message, and its head is in the buffer.
+        let (length, head) = match message_in(input.fill_buf()?) {
+            Some(found) => {
+                input.consume(RECORD_HEAD + MESSAGE_HEAD as usize);
+                found
             }
+            None => match record_head(input)? {
+                Some((op::MESSAGE, length @ MESSAGE_HEAD..)) => {
+                    let mut head = [0; MESSAGE_HEAD as usize];
+                    input.read_exact(&mut head)?;
+                    (length, message_head(&head))
+                }
+                Some((kind, length)) => return Ok((self.other(kind, length, input)?, length)),
+                None => return Ok((WalkStep::End, 0)),
+            },
+        };
+        let rest = length - MESSAGE_HEAD;
+        let depth = chooses(&head, &self.channels);
+        match depth {
+            ReadDepth::Body => read_more(input, rest, body)?,
+            ReadDepth::Nothing | ReadDepth::Head => input.pass(rest)?,
+        }
+        let is_wanted = depth != ReadDepth::Nothing;
+        Ok((if is_wanted { WalkStep::Message(head, rest as usize) } else { WalkStep::Other }, length))
+    }
+
+    /// Reads a record that is no message, after its kind and its length.
+    fn other(&mut self, kind: u8, length: u64, input: &mut (impl BufRead + Pass)) -> io::Result<WalkStep> {
+        match kind {
             op::SCHEMA | op::CHANNEL | op::METADATA if length <= LONGEST => {
                 let mut body = Vec::new();
                 read_body(input, length, &mut body)?;
@@ -663,39 +677,20 @@ impl Known {
                     Err(_) if kind == op::METADATA => false,
                     record => self.note(record.map_err(io::Error::other)?),
                 };
-                if is_redeclared { WalkStep::Redeclared } else { WalkStep::Other }
+                Ok(if is_redeclared { WalkStep::Redeclared } else { WalkStep::Other })
             }
             // A part of a file that was never written reads as zeros.
-            0 => return Err(io::Error::other("there are zeros in place of records")),
+            0 => Err(io::Error::other("there are zeros in place of records")),
             kind => {
                 input.pass(length)?;
-                match kind {
+                Ok(match kind {
                     op::MESSAGE_INDEX => WalkStep::Index(length.saturating_sub(INDEX_HEAD) / INDEX_ENTRY),
                     op::HEADER | op::ATTACHMENT | op::METADATA | PRIVATE.. => WalkStep::Other,
                     // Also what is too short for a message or too long for a definition.
                     kind => WalkStep::Odd(kind),
-                }
+                })
             }
-        };
-        Ok((step, length))
-    }
-
-    /// Reads as much of a message as is wanted; this many bytes follow its head.
-    fn message(
-        &self,
-        head: MessageHeader,
-        rest: u64,
-        input: &mut (impl BufRead + Pass),
-        chooses: &mut impl Chooses,
-        body: &mut Vec<u8>,
-    ) -> io::Result<WalkStep> {
-        let reading = chooses(&head, &self.channels);
-        match reading {
-            ReadDepth::Body => read_body(input, rest, body)?,
-            ReadDepth::More => read_more(input, rest, body)?,
-            ReadDepth::Nothing | ReadDepth::Head => input.pass(rest)?,
         }
-        Ok(if reading == ReadDepth::Nothing { WalkStep::Other } else { WalkStep::Message(head, rest as usize) })
     }
 }
 
