@@ -16,12 +16,11 @@ use monitors::Property;
 use recording::{Archive, Doubts, Ended, Follower as _, Origin, RunView, Step, TreeRun, fitting};
 use tree_logs::LoggedTree;
 
-use crate::interrupt;
+use crate::interrupt::{self, pause};
 use crate::live::groot_args::GrootArgs;
 use crate::live::{PageArgs, serve_meanwhile};
 use crate::output::{note, print_wrapped};
 use crate::verify::announcer::{Announcer, Reactions};
-use crate::verify::growing::pause;
 use crate::verify::in_words;
 use crate::verify::judge::{VerificationResult, load};
 use crate::verify::log_context::LogContext;

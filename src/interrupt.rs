@@ -2,11 +2,15 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use crate::output::note;
 
 /// The exit status of a command that was interrupted, as in a shell.
 pub(crate) const STATUS: u8 = 130;
+
+/// The interval at which what other programs do is looked at again. Chosen, not measured.
+pub(crate) const PAUSE: Duration = Duration::from_millis(10);
 
 /// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes the machine away (SIGINT,
 /// SIGTERM or SIGHUP).
@@ -28,4 +32,10 @@ pub(crate) fn listen() -> &'static AtomicBool {
 /// Stops the work once the program has been asked to end.
 pub(crate) fn flow() -> ControlFlow<()> {
     if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Waits for other programs, or for the request to end.
+#[expect(clippy::disallowed_methods, reason = "waits for another program")]
+pub(crate) fn pause() {
+    std::thread::sleep(PAUSE);
 }

@@ -15,12 +15,12 @@ use runs::{Partners, Session};
 use scenarios::scenario::{Found, Scenario, find};
 
 use crate::bag_tree::BagTreeArgs;
+use crate::browser;
+use crate::interrupt::{self, pause};
 use crate::names::ScenarioName;
 use crate::output::{note, note_elsewhere, print_wrapped};
 use crate::run::BesideArgs;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
-use crate::verify::growing::pause;
-use crate::{browser, interrupt};
 use groot_args::GrootArgs;
 
 /// The run or runs to show, and where their page is served.

@@ -25,6 +25,7 @@ mod loss;
 pub(crate) mod mapped;
 #[cfg(test)]
 mod random;
+mod recorded_events;
 mod scene_sampler;
 mod ticks;
 pub(crate) mod tree_log;

@@ -4,9 +4,9 @@
 mod circles;
 mod modules;
 mod names;
-mod nevers;
 mod page;
 mod rooms;
+mod rules;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -276,7 +276,8 @@ impl Files {
         S: PartialEq + Send + Sync + 'static,
         T: Clone + Send + Sync + 'static,
     {
-        // A file is read only because of the contents of those before it, so the first that has changed ends the search.
+        // A file is read only because of the contents of those before it, so the first that has changed ends the
+        // search.
         let is_current = |made: &Arc<Made<S, T>>| {
             let mut inputs = made.inputs.iter();
             made.settings == settings

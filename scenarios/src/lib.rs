@@ -13,9 +13,9 @@
 //! does. A scenario without a map has no `Premises`. A scenario of a RoAML model has its `Model`, from which tree,
 //! skills and components come.
 //!
-//! What is made of files is kept by the [`Memo`](diagnostics::Memo) of their disk, until the files change: parsed
-//! files (`files::Files::load`), and what is computed from a map, `nav::Reach`, `nav::Atlas` and `sim::Building`. So the
-//! runs of a scenario share it, also those with other values, and an editor parses only what was edited.
+//! What is made of files is kept by the [`Memo`](diagnostics::Memo) of their disk, until the files change: parsed files
+//! (`files::Files::load`), and what is computed from a map, `nav::Reach`, `nav::Atlas` and `sim::Building`. So the runs
+//! of a scenario share it, also those with other values, and an editor parses only what was edited.
 //!
 //! Only `scenario/skill.rs` decides which machine implements which leaf, and `scenario/component.rs` makes components
 //! from files.

@@ -10,10 +10,10 @@ use serde_json::json;
 use trials::replay::trajectory::trajectory;
 
 use super::args::VerifyArgs;
-use super::growing::{STILL_WRITTEN, pause};
+use super::growing::STILL_WRITTEN;
 use super::judge::{VerificationResult, name};
 use super::mapped::{Mapped, await_topics, load_mapping};
-use crate::interrupt;
+use crate::interrupt::{self, pause};
 use crate::output::note;
 
 /// Checks a bag against properties, in constant memory.

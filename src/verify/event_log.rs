@@ -2,6 +2,8 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeSet, VecDeque};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -12,15 +14,16 @@ use campaigns::Error;
 use channels::{ChannelId, Event, EventKind, Flaw, Gap, Ground, Topology};
 use diagnostics::counted;
 use editor::System;
-use monitors::{GapMark, Property};
-use recording::{BagTree, Doubts, Header, Origin, Recording};
+use monitors::{Channels, EventLog, GapMark, Property};
+use recording::{BagTree, Doubts, Header, Origin, Recording, RecordingError, RunView};
 
 use super::args::VerifyArgs;
 use super::description::Description;
-use super::growing::STILL_WRITTEN;
+use super::growing::{GrowingLog, STILL_WRITTEN};
 use super::judge::{self, NO_FORMULA, Verification, VerificationResult, load, recorded_properties, unreported_levels};
 use super::log_context::LogContext;
-use super::logged_run::{LoggedRun, RecordedTree, Start};
+use super::logged_run::{LoggedRun, RecordedTree};
+use super::recorded_events::RecordedEvents;
 use super::ticks::Ticks;
 use super::tree_log;
 use crate::interrupt;
@@ -143,6 +146,62 @@ pub(super) fn unreadable(path: &Path, error: &dyn std::error::Error) -> Error {
     let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording; or a log of \
                 BehaviorTree.CPP";
     Error::refused(message, help)
+}
+
+/// The start of a run that is judged again: what is known before its system.
+enum Start {
+    /// The first line of an event log, and the rest of it.
+    Lines(Vec<u8>, Box<dyn BufRead>),
+    Recording(Box<(Recording, RunView)>),
+}
+
+impl Start {
+    /// The start of an event log: a file, a pipe or standard input.
+    fn of_lines(log: &Path, follow: bool) -> io::Result<Self> {
+        let mut input: Box<dyn BufRead> = if follow {
+            Box::new(BufReader::new(GrowingLog::open(log)?))
+        } else if log == Path::new("-") {
+            Box::new(io::stdin().lock())
+        } else {
+            diagnostics::reading(log)?;
+            Box::new(BufReader::with_capacity(1 << 18, File::open(log)?))
+        };
+        let mut first = Vec::new();
+        // A longer line is refused later.
+        input.by_ref().take(1 << 20).read_until(b'\n', &mut first)?;
+        Ok(Self::Lines(first, input))
+    }
+
+    fn of_recording(mut recording: Recording) -> Result<Self, RecordingError> {
+        let view = recording.begin()?;
+        Ok(Self::Recording(Box::new((recording, view))))
+    }
+
+    fn description(&self) -> Description {
+        match self {
+            Self::Lines(first, _) => Description::of(first),
+            Self::Recording(begun) => Description::of_recording(begun.1.header()),
+        }
+    }
+
+    /// The header of a recording; none for an event log.
+    fn header(&self) -> Option<&Header> {
+        if let Self::Recording(begun) = self { Some(begun.1.header()) } else { None }
+    }
+
+    /// The run, whose messages are those of this system.
+    fn run(self, path: &Path, topology: &Arc<Topology>, follow: bool) -> Box<dyn LoggedRun> {
+        match self {
+            Self::Lines(first, input) => {
+                let log = EventLog::new(Cursor::new(first).chain(input), topology, Channels::Known);
+                Box::new((path.to_owned(), if follow { log.until_end() } else { log }))
+            }
+            Self::Recording(begun) => {
+                let (recording, view) = *begun;
+                Box::new(RecordedEvents::new(recording, view, topology))
+            }
+        }
+    }
 }
 
 /// Notes about the gaps of a log: the first few, and the number of further ones.

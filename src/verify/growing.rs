@@ -4,12 +4,8 @@ use std::fs::File;
 use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
-use std::time::Duration;
 
-use crate::interrupt;
-
-/// The interval at which a log is checked for new data. Chosen, not measured.
-const PAUSE: Duration = Duration::from_millis(10);
+use crate::interrupt::{self, PAUSE, pause};
 
 /// The note if the program was interrupted before the end of the log.
 pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";
@@ -17,11 +13,6 @@ pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows
 /// The maximum length of a line, in bytes. A longer one is passed on incomplete, and [`EventLog`](monitors::EventLog)
 /// refuses it.
 const LONGEST_LINE: usize = 1 << 20;
-
-#[expect(clippy::disallowed_methods, reason = "waits for another program")]
-pub(crate) fn pause() {
-    std::thread::sleep(PAUSE);
-}
 
 /// The complete lines of an event log that is being written. At the end of the data, reading waits for more: from a
 /// pipe until it is closed, from a file until the program is interrupted.

@@ -14,10 +14,12 @@ use channels::{Event, EventKind, Ground, Message, Topology, Value, Verdict};
 use monitors::{Channels, EventLog, Outcome, Property};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-use recording::{Archive, Doubts, Evidence, Follower, Judge, Origin, RecordedEvents, Recording, RunView, event_line};
+use recording::{Archive, Doubts, Evidence, Follower, Judge, Origin, Recording, RunView, event_line};
 
 use super::judge::{MonitoringResult, judge_without_report};
 use super::log_context::LogContext;
+use super::logged_run::LoggedRun as _;
+use super::recorded_events::RecordedEvents;
 
 const MAPPING: &str = "[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nwhole = \"whole\"\n\
                        natural = \"natural\"\nlevel = \"level\"\ncode = { path = \"codes[0]\", symbols = { 7 = \"seven\", 8 = \"eight\" } }\n";

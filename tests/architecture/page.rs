@@ -1,12 +1,12 @@
-//! ARCHITECTURE.md against the code: its figure of the rooms and its table of nevers are generated; the files, types
+//! ARCHITECTURE.md against the code: its figure of the rooms and its table of rules are generated; the files, types
 //! and tests that it names exist.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use super::nevers::NEVERS;
 use super::rooms::Rooms;
+use super::rules::RULES;
 use super::sources;
 use crate::reference::{compare_part_of, table};
 use crate::workspace::metadata;
@@ -26,12 +26,12 @@ fn page() -> String {
 
 /// One test, since each part that is blessed writes the whole page.
 #[test]
-fn the_page_has_the_figure_of_the_rooms_and_the_nevers() {
+fn the_page_has_the_figure_of_the_rooms_and_the_rules() {
     let figure = Rooms::read().figure();
     assert!(figure.lines().all(|line| line.chars().count() <= WIDTH), "too wide:\n{figure}");
     compare_part_of(PAGE, "rooms", &format!("```text\n{figure}\n```"));
-    let rows = NEVERS.iter().map(|(never, reason)| [never.sentence(), (*reason).to_owned()]);
-    compare_part_of(PAGE, "nevers", &table(["rule", "reason"], rows));
+    let rows = RULES.iter().map(|(never, reason)| [never.sentence(), (*reason).to_owned()]);
+    compare_part_of(PAGE, "rules", &table(["rule", "reason"], rows));
 }
 
 #[test]

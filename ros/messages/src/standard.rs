@@ -1,7 +1,7 @@
 //! Types of ROS's common packages, as Rust types.
 //!
-//! The fields are those of ROS 2 Humble and later: the packages `builtin_interfaces`, `rcl_interfaces`, `rosgraph_msgs`,
-//! `action_msgs` and `lifecycle_msgs` (`ros2/rcl_interfaces`, Apache-2.0), `unique_identifier_msgs`
+//! The fields are those of ROS 2 Humble and later: the packages `builtin_interfaces`, `rcl_interfaces`,
+//! `rosgraph_msgs`, `action_msgs` and `lifecycle_msgs` (`ros2/rcl_interfaces`, Apache-2.0), `unique_identifier_msgs`
 //! (`ros2/unique_identifier_msgs`, BSD), `std_msgs`, `geometry_msgs`, `sensor_msgs`, `nav_msgs`, `diagnostic_msgs` and
 //! `visualization_msgs` (`ros2/common_interfaces`, Apache-2.0), `tf2_msgs` (`ros2/geometry2`, BSD), and
 //! `ros_gz_interfaces` (`gazebosim/ros_gz`, Apache-2.0); those of `nav2_msgs` are from Jazzy

@@ -22,12 +22,12 @@
 //!
 //! # Inside
 //! A `runner` on its own thread takes records from a `Session` (`steered`), or from files that may still grow or a
-//! `feed` (`open_recording`). Each run on the page is a `shown_run`: its `history` keeps all records in a `RecordStore`, a
-//! temporary file, and a playback shows any moment of it. The `server` passes frames on to pages (`broadcast`), and the
-//! pilot's actions back to the runner. A page gets what the records contain (`frame`), and the report's own verdicts
-//! and charts (`html/live.rs` in `reports`). Each act is a fault at the current step, so a session is always a
-//! scenario. Recordings beside each other are aligned and compared
-//! (`beside`). A `Board` shows the progress of a campaign.
+//! `feed` (`open_recording`). Each run on the page is a `shown_run`: its `history` keeps all records in a
+//! `RecordStore`, a temporary file, and a playback shows any moment of it. The `server` passes frames on to pages
+//! (`broadcast`), and the pilot's actions back to the runner. A page gets what the records contain (`frame`), and the
+//! report's own verdicts and charts (`html/live.rs` in `reports`). Each act is a fault at the current step, so a
+//! session is always a scenario. Recordings beside each other are aligned and compared (`beside`). A `Board` shows the
+//! progress of a campaign.
 
 mod beside;
 mod board;

@@ -82,8 +82,8 @@ impl Texts<'_> {
         follows
     }
 
-    /// Whether a condition does nothing but compare such texts; `many` means that many positions together decide whether
-    /// the property holds.
+    /// Whether a condition does nothing but compare such texts; `many` means that many positions together decide
+    /// whether the property holds.
     fn compares(&self, condition: &MessageCondition, channel: ChannelId, many: bool) -> bool {
         let has_text = |term: &Term| {
             let mut has_text = false;

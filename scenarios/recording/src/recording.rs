@@ -167,7 +167,9 @@ impl Recording {
         RecordingError::Damaged(self.path.clone())
     }
 
-    pub(crate) fn truncated(&self, extent: String) -> RecordingError {
+    /// The error that the file ends before its run does, with how much of the run it contains, in words.
+    #[must_use]
+    pub fn truncated(&self, extent: String) -> RecordingError {
         RecordingError::Truncated { path: self.path.clone(), extent }
     }
 

@@ -36,8 +36,8 @@ pub enum Next<E> {
 }
 
 /// Takes a run to its end, for the follower that `begin` makes from its start. The follower sees at least as much as
-/// `wanted`. `goes_on` is called at the start, after every step and while one waits, and may stop the run. If there is a
-/// `record`, the run is written to it as an [`Archive`].
+/// `wanted`. `goes_on` is called at the start, after every step and while one waits, and may stop the run. If there is
+/// a `record`, the run is written to it as an [`Archive`].
 ///
 /// # Errors
 /// A file that could not be written; the reason why the run cannot continue; an error of the follower.

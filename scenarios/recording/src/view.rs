@@ -72,8 +72,8 @@ pub struct RunView {
     end: Option<End>,
 }
 
-/// What applying a record gives if this program has made the record itself. Unlike those of a file, which may be damaged,
-/// such records refer only to what their header contains and never go back in time.
+/// What applying a record gives if this program has made the record itself. Unlike those of a file, which may be
+/// damaged, such records refer only to what their header contains and never go back in time.
 ///
 /// # Panics
 /// If a record does not fit: this is a mistake in what makes the records.

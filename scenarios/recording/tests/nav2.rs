@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use bt::{Status, Tree};
 use channels::{EventKind, Flaw, Gap};
 use mcap::records::MessageHeader;
-use recording::{BagTree, Happening, LogError, RecordedEvents, Recording, RecordingError, RunView};
+use recording::{BagTree, Happening, LogError, Recording, RecordingError, RunView};
 use ros_messages::{RosMessage, messages};
 use tree_logs::{Log as TreeLog, LogEntry, NodeStatus};
 
@@ -166,22 +165,13 @@ fn simulated_time_does_not_tell_when_a_goal_ended() {
 #[test]
 fn a_status_that_does_not_follow_from_the_one_before_is_a_loss() {
     let folder = tempfile::tempdir().unwrap();
-    let path = bag(folder.path(), -0.01, &[BEGIN, AGAIN]);
-    let (told, gaps, view) = played(&path);
+    let (told, gaps, view) = played(&bag(folder.path(), -0.01, &[BEGIN, AGAIN]));
     let [gap] = &gaps[..] else { panic!("{gaps:?}") };
     assert_eq!((gap.flaw, gap.since.map(|since| since.as_secs())), (Flaw::Missing, Some(0)));
     let why = "at 2.99 s, ComputePathToPose was success before, and the last that is known of it is running: messages are \
                missing, or the tree is another one";
     assert_eq!((gap.why.as_str(), view.lost()), (why, &[why.to_owned()][..]));
     assert_eq!(told.last().map(String::as_str), Some("9 ComputePathToPose running"));
-    // The monitors of other properties are notified of it, too.
-    let mut recording = Recording::of_bag(&path, &tree()).unwrap();
-    let start = recording.begin().unwrap();
-    let topology = Arc::clone(&start.header().topology);
-    let mut events = RecordedEvents::new(recording, start, &topology);
-    while events.next_event().unwrap().is_some() {}
-    let begins = monitors::GapMark::Begins(gap.clone());
-    assert_eq!((events.next_gap_mark(), events.next_gap_mark()), (Some(begins), None));
 }
 
 #[test]

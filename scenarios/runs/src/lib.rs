@@ -1,7 +1,7 @@
 //! Runs of scenarios: the simulated world, the channel system and its monitors, step by step.
 //!
-//! A [`Run`] advances step by step and describes itself in records; [`conduct`](recording::conduct) takes one from start
-//! to end, and a [`Session`] is one in which a person intervenes.
+//! A [`Run`] advances step by step and describes itself in records; [`conduct`](recording::conduct) takes one from
+//! start to end, and a [`Session`] is one in which a person intervenes.
 //!
 //! # Inside
 //! `wiring` makes the processes of a scenario and chooses the scheduler. `injector` applies the faults that `timetable`

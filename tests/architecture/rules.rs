@@ -17,7 +17,7 @@ type Names = &'static [&'static str];
 
 use Never::{DependUnless, Reach, ReachOthersThan};
 
-pub(super) const NEVERS: &[(Never, &str)] = &[
+pub(super) const RULES: &[(Never, &str)] = &[
     (ReachOthersThan(&["batch", "channels", "diagnostics", "rasters"], &[]), "each can be used and tested alone"),
     (ReachOthersThan(&["explorer"], &["channels"]), "a proof rests on the rules of channel systems alone"),
     (
@@ -109,7 +109,7 @@ fn listed(names: Names, conjunction: &str) -> String {
 #[test]
 fn no_room_reaches_what_it_must_not() {
     let rooms = Rooms::read();
-    for (never, reason) in NEVERS {
+    for (never, reason) in RULES {
         let sentence = never.sentence();
         assert!(never.rooms().iter().all(|room| rooms.contains(room)), "an unknown room: {sentence}");
         let breaches = never.breaches(&rooms);
