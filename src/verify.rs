@@ -64,7 +64,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
             return Err(Error::refused(message, "give each its own command"));
         }
     }
-    if args.follow || args.board.is_live() {
+    if args.follow {
         interrupt::listen();
     }
     for (log, folder) in args.logs.iter().zip(folders) {
@@ -115,7 +115,11 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     if let Some(out) = args.out.as_ref().filter(|_| several) {
         logs::write_index(&lines, out)?;
     }
-    if is_shown {
+    if is_shown && args.board.is_live() {
+        // Until here, Ctrl-C ends the program at once, unless a log is followed.
+        if !args.follow {
+            interrupt::listen();
+        }
         args.board.stay();
     }
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))

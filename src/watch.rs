@@ -156,6 +156,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         trajectory: None,
         announcer: Some(Announcer::new(args.json, reactions)),
         board: Some(&args.board).filter(|board| board.is_live()),
+        is_robot: true,
         inputs: &|| inputs(&args.properties, &[]),
     };
     let verified = mapped.judge(&survey, source, &is_to_end)?;

@@ -219,6 +219,13 @@ impl Files {
         memory.map_or_else(BTreeSet::new, |memory| memory.keys().cloned().collect())
     }
 
+    /// Forgets the contents of all files but these.
+    pub fn retain(&self, known: &BTreeSet<PathBuf>) {
+        if let Some(memory) = &self.memory {
+            memory.lock().unwrap_or_else(PoisonError::into_inner).retain(|path, _| known.contains(path));
+        }
+    }
+
     /// The same files, except that those on disk are looked up in this folder, unless a base in another folder names
     /// them. It is relative to the current one or, if these are only the shipped files, to the working directory.
     #[must_use]

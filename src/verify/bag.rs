@@ -59,6 +59,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         trajectory,
         announcer: args.announcer(),
         board: args.board(),
+        is_robot: false,
         inputs: &|| args.inputs(path),
     };
     let is_to_end = || args.follow && interrupt::flow().is_break();

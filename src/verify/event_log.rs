@@ -22,11 +22,12 @@ use super::description::Description;
 use super::growing::{GrowingLog, STILL_WRITTEN};
 use super::judge::{self, NO_FORMULA, Verification, VerificationResult, load, recorded_properties, unreported_levels};
 use super::log_context::LogContext;
-use super::logged_run::{LoggedRun, RecordedTree};
+use super::logged_run::{LoggedLines, LoggedRun, RecordedTree};
 use super::recorded_events::RecordedEvents;
 use super::ticks::Ticks;
 use super::tree_log;
 use crate::interrupt;
+use crate::output::note;
 use crate::results::node_places;
 
 /// The maximum number of gaps of a log that are listed. More would not be read.
@@ -194,11 +195,12 @@ impl Start {
         match self {
             Self::Lines(first, input) => {
                 let log = EventLog::new(Cursor::new(first).chain(input), topology, Channels::Known);
-                Box::new((path.to_owned(), if follow { log.until_end() } else { log }))
+                let log = if follow { log.until_end() } else { log };
+                Box::new(LoggedLines { path: path.to_owned(), log, is_followed: follow })
             }
             Self::Recording(begun) => {
                 let (recording, view) = *begun;
-                Box::new(RecordedEvents::new(recording, view, topology))
+                Box::new(RecordedEvents::new(path, recording, view, topology))
             }
         }
     }
@@ -239,7 +241,9 @@ fn events_of(
                     return Some(Err(error));
                 }
             }
-            tree.iter().for_each(|tree| tree.note(log.take_outcomes()));
+            // Those up to an event are noted when it is read ahead, and taken with its record.
+            let outcomes = log.take_outcomes();
+            tree.iter().for_each(|tree| tree.note(&outcomes));
             if log.is_foreign() && !std::mem::replace(&mut is_foreign, true) {
                 let why = "none is in the log, which has messages on channels that the scenario does not have";
                 vouched.extend(without_message.iter().map(|channel| (*channel, Ground::Missing(why.to_owned()))));
@@ -263,8 +267,12 @@ fn events_of(
         }
         if ahead.is_none() && log.breaks_off() {
             return (!std::mem::replace(&mut is_ended, true)).then(|| {
-                let (rest, why) = log.rest();
-                why.iter().for_each(|why| gaps.borrow_mut().note(why));
+                let (rest, is_listed) = log.rest();
+                if is_listed {
+                    gaps.borrow_mut().note(&rest.why)
+                } else {
+                    note(&rest.why)
+                }
                 Ok(Found::LeftOut(rest))
             });
         }

@@ -32,8 +32,8 @@ impl RecordedTree {
     }
 
     /// Takes the outcomes up to the next event.
-    pub(super) fn note(&self, outcomes: Vec<NodeOutcome>) {
-        self.outcomes.borrow_mut().extend(outcomes);
+    pub(super) fn note(&self, outcomes: &[NodeOutcome]) {
+        self.outcomes.borrow_mut().extend_from_slice(outcomes);
     }
 
     /// Adds the outcomes up to an event to its record.
@@ -64,8 +64,8 @@ pub(super) trait LoggedRun {
     /// Whether the log ends before its run does.
     fn breaks_off(&self) -> bool;
 
-    /// The gap from there on, with a note about it for the result, unless there has been one.
-    fn rest(&self) -> (Gap, Option<&'static str>);
+    /// The gap from there on, and whether it is one of the gaps that the result lists. Otherwise it is told at once.
+    fn rest(&self) -> (Gap, bool);
 
     /// When the run ended, if that has been read.
     fn end(&self) -> Option<Duration>;
@@ -76,10 +76,17 @@ pub(super) trait LoggedRun {
     }
 }
 
-/// An event log, and its path.
-impl<R: BufRead> LoggedRun for (PathBuf, EventLog<R>) {
+/// A run from its event log.
+pub(super) struct LoggedLines<R> {
+    pub(super) path: PathBuf,
+    pub(super) log: EventLog<R>,
+    /// Whether the log may still be written.
+    pub(super) is_followed: bool,
+}
+
+impl<R: BufRead> LoggedRun for LoggedLines<R> {
     fn next_event(&mut self) -> Result<Option<Event>, Error> {
-        self.1.next_event().map_err(|error| {
+        self.log.next_event().map_err(|error| {
             let help = match error {
                 LogError::Foreign { .. } => {
                     "correct the message; or name the scenario that the log is from: `--scenario NAME|FILE`"
@@ -89,33 +96,32 @@ impl<R: BufRead> LoggedRun for (PathBuf, EventLog<R>) {
                 }
                 _ => "each line of a log is one JSON object",
             };
-            Error::refused(format!("{}: {error}", self.0.display()), help)
+            Error::refused(format!("{}: {error}", self.path.display()), help)
         })
     }
 
     fn next_gap_mark(&mut self) -> Option<GapMark> {
-        self.1.next_gap_mark()
+        self.log.next_gap_mark()
     }
 
     fn skipped(&self) -> u64 {
-        self.1.skipped()
+        self.log.skipped()
     }
 
     fn is_foreign(&self) -> bool {
-        self.1.is_foreign()
+        self.log.is_foreign()
     }
 
-    /// The end of a followed log may not have been written yet.
+    /// The end of a followed log may not have been written yet when the program is interrupted.
     fn breaks_off(&self) -> bool {
-        self.1.lacks_end() && interrupt::flow().is_continue()
+        self.log.lacks_end() && !(self.is_followed && interrupt::flow().is_break())
     }
 
-    fn rest(&self) -> (Gap, Option<&'static str>) {
-        let why = "the log breaks off: its last line, which says how its run ended, is missing";
-        (self.1.rest(why), Some(why))
+    fn rest(&self) -> (Gap, bool) {
+        (self.log.rest("the log breaks off: its last line, which says how its run ended, is missing"), true)
     }
 
     fn end(&self) -> Option<Duration> {
-        self.1.end()
+        self.log.end()
     }
 }

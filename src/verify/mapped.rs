@@ -52,6 +52,8 @@ pub(crate) struct Mapped<'m> {
     pub(crate) announcer: Option<Announcer>,
     /// The live page that shows the messages, if there is one.
     pub(crate) board: Option<&'m BoardArgs>,
+    /// Whether the source delivers what shows the robot on the page.
+    pub(crate) is_robot: bool,
     /// Returns the files with which they are judged, if results are wanted. It is called after the files have been
     /// read.
     pub(crate) inputs: &'m dyn Fn() -> Vec<InputFile>,
@@ -87,7 +89,8 @@ impl Mapped<'_> {
             true => Doubts::about_losses(&properties, &system.topology),
             false => Doubts::about_any_messages(&properties, &system.topology),
         };
-        let live_pose = self.board.and(mapping.robot()).map(|topics| LivePose::new(topics.clone()));
+        let shown = self.board.filter(|_| self.is_robot).and(mapping.robot());
+        let live_pose = shown.map(|topics| LivePose::new(topics.clone()));
         let live_pose = live_pose.map(|live_pose| Rc::new(RefCell::new(live_pose)));
         let source = Through::new(source, |source: &mut _, body: &mut Vec<u8>| {
             let received = Source::receive(source, body);

@@ -317,7 +317,7 @@ fn read_again(events: &[Event], topology: &Arc<Topology>, file: Option<&Path>) -
     archive.finish().unwrap();
     let mut recording = Recording::open(path).unwrap();
     let start = recording.begin().unwrap();
-    let mut recorded = RecordedEvents::new(recording, start, topology);
+    let mut recorded = RecordedEvents::new(path, recording, start, topology);
     std::iter::from_fn(|| recorded.next_event().unwrap()).collect()
 }
 

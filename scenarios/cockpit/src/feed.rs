@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use recording::{Follower, Record, RunView};
 
-/// Sends the records of runs, one run after the other, to [a page](crate::Cockpit::follow). The page stores them in a
-/// temporary file, so that they wait in memory only for a moment. Once no page receives them, they are discarded.
+/// Sends the records of runs, one run after the other, to [a page](crate::Cockpit::follow), which stores them in a
+/// temporary file. They wait in memory until it has done so. Once no page receives them, they are discarded.
 #[derive(Debug)]
 pub struct Feed(Sender<Record>);
 

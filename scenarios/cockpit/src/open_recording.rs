@@ -87,8 +87,10 @@ impl OpenRecording {
     pub(crate) fn next_run(&mut self) -> Option<RunView> {
         let Records::Feed(records) = &self.records else { return None };
         let first = self.has_ended().then(|| records.try_recv().ok()).flatten()?;
+        // After an error, the rest of a run is left out.
+        let start = start(first, records)?;
         self.state = ReadState::Reading;
-        start(first, records)
+        Some(start)
     }
 
     /// The name of its file.
@@ -161,10 +163,9 @@ impl OpenRecording {
 
 /// The start of a run, from its first two records.
 fn start(first: Record, records: &Receiver<Record>) -> Option<RunView> {
-    match (first, records.recv()) {
-        (Record::Header(header), Ok(Record::Step(start))) => RunView::new(*header, start).ok(),
-        _ => None,
-    }
+    let Record::Header(header) = first else { return None };
+    let Record::Step(start) = records.recv().ok()? else { return None };
+    RunView::new(*header, start).ok()
 }
 
 fn begin(path: &Path, open: &Opener) -> Result<(Recording, RunView), RecordingError> {

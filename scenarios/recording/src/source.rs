@@ -16,8 +16,8 @@ pub trait RecordSource {
     /// If it cannot begin.
     fn start(&mut self, wanted: Detail) -> Result<RunView, Self::Error>;
 
-    /// Advances the view by one step; the last step brings the end with it. If `is_stopped`, it is the last one, where
-    /// the source can end there, and it waits for nothing.
+    /// Advances the view by one step; the last step brings the end with it. `is_stopped` asks the source to end with
+    /// this step, without waiting; only runs do.
     ///
     /// # Errors
     /// If there is no further step.

@@ -223,7 +223,9 @@ impl Session {
 
     /// Continues with these faults.
     fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
-        let scenario = load(&self.found, &self.written, &faults)?;
+        let known = self.found.files.remembered();
+        // A file that was refused may be corrected.
+        let scenario = load(&self.found, &self.written, &faults).inspect_err(|_| self.found.files.retain(&known))?;
         if scenario.file.faults[self.faults.len()..].iter().any(|new| !new.kind().can_begin_later()) {
             let help = "write this fault into the scenario, with `at_s = 0`";
             return Err(Error::refused("the software's map can be wrong only from the start of a run", help));
