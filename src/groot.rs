@@ -52,7 +52,7 @@ pub(crate) fn live(args: &GrootArgs, address: &str, page: &PageArgs) -> Result<E
     let (mut program, snapshot) = TreeWatch::begin(client, args.passive).map_err(refused)?;
     let (feed, records) = Feed::new();
     let mut watched = WatchedTree::begin(args, &address, program.tree(), snapshot, (1, feed))?;
-    serve_meanwhile(page.announce(Cockpit::follow(records, page.port()))?);
+    serve_meanwhile(page.announce(Cockpit::follow(records, page.port))?);
     let mut status = 0;
     while interrupt::flow().is_continue() {
         let error = match program.next_update() {

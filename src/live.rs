@@ -54,18 +54,13 @@ pub(crate) struct LiveArgs {
 pub(crate) struct PageArgs {
     /// The port of the page on this computer [default: any that is free]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    port: u16,
+    pub(crate) port: u16,
     /// Does not open the page in the browser
     #[arg(long)]
     no_open: bool,
 }
 
 impl PageArgs {
-    /// The port, or 0 for any.
-    pub(crate) fn port(&self) -> u16 {
-        self.port
-    }
-
     /// Prints the addresses of the page, and opens it.
     pub(crate) fn announce(&self, cockpit: Result<Cockpit, cockpit::Error>) -> Result<Cockpit, Error> {
         let cockpit = cockpit.map_err(refused)?;

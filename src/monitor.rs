@@ -67,7 +67,6 @@ pub(crate) enum ExportFormat {
 }
 
 impl ExportFormat {
-    /// The file of a property.
     fn file(self, folder: &Path, property: &Property) -> PathBuf {
         let ending = match self {
             Self::Text => "txt",

@@ -179,7 +179,6 @@ fn of_scenario(folder: &Path, proof: &Proof) -> PathBuf {
     folder.join(&proof.scenario().name)
 }
 
-/// The file with the model of a question.
 fn model_file(folder: &Path, proof: &Proof, question: &Question) -> PathBuf {
     let name = format!("{}-{}.pml", proof.scenario().name, question.property);
     folder.join(name.replace('/', "-"))

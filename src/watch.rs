@@ -28,6 +28,7 @@ use crate::verify::announcer::{Alarm, Announcer, Reactions};
 use crate::verify::args::RobotsArgs;
 use crate::verify::bag::contents;
 use crate::verify::inputs::inputs;
+use crate::verify::judge::Verification;
 use crate::verify::mapped::{Mapped, await_topics, check_no_metadata, load_mapping};
 use crate::verify::{self, bag};
 use black_box::BlackBox;
@@ -142,23 +143,20 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         None => source,
     };
     let reactions = Reactions { hook: args.on_violation.clone(), alarm: kept.map(|kept| args.alarm(kept)), publish };
-    let mapped = Mapped {
+    let verification = Verification {
+        command: args.command(),
         name: args.target.name(),
-        about: args.target.about(),
-        mapping: &mapping,
-        text,
-        properties: &args.properties,
-        robots,
-        scenario: args.scenario.as_deref(),
         folder: args.out.as_deref(),
         stories: false,
-        command: args.command(),
-        trajectory: None,
+        about: args.target.about(),
+        mapping: text,
+        inputs: &|| inputs(&args.properties, &[]),
         announcer: Some(Announcer::new(args.json, reactions)),
         board: Some(&args.board).filter(|board| board.is_live()),
-        is_robot: true,
-        inputs: &|| inputs(&args.properties, &[]),
     };
+    let (properties, scenario) = (&args.properties, args.scenario.as_deref());
+    let (trajectory, is_robot) = (None, true);
+    let mapped = Mapped { verification, mapping: &mapping, properties, robots, scenario, trajectory, is_robot };
     let verified = mapped.judge(&survey, source, &is_to_end)?;
     let written = recorded
         .zip(args.record.as_ref())

@@ -7,12 +7,12 @@ mod value;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use channels::Shared;
+
 pub(crate) use scopes::{Scope, ScopeId, Scopes, Slot};
 pub use types::Type;
 pub(crate) use types::status_named;
 pub use value::{Value, ValueError};
-
-use crate::shared::Shared;
 
 /// An entry: its value, its type, and the number of times that it has been written.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -38,7 +38,6 @@ impl Entry {
         (&self.of, self.value.as_ref())
     }
 
-    /// Whether it has a value.
     pub(crate) fn has_value(&self) -> bool {
         self.value.is_some()
     }

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::NormalForm;
+use channels::{NormalForm, Shared};
 
 use crate::engine::{Context, Later, Now, TreeState};
-use crate::shared::Shared;
 use crate::{
     Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, NodeTransition, Outcome, Progress, Reply, Status, Tree,
 };
@@ -81,7 +80,7 @@ impl Execution {
     /// The faults in the last tick and in halts since then.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
-        self.state.faults()
+        &self.state.faults
     }
 
     /// From now on, changes of status are noted until they are [taken](Self::take_transitions).

@@ -72,7 +72,6 @@ impl Hooks {
         self.on_halted.as_ref().map_or(Ok(()), |script| script.run(board).map(|_| ()))
     }
 
-    /// The script in the attribute with this name.
     pub(crate) fn script(&mut self, attribute: &str) -> Option<&mut Option<Script>> {
         Some(match attribute {
             "_failureIf" => &mut self.failure_if,
@@ -92,7 +91,6 @@ impl Hooks {
         [&self.failure_if, &self.success_if, &self.skip_if, &self.while_].into_iter().flatten()
     }
 
-    /// All of them.
     pub(crate) fn all(&self) -> impl Iterator<Item = &Script> {
         let before = [&self.failure_if, &self.success_if, &self.skip_if, &self.while_];
         let after = [&self.on_halted, &self.on_failure, &self.on_success, &self.post];

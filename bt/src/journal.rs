@@ -1,6 +1,6 @@
 //! The changes of status in a running tree, as the loggers of BehaviorTree.CPP hear them.
 
-use std::hash::{Hash, Hasher};
+use channels::Unobserved;
 
 use crate::{NodeId, Status};
 
@@ -15,8 +15,8 @@ pub struct NodeTransition {
 
 /// Notes the changes of status, if anybody wants them. It only reports: it is not part of a state that is compared or
 /// hashed.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Journal(Option<Notes>);
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Journal(Unobserved<Option<Notes>>);
 
 #[derive(Clone, Debug)]
 struct Notes {
@@ -38,7 +38,7 @@ impl Journal {
 
     #[inline]
     pub(crate) fn note(&mut self, node: u32, status: Option<Status>) {
-        if let Some(notes) = &mut self.0 {
+        if let Some(notes) = &mut *self.0 {
             notes.add(node, status);
         }
     }
@@ -50,16 +50,4 @@ impl Notes {
             self.transitions.push(NodeTransition { node: NodeId(node), status });
         }
     }
-}
-
-impl PartialEq for Journal {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl Eq for Journal {}
-
-impl Hash for Journal {
-    fn hash<H: Hasher>(&self, _: &mut H) {}
 }

@@ -77,7 +77,6 @@ mod rehearsal;
 mod script;
 mod semantics;
 mod settings;
-mod shared;
 mod status;
 mod texts;
 mod tree;

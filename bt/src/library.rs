@@ -19,7 +19,6 @@ pub(crate) struct Library {
 }
 
 impl Library {
-    /// The model of an ID.
     pub(crate) fn model(&self, id: &str) -> Option<&Model> {
         self.models.get(id)
     }
@@ -61,7 +60,6 @@ impl Scanned {
     }
 }
 
-/// An attribute of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Attribute {
     pub(crate) name: String,

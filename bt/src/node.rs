@@ -115,12 +115,6 @@ impl Node {
         self.parent
     }
 
-    /// The number of ancestors.
-    #[must_use]
-    pub fn depth(&self) -> usize {
-        self.depth
-    }
-
     /// The node's line in the tree's outline.
     pub(crate) fn outline(&self) -> String {
         let text = match (self.kind.symbol(), self.kind) {

@@ -82,7 +82,6 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// The scripts of a node.
     pub(crate) fn scripts_of(&self, node: u32) -> impl Iterator<Item = &Script> {
         let own = (!self.ops[node as usize].kind.is_leaf()).then(|| self.setting(node)).and_then(Setting::script);
         own.into_iter().chain(self.hooks.get(&node).into_iter().flat_map(Hooks::all))
@@ -109,7 +108,6 @@ impl Program {
         &self.settings[self.ops[node as usize].place as usize]
     }
 
-    /// The children of a node.
     pub(crate) fn children(&self, node: u32) -> impl Iterator<Item = u32> {
         let end = self.ops[node as usize].end;
         let first = Some(node + 1).filter(|first| *first < end);

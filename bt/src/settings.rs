@@ -69,7 +69,6 @@ impl Setting {
         self.constant().is_some()
     }
 
-    /// The script that it runs.
     pub(crate) fn script(&self) -> Option<&Script> {
         match self {
             Self::Script(script) | Self::Condition(script) | Self::Precondition { script, .. } => Some(script),

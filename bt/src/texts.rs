@@ -324,7 +324,7 @@ impl<'a> Board<'a> {
     }
 
     fn script(&mut self, node: &Node, script: &Script) {
-        for statement in script.statements() {
+        for statement in &script.statements {
             self.value(node, statement);
         }
     }

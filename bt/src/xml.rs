@@ -85,12 +85,4 @@ impl Tree {
     pub fn from_xml(file: impl AsRef<Path>, text: &str) -> Result<Self, TreeError> {
         Loader::default().load(file, text)
     }
-
-    /// Opens a file and loads the main tree from it, with all files that it includes. See [`Loader`] for options.
-    ///
-    /// # Errors
-    /// A [`TreeError`] with all problems of the files, each with its location; also if the file itself cannot be read.
-    pub fn from_file(file: impl AsRef<Path>) -> Result<Self, TreeError> {
-        Loader::default().load_file(file)
-    }
 }

@@ -69,7 +69,8 @@ fn the_papers_tree_in_version_3_is_the_same_tree() {
 #[test]
 fn every_node_knows_its_location_in_the_file() {
     let tree = Tree::from_xml("trees/recharge.xml", RECHARGE).unwrap();
-    for node in tree.nodes() {
+    let outline = tree.to_string();
+    for (node, line) in tree.nodes().iter().zip(outline.lines()) {
         let tag = &RECHARGE[node.span().offset()..][..node.span().len()];
         assert!(tag.starts_with('<') && tag[1..].starts_with(node.type_id()), "{tag}");
         assert_eq!(tree.node(node.id()), node);
@@ -78,7 +79,7 @@ fn every_node_knows_its_location_in_the_file() {
             tree.nodes().iter().filter(|other| other.parent() == Some(node.id())).map(bt::Node::id).collect();
         assert_eq!(children, expected);
         let depth = std::iter::successors(node.parent(), |above| tree.node(*above).parent()).count();
-        assert_eq!(node.depth(), depth);
+        assert_eq!(line.len() - line.trim_start().len(), 2 * depth, "{line}");
     }
 }
 
@@ -174,8 +175,8 @@ fn a_file_is_opened_with_its_includes() {
     std::fs::write(folder.join("main.xml"), main).unwrap();
     let part = r#"<root BTCPP_format="4"><BehaviorTree ID="P"><AlwaysSuccess/></BehaviorTree></root>"#;
     std::fs::write(folder.join("part.xml"), part).unwrap();
-    let tree = Tree::from_file(folder.join("main.xml"));
-    let missing = Tree::from_file(folder.join("other.xml"));
+    let tree = Loader::default().load_file(folder.join("main.xml"));
+    let missing = Loader::default().load_file(folder.join("other.xml"));
     std::fs::remove_dir_all(&folder).unwrap();
     assert_eq!(tree.unwrap().to_string(), "▸ P\n  AlwaysSuccess\n");
     assert!(missing.unwrap_err().problems()[0].message().starts_with("the file cannot be read: "));

@@ -135,7 +135,7 @@ fn find_trees(folder: &Path, files: &mut Vec<PathBuf>) {
 
 /// Ticks a tree with two casts in all its forms, and prints the outcome.
 fn try_tree(file: &Path) -> Result<(), String> {
-    let tree = match Tree::from_file(file) {
+    let tree = match Loader::default().load_file(file) {
         Ok(tree) => Arc::new(tree),
         Err(error) => return Err(format!("{}: {error:?}", file.display())),
     };

@@ -1,13 +1,12 @@
 //! Program graphs, PG = (Loc, Act, Effect, ↪, Loc₀, g₀).
 
-use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::condition::{Assignment, Condition, Content, Evaluation, Term, VariableId};
 use crate::{
-    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Topology, TransitionId,
-    Use, WiringError,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Shared, Topology,
+    TransitionId, Use, WiringError,
 };
 
 /// A location of a program graph, as an index into the graph's locations.
@@ -353,11 +352,11 @@ impl GraphBuilder {
 }
 
 /// A running program graph: its location and the values of its variables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct GraphProcess {
-    graph: Arc<ProgramGraph>,
     location: LocationId,
     evaluation: Evaluation,
+    graph: Shared<ProgramGraph>,
 }
 
 impl GraphProcess {
@@ -365,7 +364,7 @@ impl GraphProcess {
     #[must_use]
     pub fn new(graph: Arc<ProgramGraph>) -> Self {
         let location = graph.initial_locations[0];
-        Self { evaluation: graph.initial_evaluation.clone(), location, graph }
+        Self { evaluation: graph.initial_evaluation.clone(), location, graph: graph.into() }
     }
 
     /// One process per initial location of the graph.
@@ -383,12 +382,6 @@ impl GraphProcess {
     #[must_use]
     pub fn location_id(&self) -> LocationId {
         self.location
-    }
-
-    /// The contents of the variables.
-    #[must_use]
-    pub fn evaluation(&self) -> &Evaluation {
-        &self.evaluation
     }
 
     /// The first transition that can receive the message from the channel.
@@ -412,7 +405,7 @@ impl GraphProcess {
 
     /// Takes a transition whose guard holds.
     pub(crate) fn follow(&mut self, transition: TransitionId, received: Option<&Message>) {
-        let graph = Arc::clone(&self.graph);
+        let graph = Shared::clone(&self.graph);
         let transition = &graph.transitions[transition.0 as usize];
         match (&transition.label, received) {
             (Label::Internal(effect), _) => {
@@ -449,24 +442,6 @@ impl GraphProcess {
             }
             Label::Tick(_) => return None,
         })
-    }
-}
-
-impl PartialEq for GraphProcess {
-    fn eq(&self, other: &Self) -> bool {
-        self.location == other.location
-            && self.evaluation == other.evaluation
-            && (Arc::ptr_eq(&self.graph, &other.graph) || self.graph == other.graph)
-    }
-}
-
-impl Eq for GraphProcess {}
-
-impl Hash for GraphProcess {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        // The graph never changes while a system runs, so location and evaluation determine the state.
-        self.location.hash(state);
-        self.evaluation.hash(state);
     }
 }
 

@@ -6,7 +6,6 @@
 mod ordered;
 mod random;
 mod round_robin;
-mod scripted;
 mod starving;
 
 use std::fmt::Debug;
@@ -14,7 +13,6 @@ use std::fmt::Debug;
 pub use ordered::{Delivery, Ordered, Precedence};
 pub use random::Random;
 pub use round_robin::RoundRobin;
-pub use scripted::Scripted;
 pub use starving::Starving;
 
 use crate::{ChannelSystem, Enabled};

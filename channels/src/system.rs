@@ -152,7 +152,6 @@ impl ChannelSystem {
         self.contents[channel.0].as_ref()
     }
 
-    /// The time of the run.
     pub(crate) fn time(&self) -> Duration {
         self.clock.time
     }

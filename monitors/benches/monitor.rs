@@ -1,4 +1,4 @@
-//! Throughput of monitors, in events: φ1, φ2 and the classic timed patterns, on letters and on messages.
+//! Throughput of monitors, in events: φ1, φ2 and the classic timed patterns.
 //!
 //! Sequences have a million events. Every second event is a tick. Every property holds until the end of its sequence,
 //! so the whole sequence is processed.
@@ -9,7 +9,7 @@ use std::time::Duration;
 use channels::{Capacity, Domain, Event, EventKind, FieldKind, Message, Monitor, Shape, Topology, Value, Verdict};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use monitors::{Choice, ScopeMonitor, Symbol, scope_monitor};
+use monitors::{Choice, ScopeMonitor, scope_monitor};
 
 fn main() {
     divan::main();
@@ -172,28 +172,14 @@ fn prepare(pattern: &str, bound: u64) -> (ScopeMonitor, Vec<Event>) {
     (monitor, events)
 }
 
-fn on_letters(bencher: Bencher<'_, '_>, pattern: &str, bound: u64) {
-    let (monitor, events) = prepare(pattern, bound);
-    let symbols: Vec<Symbol> =
-        events.iter().map(|event| monitor.symbol(&event.kind).unwrap_or(Symbol::ADVANCE)).collect();
-    let symbols: Vec<Symbol> = symbols
-        .iter()
-        .zip(&events)
-        .filter(|(symbol, event)| **symbol != Symbol::ADVANCE || event.kind == EventKind::Tick)
-        .map(|(symbol, _)| *symbol)
-        .collect();
-    bencher.counter(ItemsCount::new(symbols.len())).with_inputs(|| monitor.clone()).bench_local_values(
-        |mut monitor| {
-            monitor.run_symbols(divan::black_box(&symbols));
-            assert_eq!(monitor.verdict(), Verdict::Inconclusive);
-        },
-    );
-}
-
 fn on_messages(bencher: Bencher<'_, '_>, pattern: &str, bound: u64) {
     let (monitor, events) = prepare(pattern, bound);
+    observe(bencher, &monitor, &events);
+}
+
+fn observe(bencher: Bencher<'_, '_>, monitor: &ScopeMonitor, events: &[Event]) {
     bencher.counter(ItemsCount::new(events.len())).with_inputs(|| monitor.clone()).bench_local_values(|mut monitor| {
-        for event in divan::black_box(&events) {
+        for event in divan::black_box(events) {
             monitor.observe(event);
         }
         assert_eq!(monitor.verdict(), Verdict::Inconclusive);
@@ -201,18 +187,8 @@ fn on_messages(bencher: Bencher<'_, '_>, pattern: &str, bound: u64) {
 }
 
 #[divan::bench(sample_count = 30, args = [10])]
-fn phi1_letters(bencher: Bencher<'_, '_>, bound: u64) {
-    on_letters(bencher, "phi1", bound);
-}
-
-#[divan::bench(sample_count = 30, args = [10])]
 fn phi1_messages(bencher: Bencher<'_, '_>, bound: u64) {
     on_messages(bencher, "phi1", bound);
-}
-
-#[divan::bench(sample_count = 30, args = [10, 100, 1000, 10_000])]
-fn phi2_letters(bencher: Bencher<'_, '_>, bound: u64) {
-    on_letters(bencher, "phi2", bound);
 }
 
 #[divan::bench(sample_count = 30, args = [10, 100, 1000, 10_000])]
@@ -232,16 +208,10 @@ fn synthesis_of_response_between(bencher: Bencher<'_, '_>, bound: u64) {
 
 /// The same events by progression.
 #[divan::bench(sample_count = 10, args = [10, 100, 1000])]
-fn progression_letters(bencher: Bencher<'_, '_>, bound: u64) {
+fn progression_messages(bencher: Bencher<'_, '_>, bound: u64) {
     let (monitor, events) = prepare("absence between", bound);
     let monitor = ScopeMonitor::with("p", monitor.formula().clone(), monitor.topology(), Choice::Progression);
-    let monitor = monitor.expect("a small formula");
-    let symbols: Vec<Symbol> = events.iter().filter_map(|event| monitor.symbol(&event.kind)).collect();
-    bencher.counter(ItemsCount::new(symbols.len())).with_inputs(|| monitor.clone()).bench_local_values(
-        |mut monitor| {
-            monitor.run_symbols(divan::black_box(&symbols));
-        },
-    );
+    observe(bencher, &monitor.expect("a small formula"), &events);
 }
 
 const TIMED: [&str; 10] = [
@@ -256,11 +226,6 @@ const TIMED: [&str; 10] = [
     "response globally",
     "response between",
 ];
-
-#[divan::bench(sample_count = 30, args = TIMED, consts = [10, 100, 1000])]
-fn patterns_letters<const BOUND: u64>(bencher: Bencher<'_, '_>, pattern: &str) {
-    on_letters(bencher, pattern, BOUND);
-}
 
 #[divan::bench(sample_count = 30, args = TIMED, consts = [10, 100, 1000])]
 fn patterns_messages<const BOUND: u64>(bencher: Bencher<'_, '_>, pattern: &str) {

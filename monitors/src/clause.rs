@@ -174,7 +174,6 @@ impl Vocabulary {
     }
 }
 
-/// What an event remembers.
 fn remembered_by(event: &EventAtom) -> Vec<Remembered> {
     let mut remembered = Vec::new();
     event.condition.remembers(&mut |name, field| remembered.push((Arc::clone(name), event.channel, field.clone())));
@@ -302,7 +301,6 @@ pub(crate) fn normal_form(formula: &Formula) -> Result<(Form, Vocabulary), Formu
     Ok((form, words))
 }
 
-/// Collects the events of a form.
 pub(crate) fn events(form: &Form, all: &mut BTreeSet<EventId>) {
     for literal in form.iter().flatten() {
         match literal {
@@ -317,7 +315,6 @@ pub(crate) fn events(form: &Form, all: &mut BTreeSet<EventId>) {
     }
 }
 
-/// The clauses of a formula.
 pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form, FormulaError> {
     if formula.looks_ahead_of_the_past() {
         return Err(FormulaError::LooksAhead);

@@ -21,8 +21,7 @@ mod progression;
 mod situation;
 mod table;
 
-pub use alphabet::Symbol;
-pub(crate) use alphabet::{Alphabet, Letter, MAX_EVENTS};
+pub(crate) use alphabet::{Alphabet, Letter, MAX_EVENTS, Symbol};
 pub(crate) use anticipation::Anticipation;
 pub(crate) use automaton::{Automaton, AutomatonRun};
 pub(crate) use combinations::combinations;

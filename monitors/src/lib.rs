@@ -192,12 +192,12 @@
 //! # How this is tested
 //!
 //! - `cargo test -p steward-monitors`: on ten thousand random pairs of a formula and a sequence, the oracle, automaton,
-//!   progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix with a second definition, which
-//!   shares no code with them and compares numbers as integers of 128 bits. Wherever an automaton gives no verdict, it
-//!   names an endless word for either outcome, and the definition confirms both. Verdicts also agree with random
-//!   endless words. Every printed formula reads back as the same formula. Proofs about random systems agree with an
-//!   enumeration of their runs. Further tests check the definition by examples, the laws of logic, the paper's monitors
-//!   against the synthesized ones, and snapshots of all messages.
+//!   progression and program graph agree at every prefix with a second definition, which shares no code with them and
+//!   compares numbers as integers of 128 bits. Wherever an automaton gives no verdict, it names an endless word for
+//!   either outcome, and the definition confirms both. Verdicts also agree with random endless words. Every printed
+//!   formula reads back as the same formula. Proofs about random systems agree with an enumeration of their runs.
+//!   Further tests check the definition by examples, the laws of logic, the paper's monitors against the synthesized
+//!   ones, and snapshots of all messages.
 //! - `cargo test --release -p steward-monitors on_demand -- --ignored --nocapture`: the same from the first `SEED` on,
 //!   with as many cases as these variables say.
 //!   - `PAIRS=1000000`: a million pairs of seven classes, among them extreme numbers, operators that look back,
@@ -214,7 +214,7 @@
 //! - `tests/monitors.rs` of the workspace: exported machines in the SCXML engine of the skills, on random runs.
 //! - `FEWER_CASES=20 cargo mutants -p steward-monitors`: mutates semantics and synthesis in hundreds of places;
 //!   MUTANTS.md lists the surviving mutants and why they survive.
-//! - `cargo bench -p steward-monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
+//! - `cargo bench -p steward-monitors`: φ1, φ2 and the classic timed patterns.
 
 /// The grammar of the SCOPE language: that of the paper's Figure 3, extended by operators that look back.
 pub const GRAMMAR: &str = include_str!("grammar.txt");
@@ -245,7 +245,7 @@ mod synthesis;
 mod wording;
 mod world;
 
-pub use engine::{Limits, Symbol, samples};
+pub use engine::{Limits, samples};
 pub use explain::explain;
 pub use export::Format;
 pub use formula::{

@@ -167,7 +167,6 @@ pub struct EventLog<R> {
     which: Channels,
     /// Step, tick and time of the last event.
     last: (u64, u64, Duration),
-    /// The number of the next tick.
     next_tick: u64,
     /// How many messages of the world have come, and when a line was the last to say so.
     of_world: u64,

@@ -75,7 +75,7 @@ pub struct ScopeMonitor {
     watches: Vec<Watch>,
     /// What the formula sees of the world.
     world: OwnWorld,
-    /// All violations; none in a normal form, or after letters that were read in advance.
+    /// All violations; none in a normal form.
     recurrence: Option<Box<Recurrence>>,
 }
 
@@ -127,7 +127,7 @@ impl ScopeMonitor {
         let synthesis = Synthesis::new(&formula, topology, choice, limits)?;
         let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
         let run = synthesis.start();
-        let rules = synthesis.rules().filter(|_| synthesis.compact().is_none());
+        let rules = synthesis.rules.as_ref().filter(|_| synthesis.compact().is_none());
         Ok(Self {
             name: name.to_owned(),
             topology: Arc::clone(topology),
@@ -196,10 +196,10 @@ impl ScopeMonitor {
     /// Why the property is violated; `None` if it is not.
     #[must_use]
     pub fn witness(&self) -> Option<&Witness> {
-        self.record.witness()
+        self.record.witness.as_deref()
     }
 
-    /// Every violation so far; `None` if there was none, or if it was found in [advance](Self::run_symbols).
+    /// Every violation so far; `None` if there was none, or in a [normal form](Monitor::normalize).
     #[must_use]
     pub fn violations(&self) -> Option<&Violations> {
         self.recurrence.as_ref().filter(|_| self.verdict == Verdict::False)?.violations()
@@ -213,12 +213,12 @@ impl ScopeMonitor {
         if self.verdict == Verdict::True || !self.synthesis.can_begin_anew() {
             return None;
         }
-        let memory = self.record.memory().clone();
+        let memory = self.record.memory.clone();
         let recurrence = Some(Box::new(Recurrence::new(&self.synthesis)));
         let mut anew = Self { verdict: Verdict::Inconclusive, recurrence, ..self.clone() };
         anew.run = self.synthesis.resume(&memory, self.now);
         let rules = self.rules.as_ref();
-        anew.rules = rules.map(|rules| CompactRun::resume(Arc::clone(rules.compact()), memory.clone(), self.now));
+        anew.rules = rules.map(|rules| CompactRun::resume(Arc::clone(&rules.compact), memory.clone(), self.now));
         anew.record.begin_anew(memory);
         Some(anew)
     }
@@ -239,7 +239,7 @@ impl ScopeMonitor {
         let is_timed = self.synthesis.vocabulary.is_timed;
         match self.run.rules().or(self.rules.as_ref()) {
             Some(run) => {
-                let rules = run.compact().rules();
+                let rules = &run.compact.rules;
                 let owed = run.owed().map(|(rule, due)| {
                     let clause = describe::clause(&rules[rule].clause, &self.synthesis.vocabulary, &self.topology);
                     self.record.open(rule, None, clause, Some(start.saturating_add(due).saturating_sub(1)), is_timed)
@@ -319,44 +319,10 @@ impl ScopeMonitor {
         run.read(Letter::TICK, None, &self.synthesis.alphabet) == Verdict::False
     }
 
-    /// The letter of a message, or of a tick after τ has grown by one; `None` if the formula does not mention the
-    /// channel, there are too many letters for tables, or the formula measures time or remembers values, which have no
-    /// letters.
-    #[must_use]
-    pub fn symbol(&self, kind: &EventKind) -> Option<Symbol> {
-        let words = &self.synthesis.vocabulary;
-        self.synthesis.alphabet.symbols().filter(|_| !words.is_timed && !words.has_data())?;
-        match kind {
-            EventKind::Tick => Some(Symbol::NEXT_TICK),
-            EventKind::Received { channel, message } => {
-                let letter = self.synthesis.alphabet.read(*channel, message)?;
-                Some(self.synthesis.alphabet.symbol(letter))
-            }
-        }
-    }
-
     /// One message for each letter that messages within the domains can have.
     pub fn samples(&self) -> impl Iterator<Item = EventKind> + '_ {
         let received = |channel, message: &channels::Message| EventKind::Received { channel, message: message.clone() };
         self.synthesis.alphabet.letters().map(move |(_, channel, message)| received(channel, message))
-    }
-
-    /// Processes letters that were read in advance, which is fast.
-    ///
-    /// The verdict afterwards is the same as with [`Monitor::observe`] for messages within the domains of their
-    /// channels. Witnesses are not recorded.
-    pub fn run_symbols(&mut self, symbols: &[Symbol]) {
-        if self.verdict != Verdict::Inconclusive {
-            return;
-        }
-        let alphabet = &self.synthesis.alphabet;
-        (self.rules, self.recurrence) = (None, None);
-        match &mut self.run {
-            RunningMonitor::Compact(run) => run.run(symbols, alphabet),
-            RunningMonitor::Automaton(run) => run.run(symbols, alphabet),
-            RunningMonitor::Progression(run) => run.run(symbols, alphabet),
-        }
-        self.verdict = self.run.verdict();
     }
 
     /// An endless continuation of the run on which the formula holds (or does not), if there is one. Always `None`
@@ -379,19 +345,13 @@ impl ScopeMonitor {
         Some(Continuation { stem: stem.iter().map(next).collect::<Option<_>>()?, cycle: cycle.collect::<Option<_>>()? })
     }
 
-    /// The monitor as a program graph, if it has one that is small enough to be drawn.
-    #[must_use]
-    pub fn program_graph(&self) -> Option<&ProgramGraph> {
-        self.picture.as_ref().map(|picture| &*picture.graph)
-    }
-
     /// The program graph as a [`GraphMonitor`], for code that runs program graphs. It gives the same verdicts, but no
     /// reasons, and is slower.
     #[must_use]
     pub fn to_graph_monitor(&self) -> Option<GraphMonitor> {
         let picture = self.picture_of_any_size()?;
         let graph = GraphMonitor::new(Arc::clone(&picture.graph), picture.failures.iter().copied());
-        Some(graph.with_open(picture.owing()))
+        Some(graph.with_open(picture.owing.iter().copied()))
     }
 
     /// The monitor's program graph in the given format; `None` for a monitor by progression, which has no graph.
@@ -427,7 +387,7 @@ impl ScopeMonitor {
         self.record.see(event, letter, &self.synthesis.past, now - self.now);
         let before = self.verdict;
         if before != Verdict::False {
-            self.watches.iter_mut().for_each(|watch| watch.see(event, letter, self.record.memory(), now));
+            self.watches.iter_mut().for_each(|watch| watch.see(event, letter, &self.record.memory, now));
         }
         if before == Verdict::Inconclusive {
             self.step(event, letter, now);
@@ -441,10 +401,10 @@ impl ScopeMonitor {
         if owes_anew || self.verdict == Verdict::False {
             self.note(event, letter, start, before);
         }
-        let Some(recurrence) = self.recurrence.as_mut().filter(|recurrence| recurrence.owes()) else { return };
+        let Some(recurrence) = self.recurrence.as_mut().filter(|recurrence| recurrence.owes) else { return };
         if self.verdict != Verdict::False {
             let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
-            recurrence.keep(&observation, State::present(letter, self.record.memory(), now));
+            recurrence.keep(&observation, State::present(letter, &self.record.memory, now));
         }
     }
 
@@ -460,9 +420,9 @@ impl ScopeMonitor {
             self.record.follow(&observation, &self.run, rules, self.verdict);
         }
         let Some(recurrence) = &mut self.recurrence else { return };
-        match self.record.witness() {
+        match &self.record.witness {
             Some(witness) => {
-                let state = State::present(letter, self.record.memory(), self.now);
+                let state = State::present(letter, &self.record.memory, self.now);
                 recurrence.follow(&observation, state, witness.settled);
             }
             None => recurrence.note(&self.run, rules),
@@ -502,7 +462,7 @@ impl Monitor for ScopeMonitor {
             return;
         }
         match self.verdict {
-            Verdict::False if self.record.witness().is_none() => {
+            Verdict::False if self.record.witness.is_none() => {
                 let observation =
                     Observation { event, synthesis: &self.synthesis, topology: &self.topology, start: event.tick };
                 return self.record.doom(&observation);

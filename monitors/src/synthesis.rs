@@ -68,7 +68,7 @@ pub(crate) struct Synthesis {
     pub(crate) operators: Arc<Operators>,
     machine: Machine,
     /// The clauses as rules with a deadline each, if they have that form; they provide the words for explanations.
-    rules: Option<Arc<Compact>>,
+    pub(crate) rules: Option<Arc<Compact>>,
 }
 
 #[derive(Clone, Debug)]
@@ -126,11 +126,6 @@ impl Synthesis {
             Machine::Compact(compact) => Some(compact),
             _ => None,
         }
-    }
-
-    /// The clauses as rules, whichever machine is in use.
-    pub(crate) fn rules(&self) -> Option<&Arc<Compact>> {
-        self.rules.as_ref()
     }
 
     pub(crate) fn automaton(&self) -> Option<&Automaton> {
@@ -305,7 +300,7 @@ impl RunningMonitor {
         match self {
             Self::Compact(_) => None,
             Self::Automaton(run) => run.missed(),
-            Self::Progression(run) => run.missed(),
+            Self::Progression(run) => run.missed.as_ref(),
         }
     }
 

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Message, Monitor, Topology, Value, Verdict};
-use monitors::{PhiTwo, Property, SHIPPED, Symbol, holds, phi1, phi2, scope_monitor};
+use monitors::{PhiTwo, Property, SHIPPED, holds, phi1, phi2, scope_monitor};
 
 use crate::cases::cases;
 use crate::robot::topology;
@@ -252,24 +252,25 @@ fn the_locations_are_those_of_the_papers_figure() {
     assert_eq!(graph.locations(), ["I", "C1", "S", "C2", "A", "T", "Err"]);
 }
 
-/// Time that passes between two letters without a tick of its own does not change earlier verdicts.
+/// Time that passes without ticks of its own does not change earlier verdicts.
 #[test]
 fn verdicts_outlast_time_that_passes_without_ticks() {
     let topology = topology();
     let property = shipped("phi2", &topology, 10);
-    let fresh = property.scope_monitor().expect("a synthesized monitor");
     let received = |from, to, message| {
         let channel = topology.find_channel(from, to).expect("a channel of the robot");
-        fresh.symbol(&EventKind::Received { channel, message }).expect("phi2 mentions it")
+        EventKind::Received { channel, message }
     };
     let running = received("Navigation", "GoToDestination", Message::symbols(["ok", "running"]));
     let low = Message::new([Value::symbol("ok"), Value::Real(25.0)]);
     let low = received("BatteryReader", "BatteryLevel", low);
-    let verdict = |before: &[Symbol]| {
-        let mut monitor = fresh.clone();
-        monitor.run_symbols(&[before, &[low], &[Symbol::ADVANCE; 10]].concat());
+    let verdict = |first: EventKind| {
+        let mut monitor = property.scope_monitor().expect("a synthesized monitor").clone();
+        for (step, (tick, kind)) in [(0, first), (1, low.clone()), (11, EventKind::Tick)].into_iter().enumerate() {
+            monitor.observe(&event(step as u64, tick, kind));
+        }
         monitor.verdict()
     };
-    assert_eq!(verdict(&[running, Symbol::ADVANCE]), Verdict::False, "under way, and nothing came for ten ticks");
-    assert_eq!(verdict(&[Symbol::ADVANCE]), Verdict::Inconclusive, "never under way");
+    assert_eq!(verdict(running), Verdict::False, "under way, and nothing came for ten ticks");
+    assert_eq!(verdict(EventKind::Tick), Verdict::Inconclusive, "never under way");
 }

@@ -9,10 +9,9 @@ mod unicycle;
 
 use std::sync::Arc;
 
-use divan::counter::ItemsCount;
 use divan::{AllocProfiler, Bencher};
 use maps::pose;
-use nav::{Atlas, InitialPose, Localization, LocalizationParameters, SensorModel};
+use nav::{Atlas, InitialPose, Localization, LocalizationParameters};
 use robot::{LaserScan, Streams, VelocityCommand};
 use unicycle::{Noise, Unicycle};
 
@@ -78,25 +77,6 @@ fn scan_at_rest(bencher: Bencher) {
     let initial = InitialPose::at(pose(13.9, 9.3, 0.3));
     let (mut localization, _robot, scans) = set_up(&initial, LocalizationParameters::default());
     bencher.bench_local(|| localization.scan(&scans[0]));
-}
-
-/// The sensor model alone: particles × 60 beams ("items"), one core.
-#[divan::bench(args = [500, 2000, 10_000])]
-fn sensor_update(bencher: Bencher, particles: u32) {
-    let mut robot = Unicycle::new(floor::office(), pose(13.9, 9.3, 0.3), Noise { laser_m: 0.01, ..Noise::default() });
-    let map = Arc::new(robot.world.clone());
-    let atlas = Atlas::new(map, &robot.model, LocalizationParameters::default()).expect("the parameters are valid");
-    let mut sensor = SensorModel::new(&Arc::new(atlas));
-    let mut scan = robot.scans().swap_remove(0);
-    scan.ranges_m.iter_mut().filter(|range_m| !range_m.is_finite()).for_each(|range_m| *range_m = 9.0);
-    sensor.look(&scan);
-    assert_eq!(sensor.beams(), 60, "every beam hits something");
-    let off = |index: u32, step: u32| f64::from(index * step % 997) / 997.0 - 0.5;
-    let around = |index: u32| pose(13.9 + off(index, 7), 9.3 + off(index, 13), 0.3 + off(index, 31));
-    let poses: Vec<_> = (0..particles).map(around).collect();
-    bencher
-        .counter(ItemsCount::new(poses.len() * sensor.beams()))
-        .bench_local(|| poses.iter().map(|pose| sensor.nats(pose)).sum::<f64>());
 }
 
 /// Creating a localization on a prepared map.

@@ -1,10 +1,10 @@
 //! The data computed once from a map, shared by any number of runs.
 
-pub(crate) mod beam_model;
 pub(crate) mod clearance;
 mod free_space;
 pub(crate) mod likelihood_field;
 mod parameters;
+pub(crate) mod rays;
 pub(crate) mod surface_field;
 pub(crate) mod zones;
 
@@ -14,13 +14,12 @@ use maps::{OccupancyGrid, Zone};
 use robot::RobotModel;
 
 use crate::Error;
-use beam_model::BeamModel;
 use free_space::FreeSpace;
 use likelihood_field::LikelihoodField;
 use surface_field::SurfaceField;
 use zones::Zones;
 
-pub use parameters::{LaserModel, LocalizationParameters};
+pub use parameters::LocalizationParameters;
 pub use zones::closed_map;
 
 /// A map prepared for localizing and navigating robots of one model.
@@ -50,7 +49,6 @@ pub struct Atlas {
     parameters: LocalizationParameters,
     pub(crate) surfaces: SurfaceField,
     pub(crate) likelihoods: LikelihoodField,
-    pub(crate) beams: BeamModel,
     pub(crate) free: FreeSpace,
     /// Clearance of each cell from the map's obstacles.
     pub(crate) clearances: Arc<Vec<u8>>,
@@ -69,7 +67,6 @@ impl Atlas {
         let range_max_m = model.lasers.iter().map(|laser| laser.range_max_m).fold(1.0, f64::max);
         let range_max_m = range_max_m.min(parameters.laser_max_range);
         Ok(Self {
-            beams: BeamModel::new(&parameters),
             likelihoods: LikelihoodField::new(&map, &surfaces, &parameters, range_max_m),
             clearances: Arc::new(clearance::of_map(&map)),
             model: model.clone(),

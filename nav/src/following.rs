@@ -110,9 +110,9 @@ pub(crate) struct Progress {
 pub(crate) struct Follower {
     parameters: FollowingParameters,
     model: RobotModel,
-    route: Route,
+    pub(crate) route: Route,
     arrival: Arrival,
-    phase: Phase,
+    pub(crate) phase: Phase,
 }
 
 impl Follower {
@@ -137,14 +137,6 @@ impl Follower {
             Phase::Aligning
         };
         Self { parameters: parameters.clone(), model: model.clone(), route, arrival, phase }
-    }
-
-    pub(crate) fn route(&self) -> &Route {
-        &self.route
-    }
-
-    pub(crate) fn phase(&self) -> Phase {
-        self.phase
     }
 
     /// One control step.

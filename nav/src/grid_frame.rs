@@ -42,7 +42,6 @@ impl GridFrame {
         inside.then(|| at.y as usize * self.width + at.x as usize)
     }
 
-    /// Column and row of a cell.
     pub(crate) fn column_and_row(&self, offset: usize) -> (usize, usize) {
         (offset % self.width, offset / self.width)
     }

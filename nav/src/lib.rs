@@ -76,10 +76,10 @@ mod navigation;
 mod particle;
 mod planning;
 
-pub use atlas::{Atlas, LaserModel, LocalizationParameters, closed_map};
+pub use atlas::{Atlas, LocalizationParameters, closed_map};
 pub use costmap::{Costmap, CostmapParameters, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST};
 pub use error::Error;
 pub use following::FollowingParameters;
-pub use localization::{Hypothesis, InitialPose, Localization, PoseEstimate, SensorModel};
+pub use localization::{Hypothesis, InitialPose, Localization, PoseEstimate};
 pub use navigation::{GiveUpReason, NavigationParameters, NavigationStatus, Navigator, Recovery};
 pub use planning::{Goal, PlanError, Reach, largest_part, plan, plan_into};

@@ -2,9 +2,9 @@
 //!
 //! There is one algorithm per file: the [likelihood field](crate::atlas::likelihood_field), the
 //! [motion model](motion_model), [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters],
-//! [scan matching](scan_matching), the [beam model](crate::atlas::beam_model), the [search] for a robot that may be
-//! anywhere, the [contradiction] that detects a robot that may be lost, and the [reconsideration] that decides what to
-//! do about it. The [filter] combines them, and [`Localization`] connects it with odometry, scans and frames.
+//! [scan matching](scan_matching), [rays](crate::atlas::rays), the [search] for a robot that may be anywhere, the
+//! [contradiction] that detects a robot that may be lost, and the [reconsideration] that decides what to do about it.
+//! The [filter] combines them, and [`Localization`] connects it with odometry, scans and frames.
 
 mod challengers;
 mod clusters;
@@ -20,7 +20,6 @@ mod recovery;
 mod resampling;
 mod scan_matching;
 mod search;
-mod sensor_model;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,10 +29,10 @@ use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use robot::{LaserScan, Odometry, RobotModel};
 
-use crate::atlas::beam_model::Ray;
 use crate::atlas::likelihood_field::Endpoints;
+use crate::atlas::rays::Ray;
 use crate::particle::{Gaussian, Particle, after};
-use crate::{Atlas, Error, LaserModel, LocalizationParameters};
+use crate::{Atlas, Error, LocalizationParameters};
 use clusters::Clusters;
 use contradiction::{Contradiction, Look, Silent};
 use filter::ParticleFilter;
@@ -42,8 +41,6 @@ use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
 use odometry_trust::OdometryTrust;
 use search::Search;
-
-pub use sensor_model::SensorModel;
 
 /// Scans of the other lasers join an update if they are at most this old.
 const OLDEST_SCAN: Duration = Duration::from_millis(250);
@@ -108,7 +105,7 @@ impl InitialPose {
 
 /// Adaptive Monte Carlo localization on an occupancy grid.
 ///
-/// A particle filter with a choice of [sensor models](LaserModel), an odometry motion model, an adaptive number of
+/// A particle filter with a likelihood field as its sensor model, an odometry motion model, an adaptive number of
 /// particles (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of
 /// the heaviest cluster of particles, matched to the scan, and updated by odometry between scans.
 ///
@@ -177,7 +174,7 @@ pub struct Localization {
     /// Ends of the beams that weight particles, and of those that are matched; kept to reuse the memory.
     weighed: Endpoints,
     matched: Endpoints,
-    /// The beams that weight particles in the beam model, and that contradict poses.
+    /// The beams that may contradict poses.
     rays: Vec<Ray>,
 }
 
@@ -374,9 +371,7 @@ impl Localization {
         self.weighed.clear();
         self.matched.clear();
         self.rays.clear();
-        let casts = self.parameters().laser_model_type == LaserModel::Beam
-            || self.filter.is_challenged()
-            || self.suspicion.is_some();
+        let casts = self.filter.is_challenged() || self.suspicion.is_some();
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
             let stride = laser.stride(self.atlas.parameters().max_beams);
             // Different beams each time, so that all of them contribute.
@@ -436,7 +431,7 @@ impl Localization {
     /// Moves and weights the particles. Returns where they match the scan.
     fn follow(&mut self, motion: &DifferentialMotion) -> Gaussian {
         self.filter.predict(motion);
-        self.filter.weigh(&self.weighed, &self.rays);
+        self.filter.weigh(&self.weighed);
         let mean = self.filter.estimate();
         let matched = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
         let independent = self.parameters().independent_beams;

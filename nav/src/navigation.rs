@@ -9,8 +9,8 @@
 //! ```
 //!
 //! While it is failing, it performs recovery behaviors one after another ([`Recovery`]) and keeps searching for a path.
-//! From every state, `stop` leads to idle and `pause` to paused; an unknown pose leads to error, as does a silent laser
-//! if no other looks ahead.
+//! From every state, `stop` leads to idle; an unknown pose leads to error, as does a silent laser if no other looks
+//! ahead.
 
 mod machine;
 mod now;
@@ -28,7 +28,7 @@ use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
 use crate::error::{check, positive};
-use crate::following::{Follower, Surroundings, VelocitySmoother, braking_m, farthest_look_m};
+use crate::following::{Surroundings, VelocitySmoother, braking_m, farthest_look_m};
 use crate::{Atlas, Costmap, Error, Goal, PoseEstimate};
 use now::Now;
 use trip::Trip;
@@ -152,20 +152,6 @@ impl Navigator {
         (self.last_update, self.scanned_at) = (None, None);
     }
 
-    /// Stands still until [`resume`](Self::resume), if a trip is under way.
-    pub fn pause(&mut self) {
-        if self.status.is_under_way() {
-            self.status = NavigationStatus::Paused;
-        }
-    }
-
-    /// Searches for a path again and continues, if paused.
-    pub fn resume(&mut self) {
-        if self.status == NavigationStatus::Paused {
-            self.status = NavigationStatus::Thinking;
-        }
-    }
-
     /// The navigator's status.
     #[must_use]
     pub fn status(&self) -> NavigationStatus {
@@ -214,14 +200,14 @@ impl Navigator {
     #[must_use]
     pub fn path(&self) -> &[Point] {
         let follower = self.trip.as_ref().and_then(|trip| trip.follower.as_ref());
-        follower.map_or(&[], |follower| follower.route().points())
+        follower.map_or(&[], |follower| follower.route.points())
     }
 
     /// The remaining length of the path, in meters, if there is one.
     #[must_use]
     pub fn remaining_m(&self) -> Option<f64> {
         let follower = self.trip.as_ref().and_then(|trip| trip.follower.as_ref());
-        follower.map(|follower| follower.route().remaining_m())
+        follower.map(|follower| follower.route.remaining_m())
     }
 
     /// The map, with all obstacles that the lasers have seen.
@@ -263,7 +249,7 @@ impl Navigator {
     fn close_zones(&mut self, at: &Point) {
         let Some(fixed) = self.zones.as_mut().and_then(|zones| zones.changed(at)) else { return };
         self.costmap.put_on(fixed);
-        if self.status.is_under_way() && self.status != NavigationStatus::Paused {
+        if self.status.is_under_way() {
             self.status = NavigationStatus::Thinking;
         }
     }
@@ -274,7 +260,7 @@ impl Navigator {
         let Some(zones) = &self.zones else { return wanted };
         let braking_mps2 = self.parameters.following.braking_share * self.model.max_linear_acceleration_mps2;
         let farthest_m = braking_m(&self.model, &self.parameters.following, self.model.max_linear_mps);
-        let route = self.trip.as_ref().and_then(|trip| trip.follower.as_ref()).map(Follower::route);
+        let route = self.trip.as_ref().and_then(|trip| trip.follower.as_ref()).map(|follower| &follower.route);
         let ahead = route.into_iter().flat_map(|route| route.points_ahead(farthest_m));
         let limits = ahead.chain([(0.0, *at)]).map(|(way_m, point)| zones.speed_mps(&point, way_m, braking_mps2));
         let limit_mps = limits.fold(f64::INFINITY, f64::min);

@@ -42,7 +42,6 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// Reads `[[faults]]`.
     pub(crate) fn read_all(root: Table<'_>) -> Vec<Arc<Self>> {
         let about = "Something that goes wrong: its kind with the parameters of that kind, and one trigger.";
         let faults = root.tables("faults").about(about).rules(|| schema::rules(&Key::all(Self::read)));

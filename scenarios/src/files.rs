@@ -56,7 +56,6 @@ const FILES: &[(&str, &[u8])] = &[
     ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
 ];
 
-/// All shipped files.
 static SHIPPED: LazyLock<BTreeMap<String, &[u8]>> = LazyLock::new(|| {
     let mut files: BTreeMap<String, &[u8]> = FILES.iter().map(|(path, bytes)| ((*path).to_owned(), *bytes)).collect();
     FOLDERS.iter().for_each(|(name, folder)| add(name, folder, &mut files));
@@ -111,7 +110,6 @@ pub struct Taken {
     pub named_by: BTreeSet<PathBuf>,
 }
 
-/// The contents of a file.
 #[derive(Clone, Debug)]
 struct Contents {
     bytes: Arc<[u8]>,
@@ -383,7 +381,6 @@ impl Files {
     }
 }
 
-/// A shipped file.
 fn shipped(path: &Path) -> Option<&'static [u8]> {
     let path = path.strip_prefix(HERE).unwrap_or(path);
     let campaigns = CAMPAIGNS.iter().map(|(name, text)| (*name, text.as_bytes()));

@@ -9,7 +9,6 @@ use crate::config::BatteryConfig;
 use crate::faults::{BatteryFaults, BatteryReport, Faults};
 use crate::readings::Readings;
 
-/// The battery.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Battery {
     config: BatteryConfig,
@@ -48,7 +47,6 @@ impl Battery {
         }
     }
 
-    /// The current state.
     pub(crate) fn state(&self, clock: &Clock) -> BatteryState {
         BatteryState { time: clock.now, charge_pct: self.charge_pct, charging: self.charging }
     }

@@ -13,7 +13,10 @@ use robot::LaserSpec;
 pub struct Beams {
     origin: Point,
     directions: Vec<Vector2<f64>>,
-    arcs: Vec<Range<usize>>,
+    /// The beams divided into ranges, as long as possible, in which each beam is clearly counter-clockwise of the
+    /// previous one: by at least 10⁻⁹ rad, so that rounding cannot change the order. Most scanners' beams are one arc.
+    /// If a scanner ends where it began, its last beam is a separate arc.
+    pub(crate) arcs: Vec<Range<usize>>,
 }
 
 impl Beams {
@@ -43,13 +46,6 @@ impl Beams {
     pub fn directions(&self) -> impl ExactSizeIterator<Item = &Vector2<f64>> {
         self.directions.iter()
     }
-
-    /// The beams divided into ranges, as long as possible, in which each beam is clearly counter-clockwise of the
-    /// previous one: by at least 10⁻⁹ rad, so that rounding cannot change the order. Most scanners' beams are one arc.
-    /// If a scanner ends where it began, its last beam is a separate arc.
-    pub(crate) fn arcs(&self) -> &[Range<usize>] {
-        &self.arcs
-    }
 }
 
 fn arcs(directions: &[Vector2<f64>]) -> Vec<Range<usize>> {
@@ -71,7 +67,7 @@ mod tests {
         let at = |angle_rad: f64| Vector2::new(libm::cos(angle_rad), libm::sin(angle_rad));
         let ends = |angles: &[f64]| {
             let beams = Beams::from_directions(Point::origin(), angles.iter().copied().map(at).collect());
-            beams.arcs().iter().map(|arc| arc.end).collect::<Vec<_>>()
+            beams.arcs.iter().map(|arc| arc.end).collect::<Vec<_>>()
         };
         assert_eq!(ends(&[0.0, 1.0, 2.0, 4.0, 6.2, 7.0]), [6]);
         assert_eq!(ends(&[0.0, 1.0, 1.0, 2.0, 1.5]), [2, 4, 5]);

@@ -47,13 +47,13 @@ fn obstruction(world: &mut World, robot: Entity, lifted: Entity, to: &Pose) -> O
     if !building.walls().rays().holds(&building.walls().rays().to_grid(&at)) || !to.rotation.angle().is_finite() {
         return Some(Obstruction::Edge);
     }
-    let frame = building.frame();
+    let frame = building.frame;
     let here = frame.pose_to_glam(to);
     let overlaps = |pose: &_, outline: &dyn parry2d::shape::Shape| {
         let test = intersection_test(&here, &*carried.outline, pose, outline);
         test.expect("parry knows discs, boxes and compounds of boxes").intersecting
     };
-    if building.blocks().is_some_and(|walls| overlaps(&Default::default(), &**walls)) {
+    if building.blocks.as_ref().is_some_and(|walls| overlaps(&Default::default(), &**walls)) {
         return Some(Obstruction::Wall);
     }
     let (robot, drive) = (world.get::<RobotPose>(robot)?, world.get::<Drive>(robot)?);

@@ -20,9 +20,9 @@ use crate::walls::Walls;
 pub struct Building {
     walls: Arc<Walls>,
     /// The frame in which bodies and single rays are computed.
-    frame: LocalFrame,
+    pub(crate) frame: LocalFrame,
     /// All walls as one shape, in that frame; `None` if there are no walls.
-    blocks: Option<SharedShape>,
+    pub(crate) blocks: Option<SharedShape>,
 }
 
 impl Building {
@@ -39,16 +39,6 @@ impl Building {
     #[must_use]
     pub fn walls(&self) -> &Walls {
         &self.walls
-    }
-
-    /// The frame in which bodies are computed.
-    pub(crate) fn frame(&self) -> LocalFrame {
-        self.frame
-    }
-
-    /// The walls for collisions, in the building's frame.
-    pub(crate) fn blocks(&self) -> Option<&SharedShape> {
-        self.blocks.as_ref()
     }
 }
 

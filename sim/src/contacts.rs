@@ -37,15 +37,11 @@ pub struct Contact {
 #[derive(Component, Clone, Debug, Default)]
 pub(crate) struct Contacts {
     touching: Vec<ColliderHandle>,
-    begun: Vec<Contact>,
+    /// The contacts begun since the start.
+    pub(crate) begun: Vec<Contact>,
 }
 
 impl Contacts {
-    /// The contacts begun since the start.
-    pub(crate) fn begun(&self) -> &[Contact] {
-        &self.begun
-    }
-
     /// Whether the robot touches anything now.
     pub(crate) fn is_touching(&self) -> bool {
         !self.touching.is_empty()
@@ -118,7 +114,7 @@ mod tests {
             (0.000, true, 2),
         ] {
             contacts.update(&[touch(7, gap_m, pushing)], wall);
-            assert_eq!(contacts.begun().len(), begun, "gap {gap_m}, pushing {pushing}");
+            assert_eq!(contacts.begun.len(), begun, "gap {gap_m}, pushing {pushing}");
         }
         contacts.update(&[], wall);
         assert!(!contacts.is_touching());
@@ -128,6 +124,6 @@ mod tests {
     fn each_touched_body_counts() {
         let mut contacts = Contacts::default();
         contacts.update(&[touch(1, 0.0, true), touch(2, 0.0, true), touch(3, 0.01, false)], wall);
-        assert_eq!(contacts.begun().len(), 2);
+        assert_eq!(contacts.begun.len(), 2);
     }
 }

@@ -29,7 +29,7 @@ impl<'a> Floor<'a> {
 
     /// Whether nothing blocks the straight line from one point to another.
     pub(crate) fn sees(&self, from: &Point, to: &Point) -> bool {
-        let (walls, frame) = (self.building.walls().rays(), self.building.frame());
+        let (walls, frame) = (self.building.walls().rays(), self.building.frame);
         let origin = walls.to_grid(from);
         let ray = Ray::new(frame.point_to_glam(from), to_glam(to - from));
         let blocks = |(body, pose): &(&Obstacle, Pose)| {
@@ -41,7 +41,7 @@ impl<'a> Floor<'a> {
     /// Whether a person with this radius can walk straight from one point to another without touching anything.
     pub(crate) fn is_walkable(&self, from: &Point, to: &Point, radius_m: f64) -> bool {
         let walls = self.building.walls().rays();
-        let looks = ((to - from).norm() / (2.0 * walls.resolution_m())).ceil().max(1.0);
+        let looks = ((to - from).norm() / (2.0 * walls.resolution_m)).ceil().max(1.0);
         (0..=looks as u32).all(|look| {
             let at = from + (to - from) * (f64::from(look) / looks);
             walls.holds(&walls.to_grid(&at))

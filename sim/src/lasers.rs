@@ -22,7 +22,6 @@ use crate::readings::Readings;
 use crate::walls::ScanMemory;
 use troubles::{TroubleStreams, Troubles};
 
-/// A laser scanner.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Laser {
     /// Its index in the robot's model.
@@ -38,7 +37,8 @@ pub(crate) struct Laser {
     /// Distances of the current scan; kept to reuse the memory.
     distances_m: Vec<f64>,
     memory: ScanMemory,
-    latest: Option<Arc<LaserScan>>,
+    /// The last scan; `None` if the scanner is dead.
+    pub(crate) latest: Option<Arc<LaserScan>>,
 }
 
 impl Laser {
@@ -56,11 +56,6 @@ impl Laser {
             memory: ScanMemory::default(),
             latest: None,
         }
-    }
-
-    /// The last scan; `None` if the scanner is dead.
-    pub(crate) fn latest(&self) -> Option<&Arc<LaserScan>> {
-        self.latest.as_ref()
     }
 
     /// Mounts the scanner with this displacement.
@@ -149,7 +144,7 @@ pub(crate) fn scan(
     obstacles: Query<(&Obstacle, &ObstaclePose)>,
     mut lasers: Query<&mut Laser>,
 ) {
-    let (base, frame) = (robot.0, building.frame());
+    let (base, frame) = (robot.0, building.frame);
     for mut laser in &mut lasers {
         let laser = &mut *laser;
         if !laser.due.is_due(clock.now) {

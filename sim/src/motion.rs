@@ -14,7 +14,6 @@ pub(crate) struct RobotPose(pub(crate) Pose);
 pub(crate) struct Motion {
     /// The distance along its arc, in meters.
     pub(crate) forward_m: f64,
-    /// Its turn, in radians.
     pub(crate) turn_rad: f64,
     /// The motion of the wheels: the same, unless they slipped.
     pub(crate) rolled: Roll,

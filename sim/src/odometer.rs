@@ -22,7 +22,8 @@ pub(crate) struct Odometer {
     config: OdometryConfig,
     drift: Drift,
     due: Periodic,
-    latest: Odometry,
+    /// The latest measurement: there is one per step, regardless of the period of the readings.
+    pub(crate) latest: Odometry,
 }
 
 impl Odometer {
@@ -30,11 +31,6 @@ impl Odometer {
         let latest =
             Odometry { time: std::time::Duration::ZERO, pose: Pose::identity(), linear_mps: 0.0, angular_radps: 0.0 };
         Self { config: *config, drift, due: Periodic::new(config.period), latest }
-    }
-
-    /// The latest measurement: there is one per step, regardless of the period of the readings.
-    pub(crate) fn latest(&self) -> Odometry {
-        self.latest
     }
 
     /// Processes the motion of one step.

@@ -15,7 +15,6 @@ use crate::convert::{LocalFrame, from_glam, to_glam};
 /// Friction between floor and movable obstacles, as the decay rate of their motion, in 1/s.
 const FLOOR_DAMPING_PER_S: f32 = 5.0;
 
-/// A body in the physics.
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct Body {
     rigid: RigidBodyHandle,
@@ -23,7 +22,6 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// Whether the body has this collider.
     pub(crate) fn has(&self, collider: ColliderHandle) -> bool {
         self.collider == collider
     }
@@ -63,10 +61,10 @@ impl Physics {
         let gravity = to_glam(Vector2::zeros());
         let mut world = PhysicsWorld { gravity, integration_parameters, ..PhysicsWorld::default() };
         let friction = friction as f32;
-        if let Some(blocks) = building.blocks() {
+        if let Some(blocks) = &building.blocks {
             world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(blocks.clone()).friction(friction));
         }
-        Self { world, frame: building.frame(), friction }
+        Self { world, frame: building.frame, friction }
     }
 
     /// Adds the robot's body.
@@ -97,7 +95,6 @@ impl Physics {
         Body { rigid, collider }
     }
 
-    /// Removes a body.
     pub(crate) fn remove(&mut self, body: Body) {
         self.world.remove_body(body.rigid);
     }
@@ -131,7 +128,6 @@ impl Physics {
         self.world.bodies[body.rigid].set_next_kinematic_position(self.frame.pose_to_glam(target));
     }
 
-    /// The pose of a body.
     pub(crate) fn pose(&self, body: Body) -> Pose {
         self.frame.pose_from_glam(self.world.bodies[body.rigid].position())
     }
@@ -155,7 +151,6 @@ pub(crate) fn step_physics(mut physics: ResMut<Physics>) {
     physics.world.step();
 }
 
-/// The outline as a parry shape.
 pub(crate) fn parry_shape(shape: &Shape) -> SharedShape {
     match *shape {
         Shape::Disc { radius_m } => SharedShape::ball(radius_m as f32),

@@ -31,7 +31,7 @@ pub struct RayGrid {
     stride: usize,
     width: usize,
     height: usize,
-    resolution_m: f64,
+    pub(crate) resolution_m: f64,
     /// Transforms the `map` frame to the grid's.
     from_map: Pose,
 }
@@ -121,11 +121,6 @@ impl RayGrid {
     /// A point in grid coordinates in the `map` frame.
     pub(crate) fn to_map(&self, point: &Point) -> Point {
         self.from_map.inverse_transform_point(&(point * self.resolution_m))
-    }
-
-    /// Side of a cell, in meters.
-    pub(crate) fn resolution_m(&self) -> f64 {
-        self.resolution_m
     }
 
     /// The origin of a scanner's beams, in grid coordinates, and the rotation to the grid's axes.

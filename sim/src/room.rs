@@ -11,7 +11,7 @@ pub(crate) fn check_on_map(walls: &RayGrid, what: Placement, at: &Point) -> Resu
     if walls.holds(&walls.to_grid(at)) {
         return Ok(());
     }
-    let (width_m, height_m) = (width as f64 * walls.resolution_m(), height as f64 * walls.resolution_m());
+    let (width_m, height_m) = (width as f64 * walls.resolution_m, height as f64 * walls.resolution_m);
     Err(SimError::OutsideMap { what, x_m: at.x, y_m: at.y, width_m, height_m })
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn check_room<'a>(
 pub(crate) fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Option<(Point, f64)> {
     let at = walls.to_grid(point);
     let (width, height) = walls.extent();
-    let reach = within_m / walls.resolution_m();
+    let reach = within_m / walls.resolution_m;
     let span = |center: f64, cells: usize| {
         let last = ((center + reach).max(0.0) as usize).min(cells.saturating_sub(1));
         (center - reach).max(0.0) as usize..=last
@@ -54,7 +54,7 @@ pub(crate) fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Opt
         .map(|index| {
             let dx = outside(at.x, index.column as f64, index.column as f64 + 1.0);
             let dy = outside(at.y, index.row as f64, index.row as f64 + 1.0);
-            (index, (dx * dx + dy * dy).sqrt() * walls.resolution_m())
+            (index, (dx * dx + dy * dy).sqrt() * walls.resolution_m)
         })
         .filter(|(_, distance_m)| *distance_m < within_m)
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -64,7 +64,7 @@ pub(crate) fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Opt
 /// The distance of a point from the nearest wall, in meters, if it is below `within_m`, and infinite otherwise.
 pub(crate) fn wall_distance_m(walls: &RayGrid, point: &Point, within_m: f64) -> f64 {
     let (width, height) = walls.extent();
-    let farthest_m = ((width + height) as f64 * walls.resolution_m()).min(within_m);
+    let farthest_m = ((width + height) as f64 * walls.resolution_m).min(within_m);
     // The cells to be searched grow with the square of the distance, and a wall is mostly near.
     let mut reach_m = farthest_m.min(0.5);
     loop {

@@ -47,7 +47,6 @@ pub struct Simulation {
     world: World,
     schedule: Schedule,
     robot: Entity,
-    station: Entity,
     lasers: Vec<Entity>,
 }
 
@@ -88,13 +87,13 @@ impl Simulation {
         let mut world = world_of(config, building);
         let robot = spawn_robot(&mut world, config, start, streams);
         let lasers = spawn_lasers(&mut world, config, streams);
-        let station = world.spawn(Station(station)).id();
+        world.spawn(Station(station));
         for obstacle in &config.obstacles {
             spawn_obstacle(&mut world, obstacle);
         }
         take_first_readings(&mut world);
         let schedule = schedule(&mut world);
-        Ok(Self { model: config.model.clone(), world, schedule, robot, station, lasers })
+        Ok(Self { model: config.model.clone(), world, schedule, robot, lasers })
     }
 
     /// Advances time by [`SimConfig::dt`].
@@ -111,7 +110,7 @@ impl Simulation {
     /// The true state: for reports, never for the robot's software.
     #[must_use]
     pub fn truth(&self) -> Truth<'_> {
-        Truth { world: &self.world, robot: self.robot, station: self.station, lasers: &self.lasers }
+        Truth { world: &self.world, robot: self.robot, lasers: &self.lasers }
     }
 
     /// The current faults.

@@ -19,7 +19,6 @@ pub(crate) fn first_pose(config: &ObstacleConfig) -> Pose {
     }
 }
 
-/// Adds an obstacle to the world.
 pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Entity {
     let outline = parry_shape(&config.shape);
     let pose = first_pose(config);
@@ -51,7 +50,6 @@ pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Enti
     id
 }
 
-/// Removes an obstacle from the world.
 pub(crate) fn remove_obstacle(world: &mut World, obstacle: Entity) {
     if let Some(body) = world.get::<Body>(obstacle).copied() {
         world.resource_mut::<Physics>().remove(body);

@@ -122,7 +122,7 @@ impl Sweep {
 
         // Line k is at least k − 1 cells away, and a direction is at most 1 long: beams of length `max` reach rows 0 to
         // max + 1.
-        let within_grid = if origin.forward { walls.rows() - origin.row } else { origin.row + 1 };
+        let within_grid = if origin.forward { walls.rows - origin.row } else { origin.row + 1 };
         let within_range = (max as usize).saturating_add(2);
         let rows = within_grid.min(within_range);
         March { walls, beams: &beams[..directions.len()], origin, edges: &edges, rows, waiting, outcomes }.run();

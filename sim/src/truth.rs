@@ -11,9 +11,8 @@ use crate::battery::Battery;
 use crate::building::Building;
 use crate::clock::Clock;
 use crate::contacts::{Contact, Contacts};
-use crate::docking::{Dock, Station};
+use crate::docking::Dock;
 use crate::doors::Leaf;
-use crate::faults::Faults;
 use crate::floor::{Floor, Opaque};
 use crate::lasers::Laser;
 use crate::motion::{Motion, RobotPose};
@@ -29,7 +28,6 @@ use crate::room::{distance_to, wall_distance_m};
 pub struct Truth<'a> {
     pub(crate) world: &'a World,
     pub(crate) robot: Entity,
-    pub(crate) station: Entity,
     pub(crate) lasers: &'a [Entity],
 }
 
@@ -93,7 +91,7 @@ impl<'a> Truth<'a> {
     /// The contacts between the robot and other bodies so far, in order; [`collisions`](Self::collisions) counts them.
     #[must_use]
     pub fn contacts(&self) -> &'a [Contact] {
-        self.of::<Contacts>(self.robot).begun()
+        &self.of::<Contacts>(self.robot).begun
     }
 
     /// Whether the robot touches anything.
@@ -116,7 +114,7 @@ impl<'a> Truth<'a> {
     /// Wheel odometry as measured in the last step, with its faults, whether or not it was read.
     #[must_use]
     pub fn odometry(&self) -> Odometry {
-        self.of::<Odometer>(self.robot).latest()
+        self.of::<Odometer>(self.robot).latest
     }
 
     /// The true state of the battery, regardless of its readings.
@@ -131,17 +129,11 @@ impl<'a> Truth<'a> {
         self.of::<Dock>(self.robot).is_docked()
     }
 
-    /// Current pose of the charging station in the `map` frame, if there is one.
-    #[must_use]
-    pub fn station(&self) -> Option<Pose> {
-        self.world.resource::<Faults>().station.or(self.of::<Station>(self.station).0)
-    }
-
     /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`], with its faults. Dead lasers have
     /// none.
     pub fn scans(&self) -> impl Iterator<Item = &'a Arc<LaserScan>> + use<'a> {
         let (world, lasers) = (self.world, self.lasers);
-        lasers.iter().filter_map(move |laser| world.get::<Laser>(*laser)?.latest())
+        lasers.iter().filter_map(move |laser| world.get::<Laser>(*laser)?.latest.as_ref())
     }
 
     /// All obstacles: those of [`SimConfig::obstacles`](crate::SimConfig::obstacles) in order, then those of

@@ -90,12 +90,12 @@ impl Walls {
             return self.rays.ranges(beams, base, range_max_m, ranges_m);
         };
         // In cells along unit vectors from here on: the grid's lines are then at integers.
-        let max = range_max_m / self.rays.resolution_m();
+        let max = range_max_m / self.rays.resolution_m;
         let ScanMemory { directions, sweep: memory } = memory;
         directions.clear();
         directions.extend(beams.directions().map(|direction| rotation * direction));
         ranges_m.resize(directions.len(), f64::INFINITY);
-        for (quadrant, fan) in beams.arcs().iter().flat_map(|arc| fans(directions, arc.clone())) {
+        for (quadrant, fan) in beams.arcs.iter().flat_map(|arc| fans(directions, arc.clone())) {
             let (directions, distances) = (&directions[fan.clone()], &mut ranges_m[fan]);
             if directions.len() >= FEWEST_IN_SWEEP {
                 sweep.distances(quadrant, &origin, directions, max, memory, distances);
@@ -106,7 +106,7 @@ impl Walls {
             }
         }
         for range_m in ranges_m {
-            *range_m = if *range_m <= max { *range_m * self.rays.resolution_m() } else { f64::INFINITY };
+            *range_m = if *range_m <= max { *range_m * self.rays.resolution_m } else { f64::INFINITY };
         }
     }
 }

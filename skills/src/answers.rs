@@ -32,7 +32,6 @@ enum Owes {
     Halted,
 }
 
-/// An answer to the tree.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum TreeAnswer {
     Running,

@@ -108,7 +108,7 @@ impl Chart {
     /// The machine's name: the attribute `name`, or else the file's name without folder and extension.
     #[must_use]
     pub fn name(&self) -> &str {
-        self.ids.machine()
+        &self.ids.machine
     }
 
     /// The file that the machine was read from, with its text.
@@ -250,7 +250,6 @@ impl Chart {
         })
     }
 
-    /// Every `<invoke>`.
     pub(crate) fn invokes(&self) -> impl Iterator<Item = &Invoke> {
         self.states.iter().flat_map(|state| &state.invokes)
     }

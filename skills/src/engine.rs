@@ -59,16 +59,6 @@ impl Code {
         })
     }
 
-    /// The data that the code may change.
-    pub(crate) fn mentions(&self) -> &[DataId] {
-        &self.mentions
-    }
-
-    /// Whether the code mentions `_event`.
-    pub(crate) fn mentions_event(&self) -> bool {
-        self.mentions_event
-    }
-
     /// The value of the code; `argument` is the value assigned to a location.
     pub(crate) fn run(&self, world: &mut World<'_>, argument: Option<&Datum>) -> Result<Datum, EvaluationError> {
         present::run(self, world, argument)

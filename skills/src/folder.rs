@@ -12,7 +12,6 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
-    /// The folder of a file.
     pub(crate) fn of(file: &Path, disk: &Disk) -> Self {
         Self { path: file.parent().unwrap_or_else(|| Path::new("")).to_owned(), disk: disk.clone() }
     }

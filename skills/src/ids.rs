@@ -53,7 +53,7 @@ impl DataId {
 /// The names that expressions can read: of a machine, its states and its data, by index.
 #[derive(Clone, Debug)]
 pub(crate) struct Identifiers {
-    machine: Arc<str>,
+    pub(crate) machine: Arc<str>,
     states: Vec<Arc<str>>,
     data: Vec<Arc<str>>,
 }
@@ -62,10 +62,6 @@ impl Identifiers {
     /// `states` begins with the root.
     pub(crate) fn new(machine: Arc<str>, states: Vec<Arc<str>>, data: Vec<Arc<str>>) -> Self {
         Self { machine, states, data }
-    }
-
-    pub(crate) fn machine(&self) -> &Arc<str> {
-        &self.machine
     }
 
     /// The id of a state, if the index is that of one.

@@ -137,7 +137,6 @@ mod rehearsal;
 mod shipped;
 mod steps;
 mod texts;
-mod unobserved;
 
 pub use chart::{CHANNEL_PROCESSOR, CHOICE_PROCESSOR, Chart, HistoryKind, State, StateKind, Transition};
 pub use datum::{Array, Datum, Object, TooLarge};

@@ -14,6 +14,7 @@ mod timer;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
+use channels::Unobserved;
 use diagnostics::nearest_or_all;
 
 pub use host::{Host, Note, Transcript, Undelivered};
@@ -23,7 +24,6 @@ use crate::chart::{ADDRESS, Chart, EventClass, SCXML_PROCESSOR};
 use crate::datum::Memory;
 use crate::event::{Event, EventKind, Outgoing};
 use crate::ids::{DataId, StateId, TransitionId};
-use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use timer::Timer;
 
@@ -189,7 +189,7 @@ impl Machine {
         let states = chart.states.len();
         let has_history = chart.states.iter().any(|state| !state.histories.is_empty());
         let invokes = chart.states.iter().any(|state| !state.invokes.is_empty());
-        let session = Session::new(chart.ids.machine());
+        let session = Session::new(&chart.ids.machine);
         let scratch = Scratch {
             entering: BitSet::new(states),
             by_default: BitSet::new(states),

@@ -16,14 +16,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, RequestNumber, Topology, TransitionId, Use,
+    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, RequestNumber, Topology, TransitionId, Unobserved,
+    Use,
 };
 use diagnostics::nearest_or_all;
 
 use crate::chart::{CHOICE_PROCESSOR, Chart};
 use crate::event::{Event, Outgoing};
 use crate::machine::{Host, Machine, Note, Undelivered};
-use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 pub use adapter::{Adapter, AdapterState};
 pub use channel_adapter::ChannelAdapter;

@@ -108,9 +108,7 @@ impl<'a> Following<'a> {
         match expr {
             _ if self.is_quantity(expr) => true,
             Expr::Event | Expr::EventField(EventField::Data | EventField::Raw) => true,
-            Expr::Foreign(code) => {
-                code.mentions_event() || code.mentions().iter().any(|data| self.holders.contains(data))
-            }
+            Expr::Foreign(code) => code.mentions_event || code.mentions.iter().any(|data| self.holders.contains(data)),
             Expr::Member(of, _) if matches!(**of, Expr::EventField(EventField::Data)) => false,
             Expr::Member(part, _) | Expr::Unary(_, part) | Expr::InDynamic(part) => self.mentions(part),
             Expr::Index(parts) | Expr::Binary(_, parts) | Expr::Logic(_, parts) => any(&parts[..]),

@@ -81,7 +81,6 @@ fn size(value: Option<&EntryValue>) -> usize {
     }
 }
 
-/// The value of an entry.
 pub(super) fn entry_value(value: &BoardValue) -> EntryValue {
     let value = match value {
         BoardValue::Whole(value) => value,

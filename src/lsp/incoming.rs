@@ -13,7 +13,6 @@ pub(super) enum Incoming {
     Checked(CheckResult),
 }
 
-/// The result of a check.
 pub(super) struct CheckResult {
     /// The number of the edit after which it was made.
     pub(super) edit: u64,

@@ -15,7 +15,6 @@ pub(super) fn of_position(position: lsp::Position) -> editor::Position {
     editor::Position { line: position.line, character: position.character }
 }
 
-/// A range of bytes.
 pub(super) fn range(lines: &TextLines<'_>, bytes: &Range<usize>, unit: Unit) -> lsp::Range {
     let Range { start, end } = lines.positions(bytes, unit);
     lsp::Range { start: position(start), end: position(end) }

@@ -31,7 +31,6 @@ pub(crate) struct Finding {
 
 /// A run in files.
 pub(crate) struct WrittenRun {
-    /// Its page.
     pub(crate) page: PathBuf,
     /// The picture of its sequence chart.
     pub(crate) chart: PathBuf,

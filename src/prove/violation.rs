@@ -202,7 +202,6 @@ impl Violation {
     }
 }
 
-/// Assumptions in words.
 pub(super) fn words(assumptions: &[Assumption]) -> Vec<String> {
     assumptions.iter().map(|assumption| assumption.words.clone()).collect()
 }

@@ -11,7 +11,7 @@ use trials::replay::trajectory::trajectory;
 
 use super::args::VerifyArgs;
 use super::growing::STILL_WRITTEN;
-use super::judge::{VerificationResult, name};
+use super::judge::{Verification, VerificationResult, name};
 use super::mapped::{Mapped, await_topics, load_mapping};
 use crate::interrupt::{self, pause};
 use crate::output::note;
@@ -45,23 +45,20 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
         )
     };
     let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
-    let mapped = Mapped {
+    let verification = Verification {
+        command: args.command(path),
         name: name(path),
-        about: format!("A ROS 2 bag{start}"),
-        mapping: &mapping,
-        text,
-        properties: &args.properties,
-        robots,
-        scenario: args.scenario.as_deref(),
         folder,
         stories: args.results.have_stories(),
-        command: args.command(path),
-        trajectory,
+        about: format!("A ROS 2 bag{start}"),
+        mapping: text,
+        inputs: &|| args.inputs(path),
         announcer: args.announcer(),
         board: args.board(),
-        is_robot: false,
-        inputs: &|| args.inputs(path),
     };
+    let (properties, scenario) = (&args.properties, args.scenario.as_deref());
+    let is_robot = false;
+    let mapped = Mapped { verification, mapping: &mapping, properties, robots, scenario, trajectory, is_robot };
     let is_to_end = || args.follow && interrupt::flow().is_break();
     // Damage may be the reason why the bag is refused.
     let result = mapped.judge(&survey, source, &is_to_end);

@@ -111,13 +111,12 @@ pub(super) fn verify_by(
         stories,
         about,
         mapping: String::new(),
-        inputs: args.inputs(path),
-        system: &system,
-        context: &LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() },
+        inputs: &|| args.inputs(path),
         announcer: args.announcer(),
         board: args.board(),
     };
-    let monitoring = verification.judge(events.chain(unfit), &mut properties, doubts)?;
+    let context = LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() };
+    let monitoring = verification.judge(&system, &context, events.chain(unfit), &mut properties, doubts)?;
     let later = monitoring.notes(&properties);
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));

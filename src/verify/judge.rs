@@ -231,54 +231,56 @@ pub(super) fn name(path: &Path) -> String {
 }
 
 /// The check of a log, before its events are read.
-pub(super) struct Verification<'l> {
+pub(crate) struct Verification<'l> {
     /// The command that repeats the check.
-    pub(super) command: String,
-    pub(super) name: String,
+    pub(crate) command: String,
+    pub(crate) name: String,
     /// The folder of its report, if there is one.
-    pub(super) folder: Option<&'l Path>,
+    pub(crate) folder: Option<&'l Path>,
     /// Whether the stories of violations are wanted even without a report.
-    pub(super) stories: bool,
+    pub(crate) stories: bool,
     /// A description of the log, in words.
-    pub(super) about: String,
+    pub(crate) about: String,
     /// The text of its mapping.
-    pub(super) mapping: String,
-    /// The files with which it is judged, if results are wanted.
-    pub(super) inputs: Vec<InputFile>,
-    pub(super) system: &'l System,
-    pub(super) context: &'l LogContext,
+    pub(crate) mapping: String,
+    /// Returns the files with which it is judged, if results are wanted. It is called after the files have been read.
+    pub(crate) inputs: &'l dyn Fn() -> Vec<InputFile>,
     /// Reports verdicts as they are reached, if this is wanted.
-    pub(super) announcer: Option<Announcer>,
+    pub(crate) announcer: Option<Announcer>,
     /// Shows the events on a live page, if this is wanted.
-    pub(super) board: Option<&'l BoardArgs>,
+    pub(crate) board: Option<&'l BoardArgs>,
 }
 
 impl Verification<'_> {
     /// Runs the monitors on the events, and writes the report to the folder, if there is one. `doubts` knows which
     /// messages may be missing.
     pub(super) fn judge(
-        mut self,
+        self,
+        system: &System,
+        context: &LogContext,
         events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
     ) -> Result<MonitoringResult, Error> {
-        let announcer = self.announcer.take();
+        let inputs = (self.inputs)();
         let result = match (self.folder, self.board) {
-            (None, None) if !self.stories => judge_without_report(events, properties, doubts, self.context, announcer),
-            _ => self.judge_with_report(events, properties, doubts, announcer),
+            (None, None) if !self.stories => judge_without_report(events, properties, doubts, context, self.announcer),
+            _ => self.judge_with_report(system, context, events, properties, doubts, &inputs),
         }?;
-        Ok(MonitoringResult { inputs: self.inputs, ..result })
+        Ok(MonitoringResult { inputs, ..result })
     }
 
     /// Makes all records, for the report and the live page.
     fn judge_with_report(
-        &self,
+        self,
+        system: &System,
+        context: &LogContext,
         mut events: impl Iterator<Item = Result<Found, Error>>,
         properties: &mut [Property],
         doubts: Doubts,
-        mut announcer: Option<Announcer>,
+        inputs: &[InputFile],
     ) -> Result<MonitoringResult, Error> {
-        let Self { context, system, .. } = self;
+        let mut announcer = self.announcer;
         let mut idle = || announcer.iter_mut().for_each(|announcer| announcer.idle(properties, context));
         let live_pose = context.live_pose.iter();
         let first = live_pose.flat_map(|live_pose| await_live_pose(live_pose, &mut events, &mut idle));
@@ -286,10 +288,9 @@ impl Verification<'_> {
         let folder = self.folder.map(Path::to_owned);
         let outputs = Outputs { folder, stories: self.stories, ..Outputs::default() };
         refuse_campaign(&outputs)?;
-        let (text, recorded) = (self.mapping.clone(), Some(self.command.clone()));
-        let origin = Origin { text, recorded, inputs: self.inputs.clone(), ..Origin::default() };
-        let about = [self.name.clone(), self.about.clone()];
-        let begun = Judge::begin(about, origin, &system.topology, system.tick, properties, doubts);
+        let (text, recorded) = (self.mapping, Some(self.command));
+        let origin = Origin { text, recorded, inputs: inputs.to_vec(), ..Origin::default() };
+        let begun = Judge::begin([self.name, self.about], origin, &system.topology, system.tick, properties, doubts);
         let mut run = JudgedRun::new(first.into_iter().chain(events), properties, begun, context, announcer);
         let begin = |view: &RunView| {
             let presentation = Presentation::begin(view, &outputs)?;

@@ -49,7 +49,6 @@ struct LogSummary {
     provenance: Provenance,
 }
 
-/// The verdict of a property.
 struct PropertyVerdict {
     property: String,
     verdict: ShownVerdict,

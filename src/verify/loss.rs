@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use bags::{Definition, Events, Ground, Head, Mapping, Received, Source, Survey, Topic};
+use bags::{Account, Definition, Events, Ground, Head, Mapping, Received, Source, Survey, Topic};
 use monitors::{Outcome, Property};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -196,12 +196,8 @@ impl Source for Robot {
         }
     }
 
-    fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &[]
+    fn account(&self) -> Account<'_> {
+        Account { survey: &self.survey, lost: &[], notes: &[], counts_losses: false }
     }
 }
 

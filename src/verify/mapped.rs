@@ -12,15 +12,13 @@ use campaigns::Error;
 use diagnostics::from_disk;
 use editor::System;
 use monitors::{Property, Violation};
-use recording::{Doubts, Header, InputFile, Origin};
+use recording::{Doubts, Header, Origin};
 use trials::replay::live_pose::LivePose;
 use trials::replay::trajectory::Trajectory;
 
-use super::announcer::Announcer;
 use super::args::RobotsArgs;
 use super::judge::{Verification, VerificationResult, load};
 use super::log_context::LogContext;
-use crate::live::BoardArgs;
 use crate::output::note;
 
 /// The name of the file with the violations, beside the report.
@@ -30,33 +28,16 @@ const METADATA: &str = "metadata.yaml";
 
 /// Messages with their mapping, and the properties to check.
 pub(crate) struct Mapped<'m> {
-    /// The name of the source, for the report.
-    pub(crate) name: String,
-    /// A description of the source, for the report.
-    pub(crate) about: String,
+    pub(crate) verification: Verification<'m>,
     pub(crate) mapping: &'m Mapping,
-    /// The text of the mapping.
-    pub(crate) text: String,
     pub(crate) properties: &'m [PathBuf],
     /// The namespaces of the robots, if the mapping is for several.
     pub(crate) robots: &'m [String],
     pub(crate) scenario: Option<&'m str>,
-    /// The folder of the report, if there is one.
-    pub(crate) folder: Option<&'m Path>,
-    /// Whether the stories of violations are wanted even without a report.
-    pub(crate) stories: bool,
-    /// The command that repeats the check.
-    pub(crate) command: String,
     /// The trajectory of the robot, if there is a map.
     pub(crate) trajectory: Option<Trajectory>,
-    pub(crate) announcer: Option<Announcer>,
-    /// The live page that shows the messages, if there is one.
-    pub(crate) board: Option<&'m BoardArgs>,
     /// Whether the source delivers what shows the robot on the page.
     pub(crate) is_robot: bool,
-    /// Returns the files with which they are judged, if results are wanted. It is called after the files have been
-    /// read.
-    pub(crate) inputs: &'m dyn Fn() -> Vec<InputFile>,
 }
 
 impl Mapped<'_> {
@@ -75,7 +56,8 @@ impl Mapped<'_> {
             }
             false => source.receive(body),
         });
-        let Self { mapping, folder, .. } = self;
+        let Self { verification, mapping, .. } = self;
+        let folder = verification.folder;
         folder.map_or(Ok(()), check_violations)?;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
@@ -89,7 +71,7 @@ impl Mapped<'_> {
             true => Doubts::about_losses(&properties, &system.topology),
             false => Doubts::about_any_messages(&properties, &system.topology),
         };
-        let shown = self.board.filter(|_| self.is_robot).and(mapping.robot());
+        let shown = verification.board.filter(|_| self.is_robot).and(mapping.robot());
         let live_pose = shown.map(|topics| LivePose::new(topics.clone()));
         let live_pose = live_pose.map(|live_pose| Rc::new(RefCell::new(live_pose)));
         let source = Through::new(source, |source: &mut _, body: &mut Vec<u8>| {
@@ -112,20 +94,7 @@ impl Mapped<'_> {
             context.newest_log_ns.set(events.newest_log_ns());
             found.map(Ok)
         });
-        let verification = Verification {
-            command: self.command,
-            name: self.name,
-            folder,
-            stories: self.stories,
-            about: self.about,
-            mapping: self.text,
-            inputs: (self.inputs)(),
-            system: &system,
-            context: &context,
-            announcer: self.announcer,
-            board: self.board,
-        };
-        let monitoring = verification.judge(found, &mut properties, doubts)?;
+        let monitoring = verification.judge(&system, &context, found, &mut properties, doubts)?;
         if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
             write_violations(&properties, start_ns, folder)?;
         }

@@ -7,7 +7,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use bags::{BagWriter, Head, Received, Recorder, Source, Survey};
+use bags::{Account, BagWriter, Head, Received, Recorder, Source, Survey};
 
 /// The most bytes of messages that are kept.
 const MOST: usize = 1 << 28;
@@ -107,8 +107,9 @@ impl BlackBox {
         let number = (1..).find(|number| !folder.join(name(property, *number)).exists()).unwrap_or(u64::MAX);
         let path = folder.join(name(property, number));
         let writer = Rc::new(RefCell::new(BagWriter::begin(BufWriter::new(File::create_new(&path)?))?));
-        let notes = self.is_cut.then(|| "the messages before these had no room".to_owned());
-        let (survey, lost, counts_losses) = (&self.survey, self.lost.as_slice(), self.counts_losses);
+        let notes: Vec<String> =
+            self.is_cut.then(|| "the messages before these had no room".to_owned()).into_iter().collect();
+        let (survey, lost, counts_losses) = (&self.survey, &self.lost, self.counts_losses);
         let open: Vec<ReceivedBytes> = self
             .open
             .iter()
@@ -117,7 +118,7 @@ impl BlackBox {
             })
             .collect();
         let records = open.iter().chain(&self.records);
-        let source = KeptSource { records, survey, lost, notes: notes.into_iter().collect(), counts_losses };
+        let source = KeptSource { records, account: Account { survey, lost, notes: &notes, counts_losses } };
         let mut recorder = Recorder::new(source, Rc::clone(&writer));
         let mut body = Vec::new();
         while recorder.receive(&mut body) != Received::Over {}
@@ -141,10 +142,7 @@ fn name(property: &str, number: u64) -> String {
 /// A source of the records that were kept.
 struct KeptSource<'k, T> {
     records: T,
-    survey: &'k Survey,
-    lost: &'k [String],
-    notes: Vec<String>,
-    counts_losses: bool,
+    account: Account<'k>,
 }
 
 impl<'k, T: Iterator<Item = &'k ReceivedBytes>> Source for KeptSource<'k, T> {
@@ -154,20 +152,8 @@ impl<'k, T: Iterator<Item = &'k ReceivedBytes>> Source for KeptSource<'k, T> {
         *received
     }
 
-    fn survey(&self) -> &Survey {
-        self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        self.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
-    fn counts_losses(&self) -> bool {
-        self.counts_losses
+    fn account(&self) -> Account<'_> {
+        self.account
     }
 }
 

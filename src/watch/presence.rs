@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use bags::{Received, Source, Survey};
+use bags::{Account, Received, Source};
 use network::{Error, Live, Publish, Robot};
 
 use crate::moment::moment;
@@ -74,20 +74,8 @@ impl Source for Presence {
         }
     }
 
-    fn survey(&self) -> &Survey {
-        self.live.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        &self.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        self.live.notes()
-    }
-
-    fn counts_losses(&self) -> bool {
-        self.live.counts_losses()
+    fn account(&self) -> Account<'_> {
+        Account { lost: &self.lost, ..self.live.account() }
     }
 }
 

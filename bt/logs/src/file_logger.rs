@@ -18,7 +18,8 @@ pub(crate) const PROTOCOL: u8 = 1;
 #[derive(Debug)]
 pub(crate) struct FileLog {
     input: BufReader<File>,
-    began_us: i64,
+    /// In microseconds since 1970.
+    pub(crate) began_us: i64,
 }
 
 impl FileLog {
@@ -42,11 +43,6 @@ impl FileLog {
         let xml = String::from_utf8(xml).map_err(|_| damaged("its tree is not UTF-8 text".to_owned()))?;
         let began_us = i64::from_le_bytes(whole(&mut input, path, "it ends within the time at which it began")?);
         Ok((xml, Self { input, began_us }))
-    }
-
-    /// In microseconds since 1970.
-    pub(crate) fn began_us(&self) -> i64 {
-        self.began_us
     }
 
     pub(crate) fn next_transition(&mut self, path: &Path) -> Result<Option<LoggedTransition>, LogError> {

@@ -124,7 +124,7 @@ impl Log {
             return Err(LogError::Damaged { path, problem });
         }
         let (xml, log) = FileLog::begin(file, &path)?;
-        Self::with(path, &xml, Some(log.began_us()), None, Reader::File(log))
+        Self::with(path, &xml, Some(log.began_us), None, Reader::File(log))
     }
 
     /// Opens a bag with a topic of `nav2_msgs/msg/BehaviorTreeLog`, whose messages are about this tree.
@@ -134,7 +134,7 @@ impl Log {
     /// named, or if no message is about the tree.
     pub fn of_bag(path: &Path, tree: &BagTree) -> Result<Self, LogError> {
         let (tree, reader) = nav2::open(path, tree)?;
-        let (began_us, topic) = (reader.began_us(), Some(reader.topic().to_owned()));
+        let (began_us, topic) = (reader.began_us, Some(reader.topic().to_owned()));
         Ok(Self { path: path.to_owned(), tree, began_us, session: None, topic, reader: Reader::Nav2(Box::new(reader)) })
     }
 

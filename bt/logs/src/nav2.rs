@@ -41,7 +41,7 @@ pub(crate) struct Nav2Log {
     path: PathBuf,
     topic: Topic,
     /// The time of the first entry.
-    began_us: Option<i64>,
+    pub(crate) began_us: Option<i64>,
     messages: Messages,
     body: Vec<u8>,
     waiting: VecDeque<LogEntry>,
@@ -264,12 +264,6 @@ impl Topic {
 }
 
 impl Nav2Log {
-    /// The time of the first entry, in microseconds; none if there is none.
-    pub(crate) fn began_us(&self) -> Option<i64> {
-        self.began_us
-    }
-
-    /// The name of its topic.
     pub(crate) fn topic(&self) -> &str {
         &self.topic.name
     }

@@ -29,7 +29,7 @@ pub(crate) struct TreeState {
     /// Halts that wait for a catch block.
     pub(super) outer: Vec<Halting>,
     pub(super) last: Option<Status>,
-    pub(super) faults: Vec<Fault>,
+    pub(crate) faults: Vec<Fault>,
     pub(super) journal: Journal,
 }
 
@@ -82,10 +82,6 @@ impl TreeState {
 
     pub(crate) fn last_status(&self) -> Option<Status> {
         self.last
-    }
-
-    pub(crate) fn faults(&self) -> &[Fault] {
-        &self.faults
     }
 
     pub(crate) fn pending(&self) -> Option<Call> {
@@ -142,7 +138,6 @@ impl TreeState {
         std::iter::successors(deepest, |node| (*node > 0).then(|| ops[*node as usize].parent))
     }
 
-    /// The start of a new tick.
     pub(crate) fn new_tick(&mut self) -> Next {
         self.outcomes.fill(Outcomes::default());
         self.faults.clear();

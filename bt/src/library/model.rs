@@ -28,7 +28,6 @@ pub(crate) struct Model {
     pub(crate) declared: Option<(usize, SourceSpan)>,
 }
 
-/// The declaration of a port.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PortModel {
     pub(crate) name: String,
@@ -75,5 +74,4 @@ impl Model {
     }
 }
 
-/// Models by ID.
 pub(crate) type Models = BTreeMap<String, Model>;

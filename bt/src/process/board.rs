@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, Domain, Envelope, FieldKind, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Shape,
+    Action, Domain, Envelope, FieldKind, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Shape, Shared,
     TransitionId, Use, Value,
 };
 
@@ -15,7 +15,6 @@ use crate::hooks::Entrance;
 use crate::ports::Traffic;
 use crate::semantics::PortReading;
 use crate::settings::ReadError;
-use crate::shared::Shared;
 use crate::{Fault, Node, NodeId, Status, Tree};
 
 /// The blackboard of a tree whose nodes are processes: the paper calls it the shared variables of a composite process.
@@ -58,7 +57,6 @@ pub(super) enum Question {
     Halted,
 }
 
-/// The answer of the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BoardAnswer {
     Entrance(Entrance),
@@ -264,7 +262,6 @@ impl BoardAnswer {
         Message::new([Value::symbol(word), Value::Int(first), Value::Int(second)])
     }
 
-    /// The answer to this question.
     pub(super) fn of(message: &Message, question: Question) -> Self {
         let numbers = [2, 3].map(|field| number(message, field).unwrap_or_default());
         let word = message.head().unwrap_or("fault");

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber, Shared,
     TransitionId, Use, Value,
 };
 
@@ -11,7 +11,6 @@ use super::board::{inputs_question, outputs_question};
 use super::patience::Patience;
 use super::protocol::{ChannelPair, NodeReply, Skill, answers, reply_of, request_message};
 use super::whole::tick_number;
-use crate::shared::Shared;
 use crate::{Fault, Reply, Request};
 
 /// The leaf of a tree whose nodes are processes: passes its parent's requests on to the skill, and the skill's answers

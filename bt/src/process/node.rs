@@ -7,7 +7,8 @@ mod ticking;
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, TransitionId, Use, Value,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Shared, TransitionId, Use,
+    Value,
 };
 
 use stage::Stage;
@@ -16,7 +17,6 @@ use super::board::BoardAnswer;
 use super::protocol::{ChannelPair, own_status_name};
 use crate::program::Flags;
 use crate::semantics::{Memory, PortReading};
-use crate::shared::Shared;
 use crate::status::Mark;
 use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request, Status};
 

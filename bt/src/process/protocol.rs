@@ -172,14 +172,12 @@ pub(super) fn own_status_name(status: Option<Status>) -> &'static str {
     status.map_or("idle", Status::name)
 }
 
-/// The status with this name.
 pub(super) fn status_of(name: &str) -> Option<Status> {
     [Status::Running, Status::Success, Status::Failure, Status::Skipped]
         .into_iter()
         .find(|status| status.name() == name)
 }
 
-/// The symbol in a field of a message.
 pub(super) fn symbol(message: &Message, field: usize) -> Option<&str> {
     match message.field(field) {
         Some(Value::Symbol(symbol)) => Some(symbol.name()),
@@ -187,7 +185,6 @@ pub(super) fn symbol(message: &Message, field: usize) -> Option<&str> {
     }
 }
 
-/// The number in a field of a message.
 pub(super) fn number(message: &Message, field: usize) -> Option<i64> {
     match message.field(field) {
         Some(Value::Int(number)) => Some(*number),

@@ -4,13 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber, Topology,
-    TransitionId, Use, Value, WiringError,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber, Shared,
+    Topology, TransitionId, Use, Value, WiringError,
 };
 
 use super::patience::{LEAF_TIMEOUT, Patience};
 use super::protocol::{Skill, answers, find_channel, reply_of, request_message};
-use crate::shared::Shared;
 use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Progress, Request, Tree};
 
 /// A tree as one process.
@@ -137,12 +136,6 @@ impl TreeProcess {
     #[must_use]
     pub fn tick(&self) -> Option<i64> {
         self.tick
-    }
-
-    /// Whether the tree waits for a tick: the last one is finished.
-    #[must_use]
-    pub fn is_idle(&self) -> bool {
-        self.execution.pending().is_none()
     }
 
     /// The envelope of the pending call, and its channel.

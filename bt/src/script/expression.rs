@@ -9,15 +9,10 @@ use crate::blackboard::Slot;
 /// A script, ready to run: its entries have been resolved.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Script {
-    pub(super) statements: Vec<Expression>,
+    pub(crate) statements: Vec<Expression>,
 }
 
 impl Script {
-    /// Its statements, in order.
-    pub(crate) fn statements(&self) -> &[Expression] {
-        &self.statements
-    }
-
     /// Adds the entries that the script assigns to, each with whether it can be assigned a string. `is_text` decides
     /// whether an entry that no script has assigned to so far is a string.
     pub(crate) fn assigned(&self, slots: &mut BTreeMap<Slot, bool>, is_text: impl Fn(Slot) -> bool + Copy) {

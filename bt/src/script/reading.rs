@@ -14,9 +14,7 @@ pub(crate) struct SyntaxError {
 
 /// The meaning of names in scripts.
 pub(crate) trait Names {
-    /// The number of a constant.
     fn constant(&self, name: &str) -> Option<i64>;
 
-    /// The entry of a name.
     fn slot(&mut self, name: &str) -> Slot;
 }

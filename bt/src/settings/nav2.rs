@@ -57,7 +57,6 @@ pub(crate) struct DetourGuard {
 pub(crate) struct Index {
     pub(crate) slot: Slot,
     pub(crate) key: Arc<str>,
-    /// The number of children.
     pub(crate) children: usize,
     /// The number of the memo with the index of the child that is ticked: a child may change the entry.
     pub(crate) memo: usize,

@@ -25,7 +25,6 @@ use crate::{Direction, Item, Kind};
 
 /// Resolves names.
 pub(super) trait Surroundings: Names {
-    /// The scope of the node.
     fn scope(&self) -> ScopeId;
 
     /// The entry of a key to which a port of this type refers, and its existing type if the two do not agree.
@@ -46,7 +45,6 @@ pub(super) trait Surroundings: Names {
     /// The entry of a key to which a port of an unknown type refers.
     fn unknown_port(&mut self, key: &str) -> Slot;
 
-    /// All constants.
     fn constants(&self) -> Arc<Constants>;
 
     /// Whether attributes are only checked: each once, wherever the node is used.

@@ -16,7 +16,6 @@ pub(super) fn nav2_model(id: &str) -> Option<&'static Model> {
     nav2_models().get(id)
 }
 
-/// The models of all nodes of Nav2.
 pub(super) fn nav2_models() -> &'static Models {
     static MODELS: OnceLock<Models> = OnceLock::new();
     MODELS.get_or_init(|| read(&mut Problems::new()))

@@ -9,7 +9,6 @@ use crate::{Item, Kind};
 pub(super) struct Port {
     pub(super) name: &'static str,
     pub(super) of: Of,
-    /// Its default.
     pub(super) default: Option<&'static str>,
     /// Whether the node works without it.
     pub(super) optional: bool,

@@ -66,7 +66,6 @@ pub(super) fn unknown_node(name: &str, more: usize) -> Problem {
     Problem::new(format!("unknown node type <{name}>{repeated}"))
 }
 
-/// A required port is missing.
 pub(super) fn missing_port(node: &str, port: &str, span: SourceSpan, help: Option<String>) -> Problem {
     let problem = Problem::new(format!("{node} needs the port `{port}`"));
     problem.at(span, format!("needs {port}=\"…\"")).with_help_if(help)

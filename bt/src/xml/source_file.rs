@@ -6,7 +6,6 @@ use diagnostics::{Problem, Source};
 
 use super::problems::Problems;
 
-/// A file and its problems.
 pub(super) struct SourceFile {
     pub(super) path: PathBuf,
     pub(super) text: Source,

@@ -12,7 +12,6 @@ use crate::script::Script;
 use crate::settings::{Input, Setting};
 use crate::{Direction, Kind, Node};
 
-/// An assembled tree.
 pub(super) struct Assembled<'a> {
     pub(super) nodes: &'a [Node],
     pub(super) program: &'a Program,

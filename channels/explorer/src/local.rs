@@ -53,7 +53,6 @@ pub(crate) struct Own {
     pub(crate) step: Step,
 }
 
-/// A receive.
 #[derive(Debug)]
 pub(crate) struct Receive {
     pub(crate) transition: TransitionId,

@@ -329,7 +329,6 @@ fn or_skip(body: &str) -> &str {
     if body.is_empty() { "skip" } else { body }
 }
 
-/// A message in words.
 fn in_words(envelope: &Envelope) -> String {
     match envelope.request.0 {
         0 => envelope.message.to_string(),

@@ -489,7 +489,6 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Expands a state.
     fn expand(&self, number: u32, scratch: &mut Scratch, found: &mut Packed) -> Result<Expanded, Obstacle> {
         self.store.unpack(number, &mut scratch.state);
         self.semantics.expand(&scratch.state, &mut scratch.successors)?;

@@ -169,7 +169,6 @@ pub(crate) struct Tables {
     pub(crate) shakers: Vec<usize>,
     environment: Arc<AnyEnvironment>,
     pub(crate) ticks: Option<Ticks>,
-    /// The channel of the ticks.
     pub(crate) tick_channel: usize,
     pub(crate) onlooker: Option<Arc<dyn Onlooker>>,
 }

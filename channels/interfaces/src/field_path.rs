@@ -15,7 +15,6 @@ pub(crate) enum Part {
     Every,
 }
 
-/// The steps of a path.
 pub(crate) fn steps(path: &str) -> Option<Vec<FieldStep>> {
     let step = |text: &str| {
         let Some((name, item)) = text.split_once('[') else {

@@ -287,7 +287,6 @@ struct Selected {
     place: Span,
 }
 
-/// The selected fields.
 fn selected(
     flattening: &Flattening<'_, '_, '_>,
     definition: &Definition,

@@ -1,10 +1,11 @@
 //! Random systems of scripted processes, and the schedulers that run them.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use channels::{
-    Capacity, ChannelId, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProcessId, ProgramGraph,
-    Random, RoundRobin, Scheduler, Scripted, Shape, Starving, Topology, Value,
+    Capacity, ChannelId, ChannelSystem, Domain, Enabled, FieldKind, GraphProcess, Message, Process, ProcessId,
+    ProgramGraph, Random, RoundRobin, Scheduler, Shape, Starving, Topology, Value,
 };
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -79,13 +80,29 @@ pub(crate) fn build(plan: &Plan) -> (ChannelSystem, Vec<ChannelId>) {
     (ChannelSystem::new(Arc::new(topology), processes).unwrap(), channels)
 }
 
+/// Follows a list of processes: the one at the head takes its first enabled transition and is removed from the list. If
+/// it cannot move, or the list is empty, the system's first enabled transition is taken.
+#[derive(Debug)]
+struct Scripted(VecDeque<ProcessId>);
+
+impl Scheduler for Scripted {
+    fn choose(&mut self, enabled: &[Enabled]) -> usize {
+        let head = self.0.front();
+        let choice = head.and_then(|head| enabled.iter().position(|transition| transition.process == *head));
+        if choice.is_some() {
+            self.0.pop_front();
+        }
+        choice.unwrap_or(0)
+    }
+}
+
 pub(crate) fn schedulers(seed: u64, victim: ProcessId) -> Vec<Box<dyn Scheduler>> {
     let random = || Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed)));
     vec![
         random(),
         Box::new(RoundRobin::default()),
         Box::new(Starving::new(victim, random())),
-        Box::new(Scripted::new([victim, victim])),
+        Box::new(Scripted([victim, victim].into())),
     ]
 }
 

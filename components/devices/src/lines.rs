@@ -20,7 +20,6 @@ impl<'a> Lines<'a> {
         self.send(Some(client), "error", [("reason", Datum::text(reason))]);
     }
 
-    /// Publishes a topic.
     pub(crate) fn publish<const N: usize>(&mut self, topic: &str, fields: [(&str, Datum); N]) {
         self.send(None, topic, fields);
     }

@@ -75,12 +75,11 @@ pub(crate) enum AnswerError {
 }
 
 impl Child {
-    /// Starts a program.
     pub(crate) fn start(program: &Program) -> Result<Self, AnswerError> {
         let temporary = program.needs_folder().then(TempDir::new).transpose()?;
         let path = temporary.as_ref().map_or(Path::new(""), TempDir::path);
         let command = program.command(path)?;
-        let limits = program.limits();
+        let limits = program.limits;
         #[cfg(unix)]
         let mut command = crate::keeper::kept(limits.memory_bytes, &command)?;
         #[cfg(not(unix))]

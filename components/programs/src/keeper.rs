@@ -262,7 +262,6 @@ mod descendants {
         found.into_iter().filter_map(Pid::from_raw).collect()
     }
 
-    /// The children of a process.
     pub(super) fn children(parent: Pid) -> impl Iterator<Item = Pid> {
         let own = processes().filter(move |(_, of)| *of == parent.as_raw_pid());
         own.filter_map(|(pid, _)| Pid::from_raw(pid))

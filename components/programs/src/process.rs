@@ -1,10 +1,11 @@
 //! A program as a process of a channel system.
 
-use std::hash::{Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use channels::{
+    Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Unobserved, Use,
+};
 use skills::{ChannelAdapter, Datum, Mishap};
 
 use crate::child::{AnswerError, Child, ONLY_ANSWERS};
@@ -32,20 +33,20 @@ const CRASHED: &str = "crashed";
 ///
 /// Its state consists of all messages and answers so far. The running program itself cannot be copied: a copy of this
 /// process shares it, and only one of the two may continue. The other one fails at its next message.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ProgramProcess {
-    program: Arc<Program>,
+    program: Unobserved<Arc<Program>>,
     /// The initial data.
-    data: Datum,
-    adapter: ChannelAdapter,
+    data: Unobserved<Datum>,
     phase: Phase,
     /// A hash of all messages and answers so far.
     exchanged: ExchangeHash,
+    adapter: ChannelAdapter,
     /// By due time, then in the order in which they were set.
     timers: Vec<Timer>,
-    location: String,
-    mishaps: Vec<Mishap>,
-    running: Arc<Mutex<Option<Running>>>,
+    location: Unobserved<String>,
+    mishaps: Unobserved<Vec<Mishap>>,
+    running: Unobserved<Arc<Mutex<Option<Running>>>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -82,14 +83,14 @@ impl ProgramProcess {
     pub fn new(topology: &Topology, process: ProcessId, program: Arc<Program>, data: Datum) -> Self {
         Self {
             adapter: ChannelAdapter::new(topology, process),
-            program,
-            data,
+            program: Unobserved(program),
+            data: Unobserved(data),
             phase: Phase::New,
             exchanged: ExchangeHash::default(),
             timers: Vec::new(),
-            location: RUNNING.to_owned(),
-            mishaps: Vec::new(),
-            running: Arc::default(),
+            location: Unobserved(RUNNING.to_owned()),
+            mishaps: Unobserved::default(),
+            running: Unobserved::default(),
         }
     }
 
@@ -133,15 +134,15 @@ impl ProgramProcess {
             phase: Phase::New,
             exchanged: ExchangeHash::default(),
             timers: Vec::new(),
-            location: RUNNING.to_owned(),
+            location: Unobserved(RUNNING.to_owned()),
             mishaps: predecessor.mishaps.clone(),
-            running: Arc::default(),
+            running: Unobserved::default(),
             ..self.clone()
         };
         // Other errors are not reported: the component may be restarted because the predecessor had ended.
         if let Some(Err(error @ AnswerError::Unsolicited(_))) = ended {
             let message = format!("the program {error}");
-            successor.mishaps.push(Mishap { state: Some(predecessor.location.clone()), message, times: 1 });
+            successor.mishaps.push(Mishap { state: Some(predecessor.location.0.clone()), message, times: 1 });
         }
         // A failure is recorded in its mishaps.
         let _ = successor.start(now);
@@ -219,7 +220,9 @@ impl ProgramProcess {
             let place = self.timers.partition_point(|other| other.due <= due);
             self.timers.insert(place, Timer { due, event: timer.event, data });
         }
-        self.location = answer.state.unwrap_or_else(|| std::mem::take(&mut self.location));
+        if let Some(state) = answer.state {
+            *self.location = state;
+        }
         Ok(())
     }
 
@@ -230,7 +233,7 @@ impl ProgramProcess {
         if let Some(stderr) = running.and_then(|running| running.child.end()) {
             message = format!("{message}; on stderr: {stderr}");
         }
-        let state = Some(std::mem::replace(&mut self.location, CRASHED.to_owned()));
+        let state = Some(std::mem::replace(&mut *self.location, CRASHED.to_owned()));
         self.mishaps.push(Mishap { state, message: message.clone(), times: 1 });
         self.adapter = self.adapter.succeeding();
         self.timers.clear();
@@ -244,21 +247,6 @@ fn excerpt(line: &str) -> String {
     match line.char_indices().nth(200) {
         Some((end, _)) => format!("{}…", &line[..end]),
         None => line.to_owned(),
-    }
-}
-
-impl PartialEq for ProgramProcess {
-    fn eq(&self, other: &Self) -> bool {
-        (self.phase, &self.exchanged, &self.adapter, &self.timers)
-            == (other.phase, &other.exchanged, &other.adapter, &other.timers)
-    }
-}
-
-impl Eq for ProgramProcess {}
-
-impl Hash for ProgramProcess {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        (self.phase, &self.exchanged, &self.adapter, &self.timers).hash(state);
     }
 }
 
@@ -306,6 +294,6 @@ impl Process for ProgramProcess {
 
     /// The state that the program reported last.
     fn location(&self) -> String {
-        self.location.clone()
+        self.location.0.clone()
     }
 }

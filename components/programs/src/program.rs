@@ -27,7 +27,7 @@ const FIXED: [(&str, &str); 5] = [
 pub struct Program {
     words: Vec<Word>,
     folder: Option<PathBuf>,
-    limits: Limits,
+    pub(crate) limits: Limits,
 }
 
 /// A word of a program's command.
@@ -139,11 +139,6 @@ impl Program {
     #[must_use]
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
-    }
-
-    /// Its limits.
-    pub(crate) fn limits(&self) -> Limits {
-        self.limits
     }
 
     /// Its whole environment.

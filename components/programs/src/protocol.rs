@@ -6,7 +6,6 @@ use serde::Deserialize;
 use serde_json::{Map, Number, Value};
 use skills::{Datum, TooLarge};
 
-/// A message to a program.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Message<'m> {
     pub(crate) time: Duration,
@@ -29,7 +28,6 @@ impl Message<'_> {
     }
 }
 
-/// The answer of a program.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Answer {

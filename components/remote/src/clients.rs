@@ -1,13 +1,12 @@
 //! Nodes of ROS 2 that are clients of components, as a process of a channel system: the counterpart of a remote
 //! component.
 
-use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber, Topology, TransitionId,
-    Use,
+    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber, Shared, Topology,
+    TransitionId, Unobserved, Use,
 };
 use interfaces::{
     ABORTED, ACCEPTED, CANCEL, CANCELED, FEEDBACK, Field, GOAL, OK, REASON, REJECTED, SUCCEEDED, WirePart,
@@ -30,9 +29,9 @@ pub type Offered = (String, RemoteComponent);
 
 /// The nodes of ROS 2 as one process of a channel system. It sends their requests to components, and receives the
 /// components' replies and all of their topics.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct RemoteClients {
-    offered: Arc<[Offered]>,
+    offered: Shared<[Offered]>,
     adapter: ChannelAdapter,
     /// The servers of all components' actions, in order, each with the indices of its component and its action.
     servers: Vec<(usize, usize, ActionServer)>,
@@ -41,9 +40,9 @@ pub struct RemoteClients {
     /// The responses and messages that have not been taken yet, except those of the servers.
     outbox: Vec<NodeMessage>,
     /// What was left out, without repetitions.
-    notes: Vec<String>,
+    notes: Unobserved<Vec<String>>,
     /// The number of notes that have been taken.
-    notes_taken: usize,
+    notes_taken: Unobserved<usize>,
 }
 
 /// A request to which a component has not replied.
@@ -82,11 +81,11 @@ impl RemoteClients {
         Self {
             servers: servers.collect(),
             adapter: ChannelAdapter::new(topology, process).patient(),
-            offered,
+            offered: offered.into(),
             open: Vec::new(),
             outbox: Vec::new(),
-            notes: Vec::new(),
-            notes_taken: 0,
+            notes: Unobserved::default(),
+            notes_taken: Unobserved::default(),
         }
     }
 
@@ -99,14 +98,14 @@ impl RemoteClients {
 
     /// What has been left out since the last call, and why, without repetitions.
     pub fn take_notes(&mut self) -> Vec<String> {
-        let new = self.notes[self.notes_taken..].to_vec();
-        self.notes_taken = self.notes.len();
+        let new = self.notes[*self.notes_taken..].to_vec();
+        *self.notes_taken = self.notes.len();
         new
     }
 
     /// Passes a node's request on to its component.
     pub fn receive(&mut self, request: &ServiceRequest) {
-        let offered = Arc::clone(&self.offered);
+        let offered = Shared::clone(&self.offered);
         for (place, (name, component)) in offered.iter().enumerate() {
             let is_it = |service: &RemoteOperation| component.full_name(service) == request.service;
             if let Some(operation) = component.services.iter().position(is_it) {
@@ -201,7 +200,7 @@ impl RemoteClients {
 
     /// Passes on a component's reply to a request, or its message on a topic.
     fn pass_on(&mut self, component: usize, head: &str, data: &Datum, request: RequestNumber, now: Duration) {
-        let offered = Arc::clone(&self.offered);
+        let offered = Shared::clone(&self.offered);
         let of = &offered[component].1;
         if let Some(topic) = of.topics.iter().find(|topic| topic.name == head) {
             return self.publish(of, topic, data);
@@ -328,21 +327,6 @@ fn reason(data: &Datum) -> String {
     match data.member(REASON) {
         Some(Datum::Text(why)) => why.to_string(),
         _ => String::new(),
-    }
-}
-
-impl PartialEq for RemoteClients {
-    fn eq(&self, other: &Self) -> bool {
-        (&self.offered, &self.adapter, &self.servers, &self.open, &self.outbox)
-            == (&other.offered, &other.adapter, &other.servers, &other.open, &other.outbox)
-    }
-}
-
-impl Eq for RemoteClients {}
-
-impl Hash for RemoteClients {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        (&self.adapter, &self.servers, &self.open, &self.outbox).hash(state);
     }
 }
 

@@ -1,10 +1,12 @@
 //! A component that consists of nodes of ROS 2, as a process of a channel system.
 
-use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use channels::{
+    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Shared, Topology, TransitionId,
+    Unobserved, Use,
+};
 use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
 use ros_messages::standard::{CancelRequest, GoalInfo, Time, Uuid};
 use ros_messages::{Mismatch, RosType as _};
@@ -28,12 +30,12 @@ const NO_SERVER: &str = "nobody offers it";
 const MOST_MISHAPS: usize = 100;
 
 /// A component that consists of nodes of ROS 2, in a channel system.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct RemoteProcess {
-    component: Arc<RemoteComponent>,
+    component: Shared<RemoteComponent>,
     adapter: ChannelAdapter,
     /// Distinguishes the goals of this run from those of others.
-    run: u64,
+    run: Unobserved<u64>,
     /// The number of the last request, which also distinguishes the goals of this process.
     last_number: u64,
     /// The requests that have not been taken yet.
@@ -42,7 +44,7 @@ pub struct RemoteProcess {
     inbox: Vec<NodeMessage>,
     /// The requests without a response.
     open: Vec<PendingRequest>,
-    mishaps: Vec<Mishap>,
+    mishaps: Unobserved<Vec<Mishap>>,
 }
 
 /// A request to a node, for a client of this component.
@@ -78,21 +80,21 @@ impl RemoteProcess {
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, component: Arc<RemoteComponent>) -> Self {
         Self {
-            component,
+            component: component.into(),
             adapter: ChannelAdapter::new(topology, process).abandoning(),
-            run: 0,
+            run: Unobserved::default(),
             // No two processes use the same numbers.
             last_number: (process.index() as u64) << 32,
             requests: Vec::new(),
             inbox: Vec::new(),
             open: Vec::new(),
-            mishaps: Vec::new(),
+            mishaps: Unobserved::default(),
         }
     }
 
     /// Begins a run, whose number becomes part of the ids of its goals: servers remember the goals of earlier runs.
     pub fn begin(&mut self, run: u64) {
-        self.run = run;
+        *self.run = run;
     }
 
     /// The requests to send, in order.
@@ -255,7 +257,7 @@ impl RemoteProcess {
     }
 
     fn receive_message(&mut self, topic: &str, body: &[u8]) {
-        let component = Arc::clone(&self.component);
+        let component = Shared::clone(&self.component);
         let is = |operation: &&RemoteOperation| component.full_name(operation) == topic;
         if let Some(operation) = component.topics.iter().find(is) {
             match convert::data(&operation.wire.parts[0], &operation.fields[0], body) {
@@ -304,7 +306,7 @@ impl RemoteProcess {
 
     /// Forwards a client's request to the nodes. The client has abandoned its earlier request to the same operation.
     fn forward(&mut self, client: &Arc<str>, head: &str, data: &Datum) {
-        let component = Arc::clone(&self.component);
+        let component = Shared::clone(&self.component);
         if let Some(operation) = component.services.iter().position(|service| service.name == head) {
             let service = &component.services[operation];
             let own = |open: &PendingRequest| open.of == PendingKind::Service && open.is_of(client, operation);
@@ -329,7 +331,7 @@ impl RemoteProcess {
             GOAL => {
                 self.cancel_of(client, operation, true);
                 let action = &component.actions[operation];
-                let id = goal_id(self.run, self.last_number + 1);
+                let id = goal_id(*self.run, self.last_number + 1);
                 let message = convert::message(&action.wire.parts[0], &action.fields[0], data);
                 match message.and_then(|goal| action.wire.parts[0].layout.encode(&convert::identified(goal, id))) {
                     Ok(body) => {
@@ -414,27 +416,11 @@ fn unsendable(why: Mismatch) -> String {
     format!("it cannot be sent: {why}")
 }
 
-/// The id of a goal.
 fn goal_id(run: u64, number: u64) -> [u8; 16] {
     let mut id = [0; 16];
     id[..8].copy_from_slice(&run.to_le_bytes());
     id[8..].copy_from_slice(&number.to_le_bytes());
     id
-}
-
-impl PartialEq for RemoteProcess {
-    fn eq(&self, other: &Self) -> bool {
-        (&self.component, &self.adapter, self.last_number, &self.requests, &self.inbox, &self.open)
-            == (&other.component, &other.adapter, other.last_number, &other.requests, &other.inbox, &other.open)
-    }
-}
-
-impl Eq for RemoteProcess {}
-
-impl Hash for RemoteProcess {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        (&self.adapter, self.last_number, &self.requests, &self.inbox, &self.open).hash(state);
-    }
 }
 
 impl Process for RemoteProcess {

@@ -19,10 +19,8 @@ use diagnostics::{FileProblems, Problem, Source, Span, Spanned};
 use super::place::{area, heading_concern, near_enough, near_enough_text, point_at};
 use crate::{Place, Places, Point};
 
-/// The version of the format.
 const VERSION: &str = "1";
 
-/// A word of a line.
 type Word = Spanned<String>;
 
 #[derive(Clone, Copy)]

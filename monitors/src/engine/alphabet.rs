@@ -38,15 +38,15 @@ pub(crate) const MAX_EVENTS: usize = 64;
 /// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events that it
 /// satisfies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Symbol(pub(crate) u16);
+pub(crate) struct Symbol(pub(crate) u16);
 
 impl Symbol {
     /// A tick is generated and τ is unchanged: the first tick of a run.
-    pub const TICK: Self = Self(0);
+    pub(crate) const TICK: Self = Self(0);
     /// τ grows by one, before the tick's state.
-    pub const ADVANCE: Self = Self(1);
+    pub(crate) const ADVANCE: Self = Self(1);
     /// τ grows by one, and this tick is generated.
-    pub const NEXT_TICK: Self = Self(2);
+    pub(crate) const NEXT_TICK: Self = Self(2);
     /// The first symbol of a message.
     pub(crate) const MESSAGES: u16 = 3;
 }
@@ -60,7 +60,7 @@ pub(crate) struct Alphabet {
     /// For each event, the first symbol of its channel.
     bases: Vec<u16>,
     /// The number of symbols; `None` if there are too many for tables.
-    symbols: Option<u16>,
+    pub(crate) symbols: Option<u16>,
     pub(crate) limits: Limits,
 }
 
@@ -128,11 +128,6 @@ impl Alphabet {
             channel: reader.mask,
             satisfied: u64::from(symbol.0 - reader.base) << reader.shift,
         })
-    }
-
-    /// The number of symbols; `None` if there are too many for tables.
-    pub(crate) fn symbols(&self) -> Option<u16> {
-        self.symbols
     }
 
     /// The letters of messages within the domains that were found, each with such a message, in a fixed order: all
@@ -289,7 +284,7 @@ mod tests {
         let channel = topology.channel(a, b, Capacity::One, of(FieldKind::Int)).unwrap();
         let event = |condition: &MessageCondition| Formula::Event(EventAtom { channel, condition: condition.clone() });
         let vocabulary = |n: usize| Vocabulary::of(&Formula::Or(conditions[..n].iter().map(event).collect()));
-        assert_eq!(Alphabet::new(&vocabulary(9), &topology, Limits::default()).symbols(), Some(3 + 512));
-        assert_eq!(Alphabet::new(&vocabulary(11), &topology, Limits::default()).symbols(), None);
+        assert_eq!(Alphabet::new(&vocabulary(9), &topology, Limits::default()).symbols, Some(3 + 512));
+        assert_eq!(Alphabet::new(&vocabulary(11), &topology, Limits::default()).symbols, None);
     }
 }

@@ -14,7 +14,6 @@ use crate::engine::progression::Progression;
 use crate::engine::situation::Situation;
 use crate::engine::table::TransitionTable;
 
-/// The number of a state of an automaton.
 pub(crate) type StateNumber = u16;
 
 /// The target of symbols that no message within its channel's domain has.
@@ -54,7 +53,7 @@ pub(crate) struct Automaton {
 impl Automaton {
     /// The automaton, within the alphabet's limits.
     pub(crate) fn new(operators: &Operators, alphabet: &Alphabet) -> Result<Self, TooManyStates> {
-        let symbols = alphabet.symbols().ok_or(TooManyStates)?;
+        let symbols = alphabet.symbols.ok_or(TooManyStates)?;
         let explorer = Explorer { operators, alphabet, known: HashMap::new(), meanings: Vec::new() };
         let (table, meanings) = explorer.explore(TransitionTable::new(symbols))?;
         let holds: Vec<bool> = meanings
@@ -131,7 +130,6 @@ impl Automaton {
         reached
     }
 
-    /// The transitions of a state.
     fn moves(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
         self.successors(state).filter(move |(symbol, _)| match *symbol {
             Symbol::ADVANCE => false,
@@ -273,12 +271,6 @@ impl Explorer<'_> {
     }
 }
 
-/// The number of ticks by which τ grows.
-fn ticks(symbols: &[Symbol]) -> u64 {
-    symbols.iter().filter(|symbol| matches!(**symbol, Symbol::ADVANCE | Symbol::NEXT_TICK)).count() as u64
-}
-
-/// A running automaton.
 #[derive(Clone, Debug)]
 pub(crate) struct AutomatonRun {
     automaton: Arc<Automaton>,
@@ -384,7 +376,7 @@ impl AutomatonRun {
     /// The clause whose deadline passed before it was met, if that is why the formula is false.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         match &self.detour {
-            Some(detour) => detour.missed(),
+            Some(detour) => detour.missed.as_ref(),
             None => self.missed.as_ref(),
         }
     }
@@ -395,38 +387,6 @@ impl AutomatonRun {
             Some(detour) => detour.owed(),
             None => Some((self.automaton.meanings[usize::from(self.state)].0.as_ref()?, self.now)),
         }
-    }
-
-    /// Processes symbols until the verdict is settled; ticks are [`Symbol::NEXT_TICK`].
-    pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
-        if let Some(detour) = &mut self.detour {
-            return detour.run(symbols, alphabet);
-        }
-        let mut state = self.state;
-        let table = &self.automaton.table;
-        for (at, symbol) in symbols.iter().enumerate() {
-            let next = table.get(state, *symbol);
-            if next == NOWHERE {
-                self.now += ticks(&symbols[..at]);
-                self.state = state;
-                if self.verdict() == Verdict::Inconclusive {
-                    self.run_detour(&symbols[at..], alphabet);
-                }
-                return;
-            }
-            state = next;
-        }
-        self.now += ticks(symbols);
-        self.has_ticked |= symbols.iter().any(|symbol| symbol.0 < Symbol::MESSAGES);
-        self.state = state;
-    }
-
-    #[cold]
-    fn run_detour(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
-        let (owed, memory) = self.meaning();
-        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, memory, self.now);
-        detour.run(symbols, alphabet);
-        self.detour = Some(detour);
     }
 
     /// Resets τ to 0, and forgets what explains a verdict.

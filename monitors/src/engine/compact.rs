@@ -23,7 +23,6 @@ use crate::engine::table::TransitionTable;
 /// none). If none of its literals holds, its deadline starts; without a deadline, the formula is violated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Rule {
-    /// The clause itself.
     pub(crate) clause: LiteralSet,
     trigger: LetterTrigger,
     /// The events whose last messages must be remembered.
@@ -60,7 +59,7 @@ struct RuleStep {
 /// Rules over remembered events.
 #[derive(Clone, Debug)]
 pub(crate) struct Compact {
-    rules: Vec<Rule>,
+    pub(crate) rules: Vec<Rule>,
     past: Arc<Past>,
     /// `None` if a rule looks back.
     table: Option<TransitionTable<RuleStep>>,
@@ -89,10 +88,6 @@ impl Compact {
         Some(compact)
     }
 
-    pub(crate) fn rules(&self) -> &[Rule] {
-        &self.rules
-    }
-
     /// Whether verdicts come as early as possible.
     pub(crate) fn is_exact(&self) -> bool {
         self.table.is_some() && self.is_prompt()
@@ -104,7 +99,7 @@ impl Compact {
     }
 
     fn remembered(&self) -> u64 {
-        self.rules.iter().map(|rule| rule.remembered).fold(self.past.remembered(), |bits, rule| bits | rule)
+        self.rules.iter().map(|rule| rule.remembered).fold(self.past.remembered, |bits, rule| bits | rule)
     }
 
     /// Builds the table of all states. A state is what the rules may still check: of the events that the last message
@@ -112,7 +107,7 @@ impl Compact {
     /// rules from then on, so each set of bits is explored once.
     fn explore(&mut self, alphabet: &Alphabet) -> Option<()> {
         let remembered = self.remembered();
-        let mut table = TransitionTable::new(alphabet.symbols()?);
+        let mut table = TransitionTable::new(alphabet.symbols?);
         let possible: BTreeSet<Letter> = alphabet.letters().map(|(letter, ..)| letter).collect();
         let mut known = HashMap::from([(0_u64, 0_u16)]);
         let mut states = vec![0_u64];
@@ -120,7 +115,7 @@ impl Compact {
         let mut at = 0;
         while at < states.len() {
             table.push_row(RuleStep { next: at as u16, ..RuleStep::default() });
-            for symbol in (Symbol::MESSAGES..alphabet.symbols()?).map(Symbol) {
+            for symbol in (Symbol::MESSAGES..alphabet.symbols?).map(Symbol) {
                 let letter = alphabet.letter(symbol);
                 let last = letter.after(states[at]);
                 let next = *known.entry(last & remembered).or_insert_with(|| {
@@ -136,9 +131,7 @@ impl Compact {
                 }
             }
             let step = self.step(Letter::TICK, states[at], at as u16);
-            for tick in [Symbol::TICK, Symbol::NEXT_TICK] {
-                table.set(at as u16, tick, step);
-            }
+            table.set(at as u16, Symbol::TICK, step);
             edges.push((at, at, step.strikes));
             if states.len() > alphabet.limits.graph_states {
                 return None;
@@ -246,7 +239,7 @@ fn live(states: usize, edges: &[(usize, usize, u16)]) -> Vec<bool> {
 /// Running rules: a state, and a tick for each rule.
 #[derive(Clone, Debug)]
 pub(crate) struct CompactRun {
-    compact: Arc<Compact>,
+    pub(crate) compact: Arc<Compact>,
     state: u16,
     /// Replaces the state if there is no table.
     memory: Memory,
@@ -254,7 +247,8 @@ pub(crate) struct CompactRun {
     /// For each rule: the tick at which it is too late ([`Timing::Within`]; `u64::MAX`: nothing is pending), or the
     /// first at which everything is allowed again ([`Timing::Without`]; 0: now).
     ticks: Vec<u64>,
-    broken: Option<usize>,
+    /// The rule that was broken.
+    pub(crate) broken: Option<usize>,
     /// Whether other rules may be armed or broken than when that was last asked.
     owes_anew: bool,
 }
@@ -271,15 +265,6 @@ impl CompactRun {
         let last = memory.last & compact.remembered();
         let state = compact.states.iter().position(|known| *known == last).unwrap_or_default() as u16;
         Self { state, memory, now, ..Self::new(compact) }
-    }
-
-    pub(crate) fn compact(&self) -> &Arc<Compact> {
-        &self.compact
-    }
-
-    /// The rule that was broken.
-    pub(crate) fn broken(&self) -> Option<usize> {
-        self.broken
     }
 
     /// The rules with a pending answer, with the tick at which it is too late.
@@ -404,64 +389,6 @@ impl CompactRun {
             self.ticks[index] = ticks;
             if !fine && self.broken.is_none() {
                 self.broken = Some(index);
-            }
-        }
-    }
-
-    /// Processes symbols until the verdict is settled; ticks are [`Symbol::NEXT_TICK`].
-    pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
-        let compact = Arc::clone(&self.compact);
-        self.owes_anew = true;
-        match (&compact.table, &compact.rules[..]) {
-            (Some(table), [Rule { timing: Timing::Within { ticks, .. }, .. }]) => {
-                self.run_response(symbols, *ticks, table);
-            }
-            (Some(table), rules) if rules.iter().all(|rule| rule.timing == Timing::Never) => {
-                self.run_safety(symbols, table);
-            }
-            _ => self.run_all(symbols, alphabet),
-        }
-    }
-
-    fn run_safety(&mut self, symbols: &[Symbol], table: &TransitionTable<RuleStep>) {
-        let mut state = self.state;
-        for symbol in symbols {
-            let step = table.get(state, *symbol);
-            state = step.next;
-            if step.strikes != 0 {
-                self.broken = self.broken.or(Some(step.strikes.trailing_zeros() as usize));
-                break;
-            }
-        }
-        self.state = state;
-    }
-
-    fn run_response(&mut self, symbols: &[Symbol], bound: u64, table: &TransitionTable<RuleStep>) {
-        let (mut state, mut now, mut due) = (self.state, self.now, self.ticks[0]);
-        for symbol in symbols {
-            now += u64::from(*symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE);
-            let step = table.get(state, *symbol);
-            state = step.next;
-            if now >= due {
-                self.broken = self.broken.or(Some(0));
-                break;
-            }
-            let armed = if step.strikes != 0 { due.min(now.saturating_add(bound)) } else { due };
-            due = if step.passes != 0 { u64::MAX } else { armed };
-        }
-        (self.state, self.now, self.ticks[0]) = (state, now, due);
-    }
-
-    fn run_all(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
-        for symbol in symbols {
-            if *symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE {
-                self.advance(self.now + 1);
-            }
-            if *symbol != Symbol::ADVANCE {
-                self.read(alphabet.letter(*symbol), alphabet);
-            }
-            if self.broken.is_some() {
-                return;
             }
         }
     }

@@ -44,22 +44,3 @@ impl Default for Limits {
         }
     }
 }
-
-impl Limits {
-    /// Each limit divided by this number.
-    #[must_use]
-    pub fn divided_by(self, by: usize) -> Self {
-        Self {
-            combinations: self.combinations / by,
-            symbols: self.symbols / by,
-            rules: self.rules / by,
-            graph_states: self.graph_states / by,
-            automaton_states: self.automaton_states / by,
-            clauses: self.clauses / by,
-            nodes: self.nodes / by,
-            edges: self.edges / by,
-            ways: self.ways / by,
-            delays: self.delays / by,
-        }
-    }
-}

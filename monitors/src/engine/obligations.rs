@@ -218,7 +218,6 @@ impl Obligations {
         self.clauses.insert(place, clause);
     }
 
-    /// These obligations and the others.
     pub(crate) fn and(mut self, other: Self) -> Self {
         if self.is_broken() || other.is_met() {
             return self;
@@ -230,7 +229,6 @@ impl Obligations {
         self
     }
 
-    /// These obligations or the others.
     pub(crate) fn or(self, other: Self) -> Self {
         if self.is_met() || other.is_broken() {
             return self;

@@ -33,7 +33,7 @@ pub(crate) struct State<'m> {
 impl<'m> State<'m> {
     /// The state to which the memory belongs.
     pub(crate) fn present(letter: Letter, memory: &'m Memory, now: u64) -> Self {
-        Self { letter, last: memory.last, now, data: memory.data() }
+        Self { letter, last: memory.last, now, data: memory.data.as_deref() }
     }
 
     /// The state without the memory, unless values are compared.
@@ -89,7 +89,6 @@ enum Operator {
 #[derive(Clone, Debug)]
 pub(crate) struct Operators {
     operators: Vec<Operator>,
-    /// The literals of the operators.
     literals: Vec<Literal>,
     /// The clauses that hold at the first state.
     root: Vec<CompiledPart>,
@@ -107,7 +106,7 @@ pub(crate) struct Operators {
 impl Operators {
     /// `past` contains at least the operators of the form that look back.
     pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Arc<Past>) -> Self {
-        let remembered = past.remembered();
+        let remembered = past.remembered;
         let (known, operators, open) = (Vec::new(), Vec::new(), Vec::new());
         let mut compiler = Compiler { vocabulary, alphabet, past, known, operators, open, remembered, awaited: 0 };
         let root = compiler.parts(form);
@@ -116,7 +115,6 @@ impl Operators {
         Self { root, remembered, awaited, operators, literals, open, names, past: Arc::clone(past) }
     }
 
-    /// The literal of an operator.
     pub(crate) fn literal_of(&self, operator: u32) -> &Literal {
         &self.literals[operator as usize]
     }

@@ -21,13 +21,7 @@ pub(crate) struct Memory {
     /// For each window of each operator: how many ticks ago its operand held, oldest first.
     ages: Vec<Vec<u64>>,
     /// The messages, if values are compared.
-    data: Option<Box<Data>>,
-}
-
-impl Memory {
-    pub(crate) fn data(&self) -> Option<&Data> {
-        self.data.as_deref()
-    }
+    pub(super) data: Option<Box<Data>>,
 }
 
 /// When something is checked: at messages on these events' channels, and at ticks.
@@ -66,7 +60,8 @@ pub(crate) struct Past {
     operators: Vec<Operator>,
     /// Their literals, and those of the operators that compare values.
     pub(super) known: Known,
-    remembered: u64,
+    /// The events whose last message must be remembered.
+    pub(super) remembered: u64,
     /// The channels whose last messages are compared in states with other messages.
     kept: BTreeSet<ChannelId>,
 }
@@ -127,11 +122,6 @@ impl Past {
     /// The number of operators.
     pub(crate) fn len(&self) -> usize {
         self.operators.len()
-    }
-
-    /// The events whose last message must be remembered.
-    pub(crate) fn remembered(&self) -> u64 {
-        self.remembered
     }
 
     /// The bit of a literal, and whether the literal requires it; `None` if it does not look back.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use channels::{EventKind, Verdict};
 
-use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::alphabet::Letter;
 use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::Operators;
 use crate::engine::past::Memory;
@@ -21,8 +21,8 @@ pub(crate) struct Progression {
     owed: Option<Obligations>,
     memory: Memory,
     now: u64,
-    /// The clause whose deadline passed before it was met.
-    missed: Option<Clause>,
+    /// The clause whose deadline passed before it was met, if that is why the formula is false.
+    pub(crate) missed: Option<Clause>,
 }
 
 impl Progression {
@@ -55,23 +55,6 @@ impl Progression {
             None => self.operators.begin(state),
             Some(owed) => self.operators.step(owed, state),
         });
-    }
-
-    /// Processes symbols; ticks are [`Symbol::NEXT_TICK`].
-    pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
-        for symbol in symbols {
-            if *symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE {
-                self.advance(self.now + 1);
-            }
-            if *symbol != Symbol::ADVANCE {
-                self.read(alphabet.letter(*symbol), None);
-            }
-        }
-    }
-
-    /// The clause whose deadline passed before it was met, if that is why the formula is false.
-    pub(crate) fn missed(&self) -> Option<&Clause> {
-        self.missed.as_ref()
     }
 
     /// The obligations, and the tick of the run from which they are counted; `None` before the first state.

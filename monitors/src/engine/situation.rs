@@ -11,6 +11,5 @@ pub(crate) enum Situation<'a> {
     Compact(u16, &'a [u64], &'a Memory),
     /// The state of an automaton.
     Automaton(u16),
-    /// The obligations, and the memory.
     Progression(Option<&'a Obligations>, &'a Memory),
 }

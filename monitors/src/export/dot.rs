@@ -2,7 +2,6 @@
 
 use channels::{Label, LocationId, ProgramGraph, Topology};
 
-/// The graph in the DOT language.
 pub(crate) fn dot(graph: &ProgramGraph, failures: &[LocationId], topology: &Topology) -> String {
     let mut text = format!("digraph {} {{\n  rankdir=LR;\n  node [shape=circle];\n", quoted(graph.name()));
     for (index, location) in graph.locations().iter().enumerate() {

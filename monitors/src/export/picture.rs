@@ -20,7 +20,7 @@ pub(crate) struct Picture {
     /// The location of each state of an automaton.
     pub(super) states: Vec<LocationId>,
     /// The locations with a pending answer.
-    pub(super) owing: Vec<LocationId>,
+    pub(crate) owing: Vec<LocationId>,
     /// The locations that mean that the property is violated.
     pub(crate) failures: Vec<LocationId>,
 }
@@ -47,11 +47,6 @@ impl Picture {
             }
             _ => self.rest,
         }
-    }
-
-    /// The locations in which an answer is pending.
-    pub(crate) fn owing(&self) -> impl Iterator<Item = LocationId> {
-        self.owing.iter().copied()
     }
 }
 

@@ -53,7 +53,7 @@ impl<'a> Draft<'a> {
     /// `idle`, a `get` for each channel, and `failure`.
     pub(super) fn safety(mut self, compact: &Compact) -> Option<Picture> {
         let idle = self.graph.location("idle");
-        let channels = channels_of(compact.rules(), self.words);
+        let channels = channels_of(&compact.rules, self.words);
         let name = |channel: &ChannelId| match channels.len() {
             1 => "get".to_owned(),
             _ => format!("get {}", self.channel_name(*channel)),
@@ -65,7 +65,7 @@ impl<'a> Draft<'a> {
             let variable = self.variable(channel);
             self.graph.receive(idle, channel, variable, get).caption = self.topology.describe(channel);
             let asked: Vec<&Rule> = compact
-                .rules()
+                .rules
                 .iter()
                 .filter(|rule| trigger(&rule.clause, self.words).channels.contains(&channel))
                 .collect();

@@ -24,7 +24,6 @@ const SCRIPT: &str = r#"
       function most(a, b) { return typeof a === "number" && typeof b === "number" && a <= b; }
     "#;
 
-/// The graph as an SCXML document.
 pub(crate) fn scxml(graph: &ProgramGraph, failures: &[LocationId], topology: &Topology) -> String {
     let initial = graph.initial_locations().first().map_or("", |initial| &graph.locations()[initial.index()]);
     let mut text = format!(

@@ -29,9 +29,9 @@ impl Picture {
         }
         let compact = synthesis
             .compact()
-            .filter(|compact| compact.is_exact() && !compact.rules().is_empty() && synthesis.has_graph())?;
+            .filter(|compact| compact.is_exact() && !compact.rules.is_empty() && synthesis.has_graph())?;
         let draft = Draft::new(name, words, topology);
-        match compact.rules() {
+        match compact.rules.as_slice() {
             [rule] if rule.timing != Timing::Never => draft.timed(rule),
             _ => draft.safety(compact),
         }

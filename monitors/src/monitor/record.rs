@@ -30,14 +30,15 @@ pub(crate) struct Observation<'a> {
 pub(crate) struct Record {
     /// The last message on each channel that the formula mentions.
     messages: Vec<Event>,
-    memory: Memory,
+    /// Everything that matters for what comes.
+    pub(crate) memory: Memory,
     /// For each operator that looks back, its bit, and the last messages at which its operand held.
     reasons: Vec<(u64, VecDeque<Event>)>,
     /// Without rules: the pending clauses in their order, each with the messages from which it began, at least one.
     begun: Vec<(Clause, Vec<Event>)>,
     /// For each rule, or for the formula as a whole: the messages that caused its pending obligation, if any.
     causes: Vec<Option<Vec<Event>>>,
-    witness: Option<Box<Witness>>,
+    pub(crate) witness: Option<Box<Witness>>,
 }
 
 impl Observation<'_> {
@@ -70,7 +71,7 @@ impl Observation<'_> {
 
 impl Record {
     pub(crate) fn new(synthesis: &Synthesis) -> Self {
-        let rules = synthesis.rules().map_or(1, |compact| compact.rules().len().max(1));
+        let rules = synthesis.rules.as_ref().map_or(1, |compact| compact.rules.len().max(1));
         let reasons = synthesis.past.reasons().map(|(bit, _)| (bit, VecDeque::new())).collect();
         Self {
             messages: Vec::new(),
@@ -93,15 +94,6 @@ impl Record {
     /// The events of the formula that the last messages satisfy, and the operators that look back and hold.
     pub(crate) fn last(&self) -> u64 {
         self.memory.last
-    }
-
-    /// Everything that matters for what comes.
-    pub(crate) fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
-    pub(crate) fn witness(&self) -> Option<&Witness> {
-        self.witness.as_deref()
     }
 
     /// Notes a message or a tick, after τ has grown.
@@ -145,8 +137,8 @@ impl Record {
     ) {
         match rules {
             Some(rules) => {
-                for rule in 0..rules.compact().rules().len() {
-                    let clause = &rules.compact().rules()[rule].clause;
+                for rule in 0..rules.compact.rules.len() {
+                    let clause = &rules.compact.rules[rule].clause;
                     self.note_cause(rule, rules.is_armed(rule), |record| record.of_clause(clause, observation));
                 }
             }
@@ -159,8 +151,8 @@ impl Record {
             }
         }
         if verdict == Verdict::False {
-            let witness = match rules.map(|rules| (rules, rules.broken())) {
-                Some((rules, Some(rule))) => self.blame(rule, &rules.compact().rules()[rule].clause, observation),
+            let witness = match rules.map(|rules| (rules, rules.broken)) {
+                Some((rules, Some(rule))) => self.blame(rule, &rules.compact.rules[rule].clause, observation),
                 Some((rules, None)) => self.contradiction(rules, observation),
                 None => self.explain(run.missed(), observation),
             };
@@ -274,7 +266,7 @@ impl Record {
     /// Why no continuation can meet all clauses although none of them is violated yet: the clauses that contradict each
     /// other.
     fn contradiction(&self, rules: &CompactRun, observation: &Observation) -> Witness {
-        let known = rules.compact().rules();
+        let known = &rules.compact.rules;
         let core = self.contradicting(rules, observation.synthesis);
         let clauses: Form = core.iter().map(|rule| known[*rule].clause.clone()).collect();
         let causes = core.iter().filter_map(|rule| self.causes[*rule].as_ref());
@@ -298,7 +290,7 @@ impl Record {
 
     /// A minimal set of rules that contradict each other now: without any one of them, the others can still be met.
     fn contradicting(&self, rules: &CompactRun, synthesis: &Synthesis) -> Vec<usize> {
-        let known = rules.compact().rules();
+        let known = &rules.compact.rules;
         let always = |rule: &usize| {
             let hold = Form::from([known[*rule].clause.clone()]);
             LiteralSet::from([Literal::Release { escape: Form::new(), hold }])

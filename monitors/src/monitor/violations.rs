@@ -101,7 +101,7 @@ pub(super) struct Recurrence {
     /// Whether one of them looks ahead.
     looks_ahead: bool,
     /// Whether something is owed because of the states so far, or may be.
-    owes: bool,
+    pub(super) owes: bool,
     /// The obligations of the whole property if its clauses owe nothing. None where obligations do not show that: a
     /// clause may owe what is demanded always anyway.
     rest: Option<Obligations>,
@@ -183,11 +183,6 @@ impl Recurrence {
     /// The violations so far; `None` if there was none.
     pub(super) fn violations(&self) -> Option<&Violations> {
         Some(&self.violations).filter(|violations| violations.count > 0)
-    }
-
-    /// Whether something is owed because of the states so far.
-    pub(super) fn owes(&self) -> bool {
-        self.owes
     }
 
     /// Notes whether something is owed because of the states so far.

@@ -582,7 +582,6 @@ fn type_name(value: &Value) -> &'static str {
 /// The kinds of values that a term can have; `None` if nothing is known about it.
 type Kinds<'a> = Option<Vec<&'a FieldKind>>;
 
-/// A value of a kind.
 fn sample(kind: &FieldKind) -> Value {
     match kind {
         FieldKind::Symbol(symbols) => symbols.first().map_or_else(|| Value::symbol("none"), |one| one.clone().into()),

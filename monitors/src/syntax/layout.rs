@@ -47,7 +47,6 @@ pub fn layout(name: &str, text: &str) -> Result<String, ScopeError> {
     if is_same { Ok(LineEnds::of(text).write(laid_out)) } else { Err(refused(vec![Problem::of_layout()])) }
 }
 
-/// All comments of a text, in order.
 fn comments(text: &str) -> Vec<&str> {
     let pieces = pieces(text);
     pieces.into_iter().flat_map(|piece| piece.above.into_iter().map(|above| above.text).chain(piece.behind)).collect()

@@ -251,7 +251,6 @@ fn write_duration(f: &mut Formatter<'_>, nanos: u64, unit: Unit) -> fmt::Result 
     write!(f, " {}", unit.name())
 }
 
-/// The relation in ASCII.
 fn ascii(relation: Relation) -> &'static str {
     match relation {
         Relation::Equal => "=",

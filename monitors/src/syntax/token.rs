@@ -38,7 +38,6 @@ pub(super) enum TokenKind {
     Semicolon,
     /// `%`
     Percent,
-    /// The end of the file.
     End,
 }
 
@@ -108,7 +107,6 @@ impl Keyword {
 }
 
 impl TokenKind {
-    /// The name that the token can be.
     pub(super) fn as_name(&self) -> Option<&str> {
         match self {
             Self::Name(name) => Some(name),

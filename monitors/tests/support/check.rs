@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Monitor, Verdict};
-use monitors::{Choice, Continuation, Limits, Method, ScopeMonitor, Symbol, Violation, holds, holds_endlessly};
+use monitors::{Choice, Continuation, Limits, Method, ScopeMonitor, Violation, holds, holds_endlessly};
 
 use super::classes::Pair;
 use super::definition::{Definition, order_of};
@@ -42,9 +42,6 @@ pub(crate) fn check(pair: &Pair, words: u64, tally: &mut Tally) -> Result<(), St
     alphabet.push(EventKind::Tick);
     let checked = Checked { pair, definition: Definition::new(formula, topology), alphabet, words };
     tally.begin(best.method());
-    if best.symbol(&EventKind::Tick).is_some() {
-        check_letters(&best, sequence)?;
-    }
     let mut before = [Verdict::Inconclusive; 3];
     let mut late = Late::new(formula);
     for length in 0..=sequence.len() {
@@ -224,38 +221,4 @@ impl Checked<'_> {
             words.all(|word| self.holds(prefix, &word) == outcome) && self.all_continuations(prefix, 1, outcome);
         is_only.then_some(outcome)
     }
-}
-
-/// Letters read in advance give the same verdict as the events if no tick is missing.
-///
-/// # Errors
-/// The verdicts, if they differ.
-pub(crate) fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<(), String> {
-    let mut by_event = fresh.clone();
-    let mut symbols = Vec::new();
-    let (mut now, mut seen) = (0, false);
-    for event in sequence {
-        by_event.observe(event);
-        let Some(symbol) = fresh.symbol(&event.kind) else { continue };
-        now = if seen { now } else { event.tick };
-        // A tick that does not advance time, or advances it by more than one.
-        match (event.tick - now, &event.kind) {
-            (0, EventKind::Tick) => symbols.push(Symbol::TICK),
-            (0, _) => symbols.push(symbol),
-            (ticks, kind) => {
-                let is_tick = *kind == EventKind::Tick;
-                symbols.extend((u64::from(is_tick)..ticks).map(|_| Symbol::ADVANCE));
-                symbols.push(symbol);
-            }
-        }
-        (now, seen) = (event.tick, true);
-    }
-    let mut by_letter = fresh.clone();
-    let (first, rest) = symbols.split_at(symbols.len() / 2);
-    by_letter.run_symbols(first);
-    by_letter.run_symbols(rest);
-    if by_letter.verdict() == by_event.verdict() {
-        return Ok(());
-    }
-    Err(format!("letters give {:?}, events {:?}", by_letter.verdict(), by_event.verdict()))
 }

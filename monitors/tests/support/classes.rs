@@ -7,7 +7,8 @@ use channels::{ChannelId, Event, EventKind, Relation, Topology, Value};
 use monitors::{Arithmetic, Bound, EventAtom, Formula, Limits, MessageCondition, Term};
 
 use super::{
-    Choose, Dice, RELATIONS, formula_with, named, numbers, random_event, random_formula, random_sequence, topology,
+    Choose, Dice, RELATIONS, formula_with, limits_divided_by, named, numbers, random_event, random_formula,
+    random_sequence, topology,
 };
 
 /// What pairs are about.
@@ -139,7 +140,7 @@ impl Topologies {
     pub(crate) fn pair(&self, class: Class, seed: u64, states: u64) -> Pair {
         if class == Class::Limited {
             let class = if seed.is_multiple_of(2) { Class::Small } else { Class::Numbers };
-            return Pair { limits: Limits::default().divided_by(30), ..self.pair(class, !seed, states) };
+            return Pair { limits: limits_divided_by(30), ..self.pair(class, !seed, states) };
         }
         // Neighboring seeds of different classes have nothing in common.
         let mut dice = Dice(seed.wrapping_mul(0x1000_0001).wrapping_add(class as u64));

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
-use monitors::{Bound, Continuation, Formula, MessageCondition};
+use monitors::{Bound, Continuation, Formula, Limits, MessageCondition};
 
 /// Pseudo-random numbers that are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -204,6 +204,23 @@ pub(crate) fn random_sequence(dice: &mut Dice, topology: &Topology, length: usiz
 
 pub(crate) fn event(step: u64, tick: u64, kind: EventKind) -> Event {
     Event { step, tick, time: Duration::from_millis(tick * 1000 + step), kind }
+}
+
+/// Each default limit divided by this number.
+pub(crate) fn limits_divided_by(by: usize) -> Limits {
+    let limits = Limits::default();
+    Limits {
+        combinations: limits.combinations / by,
+        symbols: limits.symbols / by,
+        rules: limits.rules / by,
+        graph_states: limits.graph_states / by,
+        automaton_states: limits.automaton_states / by,
+        clauses: limits.clauses / by,
+        nodes: limits.nodes / by,
+        edges: limits.edges / by,
+        ways: limits.ways / by,
+        delays: limits.delays / by,
+    }
 }
 
 /// The sequence and a continuation: states with their distance in ticks from the previous one.

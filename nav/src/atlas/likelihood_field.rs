@@ -65,9 +65,8 @@ pub(crate) struct LikelihoodField {
     column_offset: f64,
     row_offset: f64,
     penalties: Vec<u8>,
-    nats_per_unit: f64,
-    /// The cube of the likelihood for each penalty.
-    cubes: Box<[f64; 256]>,
+    /// The number of nats (units of the natural logarithm) per unit of penalty.
+    pub(crate) nats_per_unit: f64,
 }
 
 impl LikelihoodField {
@@ -109,7 +108,6 @@ impl LikelihoodField {
             row_offset: -(row * fine as i64) as f64,
             penalties: (0..columns * fine * rows * fine).map(penalty).collect(),
             nats_per_unit,
-            cubes: Box::new(std::array::from_fn(|units| libm::exp(-3.0 * (best + units as f64 * nats_per_unit)))),
         }
     }
 
@@ -133,18 +131,6 @@ impl LikelihoodField {
             sum += u32::from(self.penalties[view.offset(*x, *y) as usize]);
         }
         sum
-    }
-
-    /// The sum of the cubes of the beams' likelihoods, seen from a particle, plus one: AMCL's likelihood field.
-    pub(crate) fn sum_of_cubes(&self, particle: &Particle, ends: &Endpoints) -> f64 {
-        let view = View::new(self, particle);
-        let cube = |(x, y): (&f32, &f32)| self.cubes[usize::from(self.penalties[view.offset(*x, *y) as usize])];
-        1.0 + ends.x_m.iter().zip(&ends.y_m).map(cube).sum::<f64>()
-    }
-
-    /// The number of nats (units of the natural logarithm) per unit of penalty.
-    pub(crate) fn nats_per_unit(&self) -> f64 {
-        self.nats_per_unit
     }
 }
 
@@ -212,7 +198,7 @@ impl HitLikelihood {
 /// The logarithm of the geometric mean of the beams' likelihoods, in nats; zero at best.
 pub(crate) fn log_likelihood(field: &LikelihoodField, at: &Gaussian, ends: &Endpoints) -> f64 {
     let particle = Particle::new(at.x_m, at.y_m, at.heading_rad);
-    -f64::from(field.penalty(&particle, ends)) * field.nats_per_unit() / ends.len() as f64
+    -f64::from(field.penalty(&particle, ends)) * field.nats_per_unit / ends.len() as f64
 }
 
 #[cfg(test)]

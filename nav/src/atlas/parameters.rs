@@ -3,27 +3,11 @@
 use crate::Error;
 use crate::error::{at_least_zero, check, positive, require, share};
 
-/// The likelihood of a scan: the sensor models of Nav2's AMCL.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum LaserModel {
-    /// Each beam ends near an obstacle; the cubes of the likelihoods are added, as AMCL has always done. It is
-    /// forgiving: a beam that misses costs no more than it would have gained. Nav2's default.
-    LikelihoodField,
-    /// Each beam ends near an obstacle; the likelihoods are multiplied, like probabilities, with at most
-    /// `independent_beams` independent beams. The default: it is more precise and, because it considers the dependence
-    /// of beams, equally forgiving.
-    #[default]
-    LikelihoodFieldProb,
-    /// Each beam is as long as the distance to the nearest obstacle; the likelihoods are multiplied, as in
-    /// `LikelihoodFieldProb`. Nav2's `beam` adds their cubes, as in `LikelihoodField`, so parameters tuned for it make
-    /// a more peaked model here. Unknown space may be at any distance.
-    Beam,
-}
-
 /// Parameters of [`Localization`](crate::Localization).
 ///
 /// Names and meanings are those of Nav2's AMCL where it has the parameter. Where a default differs from Nav2's, the
-/// reason is given.
+/// reason is given. The sensor model is Nav2's `likelihood_field_prob`, which multiplies the likelihoods of beams.
+/// Nav2's default, `likelihood_field`, adds their cubes, which is less precise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalizationParameters {
     /// Minimum number of particles. Default 500: enough for tracking, when all of them lie within one or two bins.
@@ -49,23 +33,12 @@ pub struct LocalizationParameters {
     pub z_hit: f64,
     /// Weight of beams that end anywhere. Default 0.1 (Nav2: 0.5).
     pub z_rand: f64,
-    /// Weight of beams that end before the obstacle that they should hit; for the beam model. Default 0.1 (Nav2: 0.05):
-    /// people and chairs block more beams than go astray. (The weights of the beam model have the meaning of Nav2's,
-    /// but Nav2 adds the cubes of the beams' likelihoods, while here they are multiplied.)
-    pub z_short: f64,
-    /// Weight of beams that hit nothing though they should; for the beam model. Default 0.05, as in Nav2.
-    pub z_max: f64,
-    /// How fast the likelihood of a beam that ends too early decays with its length, per meter; for the beam model.
-    /// Default 0.1, as in Nav2.
-    pub lambda_short: f64,
     /// Standard deviation of a hit's distance from the surface, in meters. Default 0.1 (Nav2: 0.2): map cells, laser
     /// noise and the dependence of neighboring beams, for which a wider distribution compensates.
     pub sigma_hit: f64,
     /// All distances from a surface beyond this count as equal, in meters. Default 0.5 (Nav2: 2.0): five `sigma_hit`,
     /// where a hit is already as unlikely as a stray beam.
     pub laser_likelihood_max_dist: f64,
-    /// The sensor model. Default [`LaserModel::LikelihoodFieldProb`] (Nav2: `likelihood_field`).
-    pub laser_model_type: LaserModel,
     /// Beams longer than this are ignored, in meters, regardless of the laser's range. Default 100, as in Nav2.
     pub laser_max_range: f64,
     /// Beams shorter than this are ignored, in meters, regardless of the laser's range. Default 0: the laser's own
@@ -109,12 +82,8 @@ impl Default for LocalizationParameters {
             alpha4: 0.001,
             z_hit: 0.9,
             z_rand: 0.1,
-            z_short: 0.1,
-            z_max: 0.05,
-            lambda_short: 0.1,
             sigma_hit: 0.1,
             laser_likelihood_max_dist: 0.5,
-            laser_model_type: LaserModel::default(),
             laser_max_range: 100.0,
             laser_min_range: 0.0,
             surface_depth: 0.0,
@@ -147,9 +116,6 @@ impl LocalizationParameters {
             at_least_zero("alpha4", self.alpha4),
             positive("z_hit", self.z_hit),
             positive("z_rand", self.z_rand),
-            at_least_zero("z_short", self.z_short),
-            positive("z_max", self.z_max),
-            positive("lambda_short", self.lambda_short),
             positive("laser_max_range", self.laser_max_range),
             // Nav2's −1 means that the laser's own limit applies.
             require("laser_min_range", self.laser_min_range, self.laser_min_range.is_finite(), "a number"),

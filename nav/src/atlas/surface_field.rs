@@ -15,7 +15,7 @@ pub(crate) struct SurfaceField {
     row: i64,
     width: usize,
     height: usize,
-    resolution_m: f64,
+    pub(crate) resolution_m: f64,
     farthest_m: f32,
     distances_m: Vec<f32>,
 }
@@ -69,11 +69,6 @@ impl SurfaceField {
         let gradient =
             [((b - a) + ((d - c) - (b - a)) * along) / self.resolution_m, (upper - lower) / self.resolution_m];
         Some((lower + (upper - lower) * along, gradient))
-    }
-
-    /// Side of a cell, in meters.
-    pub(crate) fn resolution_m(&self) -> f64 {
-        self.resolution_m
     }
 
     /// The greatest distance in the field, in meters.

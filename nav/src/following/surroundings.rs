@@ -59,7 +59,6 @@ struct View {
 pub(crate) struct FreeWay {
     /// Distance along the arc, in meters; at most the checked distance.
     pub(crate) way_m: f64,
-    /// The obstacle.
     pub(crate) obstacle: Option<Point>,
 }
 

@@ -20,7 +20,7 @@ use std::time::Duration;
 
 use maps::OccupancyGrid;
 
-use crate::atlas::beam_model::{Expected, Ray, expected};
+use crate::atlas::rays::{Expected, Ray, expected};
 use crate::particle::{Gaussian, Particle};
 
 /// Time between two looks.
@@ -53,7 +53,7 @@ const FEWEST_BEAMS: usize = 20;
 const SILENT_SHARE: f64 = 0.9;
 
 /// The cost of a beam that is too short, and of one that is too long, in nats. A crowd hides many beams at once, so
-/// each of them costs little; a stray beam costs as much as in the sensor models.
+/// each of them costs little; a stray beam costs as much as in the sensor model.
 const SHORT_NATS: f64 = 0.5;
 const LONG_NATS: f64 = 4.5;
 
@@ -181,7 +181,6 @@ impl Look {
         self.beams += 1;
     }
 
-    /// The verdict on the pose.
     pub(crate) fn verdict(&self) -> Verdict {
         match () {
             () if self.beams < FEWEST_BEAMS => Verdict::Unclear,

@@ -15,10 +15,9 @@ use super::motion_model::DifferentialMotion;
 use super::recovery::Recovery;
 use super::resampling::{effective_number, systematic};
 use super::search::{Advantage, Search, Sighting};
-use crate::atlas::beam_model::Ray;
 use crate::atlas::likelihood_field::{Endpoints, log_likelihood};
 use crate::particle::{Gaussian, Particle};
-use crate::{Atlas, LaserModel, LocalizationParameters};
+use crate::{Atlas, LocalizationParameters};
 
 /// One in this many particles is placed where the scan was matched.
 const MATCHED_EVERY: usize = 20;
@@ -47,7 +46,6 @@ pub(crate) struct ParticleFilter {
     /// The particles of the last generation, kept to reuse the memory.
     spare: Vec<Particle>,
     penalties: Vec<u32>,
-    nats: Vec<f64>,
     drawn: Vec<u32>,
     is_drawn: Vec<bool>,
     sparse: Endpoints,
@@ -65,7 +63,6 @@ impl ParticleFilter {
             particles: Vec::with_capacity(parameters.min_particles),
             spare: Vec::with_capacity(parameters.min_particles),
             penalties: Vec::new(),
-            nats: Vec::new(),
             drawn: Vec::new(),
             is_drawn: Vec::new(),
             sparse: Endpoints::default(),
@@ -125,67 +122,22 @@ impl ParticleFilter {
         }
     }
 
-    /// Weights all particles by the ends of their beams, or by the lengths of their beams. Too few beams change
-    /// nothing.
-    pub(crate) fn weigh(&mut self, ends: &Endpoints, rays: &[Ray]) {
-        if ends.len() < FEWEST_BEAMS {
-            return;
-        }
-        match self.parameters().laser_model_type {
-            LaserModel::LikelihoodFieldProb => self.weigh_by_product(ends),
-            LaserModel::LikelihoodField => self.weigh_by_sum(ends),
-            LaserModel::Beam => self.weigh_by_rays(ends, rays),
-        }
-    }
-
     /// The weight of a scan with this many beams: neighboring beams see the same objects, so they are less informative
     /// than independent ones. Without this, the particles collapse after a few scans.
     fn scan_weight(&self, beams: usize) -> f64 {
         (self.parameters().independent_beams / beams as f64).min(1.0)
     }
 
-    fn weigh_by_sum(&mut self, ends: &Endpoints) {
-        let field = &self.atlas.likelihoods;
-        for particle in &mut self.particles {
-            particle.weight *= field.sum_of_cubes(particle, ends);
+    /// Weights all particles by the ends of their beams. Too few beams change nothing.
+    pub(crate) fn weigh(&mut self, ends: &Endpoints) {
+        if ends.len() < FEWEST_BEAMS {
+            return;
         }
-        self.normalize(ends);
-    }
-
-    fn weigh_by_rays(&mut self, ends: &Endpoints, rays: &[Ray]) {
-        let (weight, map) = (self.scan_weight(rays.len()), self.atlas.map());
-        self.nats.clear();
-        self.nats.extend(self.particles.iter().map(|particle| weight * self.atlas.beams.nats(map, particle, rays)));
-        let most = self.nats.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        for (particle, nats) in self.particles.iter_mut().zip(&self.nats) {
-            particle.weight *= libm::exp(nats - most);
-        }
-        self.normalize(ends);
-    }
-
-    /// Normalizes the weights, and records the scan's likelihood in the likelihood field: recovery compares it between
-    /// scans.
-    fn normalize(&mut self, ends: &Endpoints) {
-        let total: f64 = self.particles.iter().map(|particle| particle.weight).sum();
-        let equal = 1.0 / self.particles.len() as f64;
-        let field = &self.atlas.likelihoods;
-        let mut penalty = 0.0;
-        for particle in &mut self.particles {
-            particle.weight = if total > 0.0 { particle.weight / total } else { equal };
-            // Particles with a negligible weight would cost as much as the others and hardly move the mean.
-            if particle.weight > 0.1 * equal {
-                penalty += particle.weight * f64::from(field.penalty(particle, ends));
-            }
-        }
-        self.recovery.observe(libm::exp(-penalty * field.nats_per_unit() / ends.len() as f64));
-    }
-
-    fn weigh_by_product(&mut self, ends: &Endpoints) {
         self.penalties.clear();
         let field = &self.atlas.likelihoods;
         self.penalties.extend(self.particles.iter().map(|particle| field.penalty(particle, ends)));
         let least = self.penalties.iter().copied().min().unwrap_or(0);
-        let nats_per_unit = field.nats_per_unit();
+        let nats_per_unit = field.nats_per_unit;
         let scan_weight = self.scan_weight(ends.len());
         let mut total = 0.0;
         let mut penalty = 0.0;
@@ -268,7 +220,6 @@ impl ParticleFilter {
         winner
     }
 
-    /// Removes all challengers.
     pub(crate) fn dismiss_challengers(&mut self) {
         self.challengers.clear();
     }

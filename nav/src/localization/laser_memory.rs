@@ -6,8 +6,8 @@ use maps::Pose;
 use robot::{LaserScan, LaserSpec};
 
 use crate::LocalizationParameters;
-use crate::atlas::beam_model::Ray;
 use crate::atlas::likelihood_field::Endpoints;
+use crate::atlas::rays::Ray;
 
 /// A laser and its latest scan.
 #[derive(Clone, Debug)]

@@ -63,7 +63,7 @@ pub(crate) fn remaining_covariance(
 
 /// The weighted mean of the squared distances of beams' ends from surfaces, in m².
 fn variance_of_ends(at: &Vector3<f64>, ends: &Endpoints, surfaces: &SurfaceField) -> f64 {
-    let resolution_m = surfaces.resolution_m();
+    let resolution_m = surfaces.resolution_m;
     let (sin, cos) = libm::sincos(at.z);
     let (mut squared, mut says) = (0.0, 0.0);
     for (x, y) in ends.x_m.iter().zip(&ends.y_m) {
@@ -98,7 +98,7 @@ fn best_match(prior: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Op
 
 /// Second and first derivatives of half the sum of the weighted squared distances.
 fn normal_equations(at: &Vector3<f64>, ends: &Endpoints, surfaces: &SurfaceField) -> (Matrix3<f64>, Vector3<f64>) {
-    let resolution_m = surfaces.resolution_m();
+    let resolution_m = surfaces.resolution_m;
     let (sin, cos) = libm::sincos(at.z);
     let mut curvature = Matrix3::zeros();
     let mut slope = Vector3::zeros();

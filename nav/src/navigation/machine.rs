@@ -161,7 +161,7 @@ impl Navigator {
         };
         let follower = trip.follower.as_mut().expect("a moving robot has a path");
         let progress = follower.step(&situation);
-        match follower.phase() {
+        match follower.phase {
             Phase::Arrived => self.status = NavigationStatus::GoalReached,
             Phase::Aligning | Phase::Aiming if self.status == NavigationStatus::PreparingBeforeMove => {}
             _ => self.status = NavigationStatus::Moving,
@@ -172,7 +172,7 @@ impl Navigator {
     /// Checks the path for obstacles marked by lasers, if anything has changed or the robot has advanced.
     fn look_ahead(&self, trip: &mut Trip) {
         let Some(follower) = &trip.follower else { return };
-        let left_m = follower.route().remaining_m();
+        let left_m = follower.route.remaining_m();
         let nothing_new = trip.looked.is_some_and(|(generation, before_m)| {
             generation == self.costmap.generation() && before_m - left_m < LOOK_AGAIN_M
         });
@@ -180,7 +180,7 @@ impl Navigator {
             return;
         }
         trip.looked = Some((self.costmap.generation(), left_m));
-        let ahead = follower.route().points_ahead(LOOK_AHEAD_M);
+        let ahead = follower.route.points_ahead(LOOK_AHEAD_M);
         let blocked = ahead
             .map(|(way_m, point)| (way_m, self.costmap.is_blocked_by_marks(&point)))
             // A path that begins too near to an obstacle leads away from it.
@@ -192,7 +192,7 @@ impl Navigator {
     /// Takes another path if it is not much longer.
     fn find_detour(&mut self, trip: &mut Trip, now: &Now<'_>) {
         trip.next_plan = now.time + self.parameters.planning_period;
-        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
+        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route.remaining_m());
         let Ok(path) = find_path(&self.costmap, trip, now) else { return };
         if length_m(&path) <= left_m + self.parameters.detour_m && self.count_blockage(trip) {
             self.take_path(trip, path, now);
@@ -218,7 +218,7 @@ impl Navigator {
 
     /// Prevents a robot that does not move, or does not get nearer, from staying there forever.
     fn note_progress(&mut self, trip: &mut Trip, progress: &Progress, now: &Now<'_>) {
-        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
+        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route.remaining_m());
         if left_m < trip.least_left_m - PROGRESS_M {
             if trip.least_left_m.is_finite() {
                 trip.stalls = 0;
@@ -295,7 +295,7 @@ impl Navigator {
             return true;
         }
         trip.next_plan = now.time + self.parameters.planning_period;
-        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
+        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route.remaining_m());
         let waited_s = now.time.saturating_sub(trip.since).as_secs_f64();
         let worth_m = self.parameters.detour_m + DETOUR_FOR_WAITING * self.model.max_linear_mps * waited_s;
         find_path(&self.costmap, trip, now).is_ok_and(|path| length_m(&path) > left_m + worth_m)

@@ -22,8 +22,6 @@ pub enum NavigationStatus {
     Aborted,
     /// There is no path: tries to find one with [recovery behaviors](crate::Recovery) for a while.
     Failing,
-    /// Standing still because of a command to pause.
-    Paused,
     /// Searching for a path.
     Thinking,
     /// Cannot navigate at all, until the next start or stop; [`Navigator::reason`](crate::Navigator::reason) tells why.
@@ -42,7 +40,6 @@ impl NavigationStatus {
             Self::GoalReached => "goal_reached",
             Self::Aborted => "aborted",
             Self::Failing => "failing",
-            Self::Paused => "paused",
             Self::Thinking => "thinking",
             Self::Error => "error",
         }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use maps::{Cell, Pose, heading, pose, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
-use nav::{InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate};
+use nav::{InitialPose, Localization, LocalizationParameters, PoseEstimate};
 use robot::{LaserScan, Odometry, Streams, VelocityCommand};
 
 use crate::floor::{fill, office, round_trip};
@@ -58,12 +58,8 @@ impl std::fmt::Display for Errors {
 }
 
 fn localization(robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localization {
-    with_model(LaserModel::default(), robot, initial, seed)
-}
-
-fn with_model(laser_model_type: LaserModel, robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localization {
     let rng = Streams::new(seed).stream("localization");
-    let parameters = LocalizationParameters { laser_model_type, ..LocalizationParameters::default() };
+    let parameters = LocalizationParameters::default();
     Localization::new(&office(), &robot.model, parameters, initial, rng).expect("the parameters are valid")
 }
 
@@ -117,22 +113,6 @@ fn with_bad_odometry_and_noisy_lasers_the_error_is_below_a_centimeter() {
         // Three on average if the covariance is exact; more if it is overconfident.
         let honesty = errors.normalized_squared / errors.count;
         assert!((1.5..6.0).contains(&honesty), "{honesty}");
-    }
-}
-
-#[test]
-#[ignore = "long: .ci/run runs it"]
-fn every_sensor_model_handles_bad_odometry() {
-    let start = pose(2.7, 3.5, 1.0);
-    // The sum of cubes is the least precise one.
-    let models =
-        [(LaserModel::LikelihoodField, 0.08), (LaserModel::LikelihoodFieldProb, 0.012), (LaserModel::Beam, 0.02)];
-    for (model, most_m) in models {
-        let mut robot = Unicycle::new(office(), start, Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 });
-        let mut localization = with_model(model, &robot, &InitialPose::at(start), 1);
-        let errors = drive(&mut robot, &mut localization);
-        println!("{model:?}: {errors}");
-        assert!(errors.rmse_m() < most_m && errors.rmse_rad() < 0.01, "{model:?}: {errors}");
     }
 }
 
@@ -334,7 +314,7 @@ fn a_short_range_laser_works_beside_a_long_range_one() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 });
     robot.model.lasers[1].range_max_m = 1.5;
-    let mut localization = with_model(LaserModel::Beam, &robot, &InitialPose::at(start), 1);
+    let mut localization = localization(&robot, &InitialPose::at(start), 1);
     let errors = drive(&mut robot, &mut localization);
     println!("{errors}");
     assert!(errors.rmse_m() < 0.02 && errors.rmse_rad() < 0.01, "{errors}");

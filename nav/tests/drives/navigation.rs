@@ -389,21 +389,3 @@ fn a_robot_without_a_path_tries_all_recovery_behaviors() {
     assert_eq!((drive.navigator.status(), drive.navigator.recovery()), (NavigationStatus::GoalReached, None));
     assert!(drive.closest_m > 0.0);
 }
-
-#[test]
-fn a_pause_makes_the_robot_stand_still_and_a_resume_makes_it_continue() {
-    let mut drive = Drive::new(hall(6.0, 5.0), pose(1.0, 1.0, 0.0));
-    drive.navigator.start(goal(5.0, 4.0, 0.0));
-    (0..300).for_each(|_| drive.step());
-    drive.navigator.pause();
-    (0..100).for_each(|_| drive.step());
-    let at = drive.robot.truth;
-    (0..100).for_each(|_| drive.step());
-    assert_eq!((drive.robot.truth, drive.navigator.status()), (at, NavigationStatus::Paused));
-    drive.navigator.resume();
-    while drive.navigator.status().is_under_way() {
-        drive.step();
-        assert!(drive.robot.time < Duration::from_secs(60));
-    }
-    assert_eq!(drive.navigator.status(), NavigationStatus::GoalReached);
-}

@@ -131,7 +131,6 @@ impl fmt::Display for Flaw {
 }
 
 impl Flaw {
-    /// The remedy.
     fn remedy(&self) -> &'static str {
         match self {
             Self::CompressionBreaksOff | Self::LineBreaksOff => "only the lines before it are used",

@@ -51,7 +51,6 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// Reads all lines.
     pub(super) fn parse(text: &[u8], complaints: &mut Complaints) -> Result<Self, RecordingError> {
         let mut lines = Self::default();
         // Some editors write this byte order mark at the beginning of a text.

@@ -36,8 +36,8 @@ pub use events::{Events, Found};
 pub use mapping::{Compiled, Described, Mapping, Remapping, RobotTopics, prefix, resolve};
 pub use ros_messages::messages_on_board;
 pub use storage::{
-    Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Through, Topic, is_bag,
-    parts,
+    Account, Bag, BagWriter, Definition, Following, Head, Messages, Received, Recorder, Source, Survey, Through, Topic,
+    is_bag, parts,
 };
 
 /// Why a bag cannot be read at all.

@@ -26,7 +26,7 @@ use zstandard::Zstandard;
 pub use files::{is_bag, parts};
 pub use following::Following;
 pub(crate) use source::is_note;
-pub use source::{Received, Source, Through};
+pub use source::{Account, Received, Source, Through};
 pub use survey::{Definition, Head, Survey, Topic};
 pub use writer::{BagWriter, Recorder};
 
@@ -37,7 +37,6 @@ pub struct Bag {
     survey: Survey,
 }
 
-/// A file of a bag.
 #[derive(Clone, Debug)]
 struct BagFile {
     path: PathBuf,
@@ -121,6 +120,7 @@ impl Bag {
             merge: None,
             readers: BTreeMap::new(),
             survey: self.survey.clone(),
+            counts_losses: self.survey.topics.iter().any(|topic| topic.name == source::MISSING),
             wanted,
             aside: Aside { notes: self.survey.notes.clone(), ..Aside::default() },
         }
@@ -222,6 +222,7 @@ pub struct Messages {
     merge: Option<Box<Merge>>,
     readers: BTreeMap<usize, StorageReader>,
     survey: Survey,
+    counts_losses: bool,
     wanted: Wanted,
     aside: Aside,
 }
@@ -360,20 +361,8 @@ impl Source for Messages {
         Received::Over
     }
 
-    fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &self.aside.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.aside.notes
-    }
-
-    fn counts_losses(&self) -> bool {
-        self.survey.topics.iter().any(|topic| topic.name == source::MISSING)
+    fn account(&self) -> Account<'_> {
+        self.aside.account(&self.survey, self.counts_losses)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Messages of a robot whose clock is that of a simulation, and messages that are missing.
 
-use bags::{Definition, Events, Head, Received, Source, Survey, Topic};
+use bags::{Account, Definition, Events, Head, Received, Source, Survey, Topic};
 
 use crate::messages::{TWIST, twist};
 use crate::reading::{lines, mapping, nothing};
@@ -54,12 +54,8 @@ impl Source for Script {
         Received::Message(Head { topic, log_ns: self.now_ns, publish_ns: self.now_ns })
     }
 
-    fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &[]
+    fn account(&self) -> Account<'_> {
+        Account { survey: &self.survey, lost: &[], notes: &[], counts_losses: false }
     }
 }
 

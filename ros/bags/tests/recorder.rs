@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::rc::Rc;
 
-use bags::{Bag, BagWriter, Definition, Events, Found, Ground, Head, Received, Recorder, Source, Survey, Topic};
+use bags::{
+    Account, Bag, BagWriter, Definition, Events, Found, Ground, Head, Received, Recorder, Source, Survey, Topic,
+};
 use proptest::prelude::*;
 
 use crate::messages::{TF, TWIST, tf, twist};
@@ -130,20 +132,9 @@ impl Source for MadeUp {
         }
     }
 
-    fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &self.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
-    fn counts_losses(&self) -> bool {
-        self.counts_losses
+    fn account(&self) -> Account<'_> {
+        let Self { survey, lost, notes, .. } = self;
+        Account { survey, lost, notes, counts_losses: self.counts_losses }
     }
 }
 
@@ -159,16 +150,8 @@ impl<S: Source> Source for Told<S> {
         received
     }
 
-    fn survey(&self) -> &Survey {
-        self.0.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        self.0.lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        self.0.notes()
+    fn account(&self) -> Account<'_> {
+        Account { counts_losses: false, ..self.0.account() }
     }
 }
 

@@ -95,7 +95,7 @@ impl Decoder {
         let mut cdr = CdrReader::new(bytes)?;
         self.plan.read(&mut cdr, width, Some(value))?;
         // Some writers pad the message to a multiple of eight bytes.
-        if cdr.left() < 8 { Ok(cdr.has_wide_zero()) } else { Err(Mismatch::Long) }
+        if cdr.left() < 8 { Ok(cdr.has_wide_zero) } else { Err(Mismatch::Long) }
     }
 }
 

@@ -12,7 +12,7 @@ pub struct CdrReader<'b> {
     at: usize,
     is_big: bool,
     /// Whether a wide string had a zero. In ROS, none has.
-    has_wide_zero: bool,
+    pub(crate) has_wide_zero: bool,
 }
 
 impl<'b> CdrReader<'b> {
@@ -145,10 +145,5 @@ impl<'b> CdrReader<'b> {
         }
         self.has_wide_zero |= units.contains(&0);
         Ok(units)
-    }
-
-    /// Whether a wide string had a zero.
-    pub(crate) fn has_wide_zero(&self) -> bool {
-        self.has_wide_zero
     }
 }

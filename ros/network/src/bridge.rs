@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::{Duration, Instant};
 
-use bags::{Ground, Head, Received, Source, Survey, Topic};
+use bags::{Account, Ground, Head, Received, Source, Survey, Topic};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::http::{HeaderValue, Uri};
 use tungstenite::protocol::WebSocketConfig;
@@ -106,7 +106,6 @@ pub struct Bridge {
     robot: Robot,
 }
 
-/// An open connection.
 struct Connection {
     socket: WebSocket<TcpStream>,
     /// The topics by the numbers of their subscriptions.
@@ -406,16 +405,8 @@ impl Source for Bridge {
         while begun.elapsed() < GRACE && socket.read().is_ok() {}
     }
 
-    fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &self.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
+    fn account(&self) -> Account<'_> {
+        Account { survey: &self.survey, lost: &self.lost, notes: &self.notes, counts_losses: false }
     }
 }
 

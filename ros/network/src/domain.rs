@@ -25,7 +25,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use bags::{Received, Source, Survey};
+use bags::{Account, Received, Source};
 
 use crate::Error;
 use crate::clock::now;
@@ -206,20 +206,9 @@ impl Source for Domain {
         self.participant = None;
     }
 
-    fn survey(&self) -> &Survey {
-        &self.reception.discovery.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &self.reception.remarks.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.reception.remarks.notes
-    }
-
-    fn counts_losses(&self) -> bool {
-        true
+    fn account(&self) -> Account<'_> {
+        let Reception { discovery, remarks, .. } = &self.reception;
+        Account { survey: &discovery.survey, lost: &remarks.lost, notes: &remarks.notes, counts_losses: true }
     }
 }
 

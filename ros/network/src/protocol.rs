@@ -44,7 +44,6 @@ pub(crate) enum ServerMessage {
     Other,
 }
 
-/// A service.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Service {
     pub(crate) name: String,

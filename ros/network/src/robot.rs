@@ -90,7 +90,6 @@ impl Robot {
         }
     }
 
-    /// Adds nodes.
     pub(crate) fn add_nodes(&mut self, nodes: impl IntoIterator<Item = String>) {
         let room = MOST.saturating_sub(self.nodes.len());
         self.nodes.extend(nodes.into_iter().take(room));

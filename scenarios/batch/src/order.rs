@@ -34,12 +34,6 @@ impl<T> InOrder<T> {
         self.next += 1;
         Some((self.next - 1, result))
     }
-
-    /// The number of results held back.
-    #[must_use]
-    pub fn held_back(&self) -> usize {
-        self.early.len()
-    }
 }
 
 #[cfg(test)]
@@ -51,7 +45,7 @@ mod tests {
         let mut order = InOrder::from(5);
         order.put(7, 'c');
         order.put(6, 'b');
-        assert_eq!((order.take(), order.held_back()), (None, 2));
+        assert_eq!((order.take(), order.early.len()), (None, 2));
         order.put(5, 'a');
         let all: Vec<_> = std::iter::from_fn(|| order.take()).collect();
         assert_eq!(all, [(5, 'a'), (6, 'b'), (7, 'c')]);

@@ -141,7 +141,7 @@ impl CampaignComparison {
             campaign: journal.header.layout.campaign.clone(),
             again: journal.header.layout.again(),
             scenario: journal.header.layout.scenario.clone(),
-            version: journal.header.version().to_owned(),
+            version: journal.header.version.clone(),
             runs: tally.runs[place],
             failed: tally.failed[place],
         };

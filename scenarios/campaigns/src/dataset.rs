@@ -55,7 +55,6 @@ pub(super) struct DatasetWriter {
 }
 
 impl DatasetWriter {
-    /// Starts a dataset.
     pub(super) fn begin(path: &Path, layout: &Layout) -> Result<Self, Error> {
         let failed = |source| Error::unwritten(path, source);
         let fields: Result<Vec<_>, ParquetError> =
@@ -73,7 +72,6 @@ impl DatasetWriter {
         Ok(Self { writer, layout: layout.clone(), rows: Vec::new() })
     }
 
-    /// Adds a run.
     pub(super) fn push(&mut self, record: RunRecord) -> io::Result<()> {
         self.rows.push(record);
         if self.rows.len() == ROW_GROUP { self.flush() } else { Ok(()) }

@@ -229,7 +229,6 @@ fn settled_runs(
     }
 }
 
-/// The number of runs of a grid.
 fn grid_runs(root: Table<'_>, parameters: &[Parameter], repeats: Field<'_, Spanned<u64>>) -> Option<u64> {
     let repeats = repeats.optional().map_or(1, |repeats| repeats.value);
     let counts: Vec<u64> = parameters.iter().filter_map(|parameter| parameter.domain.count()).collect();

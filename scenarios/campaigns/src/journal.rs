@@ -39,9 +39,11 @@ pub(crate) fn has_journal(folder: &Path) -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     format: u32,
-    version: String,
+    /// The version that wrote it.
+    pub(super) version: String,
     plan: String,
-    runs: u64,
+    /// The number of the campaign's runs, in all shards together.
+    pub(super) runs: u64,
     pub(super) shard: Shard,
     pub(super) layout: Layout,
 }
@@ -172,7 +174,7 @@ impl Header {
         };
         let layout = Layout {
             campaign: plan.name().to_owned(),
-            asked: plan.asked(),
+            asked: plan.asked,
             scenario: plan.scenario().argument.clone(),
             about: plan.file().about.clone(),
             parameters: plan.file().parameters.iter().map(parameter).collect(),
@@ -189,16 +191,6 @@ impl Header {
     /// The header of another shard of the same campaign.
     pub(super) fn with_shard(&self, shard: Shard) -> Self {
         Self { shard, ..self.clone() }
-    }
-
-    /// The version that wrote it.
-    pub(super) fn version(&self) -> &str {
-        &self.version
-    }
-
-    /// The number of the campaign's runs, in all shards together.
-    pub(super) fn runs(&self) -> u64 {
-        self.runs
     }
 
     /// The error for a journal in `folder` that belongs to another campaign.
@@ -230,7 +222,8 @@ impl Header {
 /// A journal that is being written, with the wall times. While it is open, no other program can write to the folder.
 #[derive(Debug)]
 pub(super) struct Journal {
-    folder: PathBuf,
+    /// The folder of the campaign's results.
+    pub(super) folder: PathBuf,
     journal: File,
     timing: File,
 }
@@ -284,11 +277,6 @@ impl Journal {
         let path = self.folder.join(JOURNAL);
         let file = File::open(&path).map_err(|source| Error::unwritten(path, source))?;
         JournalReader::of(file, &self.folder)
-    }
-
-    /// The folder of the campaign's results.
-    pub(super) fn folder(&self) -> &Path {
-        &self.folder
     }
 
     /// Writes the record of a run, with its wall time if known.
@@ -419,7 +407,6 @@ pub(super) struct JournalReader {
 }
 
 impl JournalReader {
-    /// Opens the journal in `folder`.
     pub(super) fn open(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(JOURNAL);
         let file = diagnostics::open_regular(&path).map_err(|error| {

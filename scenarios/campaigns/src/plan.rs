@@ -46,7 +46,7 @@ pub struct Plan {
     text: String,
     file: CampaignFile,
     /// The requested number of runs, if it differs from the file's.
-    asked: Option<u64>,
+    pub(super) asked: Option<u64>,
     found: Found,
     /// A fingerprint of all files on disk that belong to the scenario.
     files: String,
@@ -181,12 +181,6 @@ impl Plan {
     #[must_use]
     pub fn base(&self) -> &Arc<Scenario> {
         &self.base
-    }
-
-    /// The option to add after the campaign's name to repeat one of its runs: the number of runs, if it differs from
-    /// the file's.
-    pub(super) fn asked(&self) -> Option<u64> {
-        self.asked
     }
 
     /// A fingerprint of the runs. It covers the texts of the campaign and its scenario, the number of runs, and all

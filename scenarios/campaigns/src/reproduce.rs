@@ -28,7 +28,6 @@ use experiments::{Claim, EXPERIMENTS, Experiment, ExperimentRun};
 use film::{Film, Still};
 use observed::Observed;
 
-/// The files of the results.
 const FILES: [&str; 2] = ["reproduce.json", "index.html"];
 
 pub use table::table;

@@ -27,7 +27,7 @@ const CONFIDENCE: f64 = 0.95;
 /// [`Error::Scenario`] if the journal is damaged, or if the results cannot be written; existing results then stay
 /// unchanged.
 pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summary, Error> {
-    let folder = journal.folder();
+    let folder = &journal.folder;
     let mut records = journal.reader()?;
     let layout = records.header.layout.clone();
     let path = folder.join(DATASET);
@@ -150,7 +150,7 @@ fn in_turn(
     mut take: impl FnMut(RunRecord) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let of = readers.len() as u64;
-    for k in 0..header.runs() {
+    for k in 0..header.runs {
         let record = readers[(k % of) as usize].next()?.filter(|record| record.k == k).ok_or_else(|| {
             let message = format!("shard {}/{of} is not complete: run {k} is missing", k % of);
             Error::refused(message, "run the same command again: it resumes where it stopped")

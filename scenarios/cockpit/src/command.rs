@@ -6,9 +6,7 @@ use serde::Deserialize;
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Command {
-    /// Pauses the run.
     Pause,
-    /// Resumes the run.
     Resume,
     /// Performs one step, then pauses.
     Step,
@@ -36,7 +34,6 @@ pub(crate) enum Command {
     },
     /// Ends an act, by the name that the page gave it.
     Release {
-        /// The name.
         name: String,
     },
     /// Shows all children of a node of the tree, however large the tree is, or no longer.
@@ -56,7 +53,6 @@ pub(crate) enum Command {
     },
     /// Asks for a scenario that repeats the session.
     Save,
-    /// Ends the run.
     End,
     /// Starts the scenario anew, without what was done by hand.
     Restart,

@@ -8,7 +8,6 @@ use recording::{Inconsistent, Record, RunView};
 /// How many of the latest messages are shown.
 const MESSAGES: usize = 400;
 
-/// A moment of a run.
 #[derive(Clone)]
 pub(crate) struct Moment {
     pub(crate) view: RunView,
@@ -17,7 +16,6 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// The start of a run.
     pub(crate) fn start(view: RunView) -> Self {
         Self { view, messages: VecDeque::new() }
     }

@@ -18,7 +18,8 @@ pub(crate) type Opener = dyn Fn(&Path) -> Result<Recording, RecordingError>;
 
 /// A recording that is being read.
 pub(crate) struct OpenRecording {
-    name: String,
+    /// The name of its file.
+    pub(crate) name: String,
     records: Records,
     state: ReadState,
 }
@@ -91,11 +92,6 @@ impl OpenRecording {
         let start = start(first, records)?;
         self.state = ReadState::Reading;
         Some(start)
-    }
-
-    /// The name of its file.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
     }
 
     /// Whether its run has ended, or the file cannot be read any further.

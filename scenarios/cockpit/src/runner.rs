@@ -124,7 +124,7 @@ impl Runner {
         if let RunSource::Recordings(recordings) = &mut self.source
             && let Some(start) = recordings[0].next_run()
         {
-            self.runs[0].restart(start, Some(recordings[0].name()), None)?;
+            self.runs[0].restart(start, Some(&recordings[0].name), None)?;
             (self.past, self.sent) = (None, None);
         }
         let failures: Vec<String> = match &mut self.source {

@@ -50,7 +50,6 @@ const MOST_VIEWERS: usize = 50;
 /// The longest request of the page, in bytes.
 const LONGEST_REQUEST: usize = 16 * 1024;
 
-/// The files of the page.
 const FILES: [(&str, &str, &str); 20] = [
     ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
     ("/main.js", "text/javascript", include_str!("../page/main.js")),
@@ -175,8 +174,8 @@ impl Cockpit {
                     let history = History::begin(start).map_err(failed)?;
                     // A single run is sent to the page itself. Of several, each has a page inside the page.
                     let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
-                    shown.push(ShownRun::new(history, broadcast.clone(), Some(recording.name()), None));
-                    names.push(recording.name().to_owned());
+                    shown.push(ShownRun::new(history, broadcast.clone(), Some(&recording.name), None));
+                    names.push(recording.name.clone());
                     opened.push(recording);
                 }
                 let around = (!broadcasts.is_empty()).then(|| {
@@ -204,7 +203,7 @@ impl Cockpit {
                 let followed = OpenRecording::of_feed(records);
                 let (recording, start) = followed.ok_or_else(|| failed(io::ErrorKind::UnexpectedEof.into()))?;
                 let history = History::begin(start).map_err(failed)?;
-                let shown = ShownRun::new(history, broadcast, Some(recording.name()), None);
+                let shown = ShownRun::new(history, broadcast, Some(&recording.name), None);
                 Ok((RunSource::Recordings(vec![recording]), vec![shown], None))
             }
         };

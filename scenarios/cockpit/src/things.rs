@@ -34,7 +34,6 @@ pub(crate) fn machines(header: &Header) -> Value {
     header.machines.iter().map(machine).collect()
 }
 
-/// The nodes of the tree.
 pub(crate) fn nodes(header: &Header) -> Value {
     let kind = |node: &Node| match (&node.symbol, node.is_leaf) {
         (_, true) => "leaf",

@@ -21,7 +21,6 @@ impl AccessToken {
         self.0.len() == given.len() && differences == 0
     }
 
-    /// Its text.
     pub(crate) fn text(&self) -> &str {
         &self.0
     }

@@ -51,7 +51,6 @@ impl Face {
 /// A character's glyph: its face and its advance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Glyph {
-    /// The face that has it.
     pub(super) face: Face,
     /// Its advance width, in ems.
     pub(super) advance_em: f64,

@@ -90,7 +90,6 @@ pub use frame::{
 pub use geometry::{Area, Spot};
 pub use map_picture::MapPicture;
 pub use monitor_panel::{draw_diagram, draw_meanings};
-pub use page::Page;
 pub use render::Renderer;
 pub use scale::Scale;
 pub use state_chart::{State, state_chart_svg};
@@ -104,11 +103,5 @@ pub use tree_picture::tree_svg;
 /// The frame as a standalone SVG picture of 1600 × 900 pixels.
 #[must_use]
 pub fn svg(frame: &Frame) -> String {
-    page::draw(frame, Page::Snapshot)
-}
-
-/// The frame as a standalone SVG picture with another page size.
-#[must_use]
-pub fn svg_on(page: Page, frame: &Frame) -> String {
-    page::draw(frame, page)
+    page::draw(frame, page::Page::Snapshot)
 }

@@ -33,7 +33,6 @@ enum Body {
     Machine(DiagramLayout),
     /// Only its locations, in one row.
     Chips,
-    /// Nothing.
     Nothing,
 }
 

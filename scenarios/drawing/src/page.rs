@@ -15,7 +15,7 @@ const HEADER: f64 = 64.0;
 
 /// A page size, in pixels. Everything is laid out for it; text keeps its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Page {
+pub(super) enum Page {
     /// 1600 × 900: a snapshot.
     Snapshot,
     /// 1280 × 720: a frame of an animation, which is shown at three quarters of this size.
@@ -25,7 +25,7 @@ pub enum Page {
 impl Page {
     /// Width and height in pixels.
     #[must_use]
-    pub const fn size_px(self) -> (u32, u32) {
+    pub(super) const fn size_px(self) -> (u32, u32) {
         match self {
             Self::Snapshot => (1600, 900),
             Self::Animation => (1280, 720),

@@ -5,7 +5,6 @@ use super::geometry::Area;
 use super::text::Font;
 use super::theme;
 
-/// Font of the titles.
 pub(super) const TITLE: Font = Font::bold(16.0);
 /// Height of the title line, in pixels.
 pub(super) const HEAD: f64 = 46.0;

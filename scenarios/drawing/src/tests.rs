@@ -10,10 +10,11 @@ use resvg::usvg;
 
 use super::frame::{Frame, Monitor, Verdict};
 use super::geometry::Area;
+use super::page::{self, Page};
 use super::sample::{
     charging_frame, crowded_frame, empty_frame, everything, frame, large_tree, mapless_frame, phi1, phi2,
 };
-use super::{ANIMATION_SIZE_PX, GifWriter, Page, Renderer, svg, svg_on};
+use super::{ANIMATION_SIZE_PX, GifWriter, Renderer, svg};
 
 fn samples() -> Vec<(&'static str, Frame)> {
     let mut six = frame();
@@ -51,7 +52,7 @@ fn texts_stay_on_the_page_and_do_not_overlap() {
         for page in [Page::Snapshot, Page::Animation] {
             let (width, height) = page.size_px();
             let whole = Area::new(0.0, 0.0, f64::from(width), f64::from(height));
-            let texts = texts(&svg_on(page, &frame));
+            let texts = texts(&page::draw(&frame, page));
             assert!(texts.len() > 15, "{name} has {} texts", texts.len());
             for (i, (text, area)) in texts.iter().enumerate() {
                 assert!(whole.encloses(area), "{name}, {page:?}: {text:?} leaves the page: {area:?}");
@@ -119,7 +120,7 @@ fn everything_in_a_frame_is_in_the_picture() {
 #[test]
 fn monitors_that_do_not_fit_are_counted() {
     let (_, large) = samples().pop().unwrap();
-    let texts = texts(&svg_on(Page::Animation, &large));
+    let texts = texts(&page::draw(&large, Page::Animation));
     let shown = texts.iter().filter(|(text, _)| text == "phi1").count();
     let hidden = texts.iter().find_map(|(text, _)| text.strip_prefix('+')?.strip_suffix(" more")?.parse().ok());
     assert_eq!(shown + hidden.unwrap_or(0_usize), 9);
@@ -148,14 +149,14 @@ fn no_violated_monitor_is_hidden() {
 
 #[test]
 fn the_same_frame_gives_the_same_bytes() {
-    let draw = || Renderer::new().png(&svg_on(Page::Animation, &frame())).unwrap();
+    let draw = || Renderer::new().png(&page::draw(&frame(), Page::Animation)).unwrap();
     assert!(draw() == draw());
 }
 
 #[test]
 fn the_sample_looks_as_before() {
     let golden = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/sample.png");
-    let drawn = Renderer::new().png(&svg_on(Page::Animation, &frame())).unwrap();
+    let drawn = Renderer::new().png(&page::draw(&frame(), Page::Animation)).unwrap();
     if std::env::var_os("STEWARD_UPDATE_GOLDENS").is_some() {
         std::fs::write(&golden, &drawn).unwrap();
     }
@@ -198,7 +199,7 @@ fn an_animation_is_a_gif_with_all_of_its_frames() {
     let (width, height) = ANIMATION_SIZE_PX;
     for (shown, frame) in shown.iter().zip([&frame(), &moved, &moved, &moved]) {
         let picture = renderer
-            .pixels(&svg_on(Page::Animation, frame), f32::from(width) / Page::Animation.size_px().0 as f32)
+            .pixels(&page::draw(frame, Page::Animation), f32::from(width) / Page::Animation.size_px().0 as f32)
             .unwrap();
         assert_eq!((picture.width, picture.height), (width.into(), height.into()));
         // A GIF has few colors, but so has a frame: none is lost.
@@ -213,7 +214,7 @@ fn samples_are_written_on_request() {
     let renderer = Renderer::new();
     for (name, frame) in samples() {
         for page in [Page::Snapshot, Page::Animation] {
-            let picture = svg_on(page, &frame);
+            let picture = page::draw(&frame, page);
             let file = folder.join(format!("{name}_{}.svg", page.size_px().0));
             std::fs::write(file.with_extension("png"), renderer.png(&picture).unwrap()).unwrap();
             std::fs::write(file, picture).unwrap();

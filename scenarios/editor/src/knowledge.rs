@@ -21,7 +21,6 @@ use crate::toml_keys::is_chosen;
 /// What the scenarios of a file define.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Knowledge {
-    /// The scenarios.
     pub(crate) scenarios: Vec<Arc<Scenario>>,
     /// Their systems, and those of mappings.
     pub(crate) systems: Vec<System>,
@@ -50,7 +49,6 @@ impl Knowledge {
         self.systems.iter().map(|system| &*system.topology)
     }
 
-    /// The trees.
     pub(crate) fn trees(&self) -> impl Iterator<Item = &Tree> {
         self.scenarios.iter().filter_map(|scenario| scenario.tree().map(AsRef::as_ref))
     }
@@ -113,7 +111,6 @@ impl Knowledge {
         fields
     }
 
-    /// The places.
     pub(crate) fn places(&self) -> impl Iterator<Item = &str> {
         let premises = self.scenarios.iter().filter_map(|scenario| scenario.premises.as_ref());
         premises.flat_map(|premises| premises.places.iter().map(|(name, _)| name))

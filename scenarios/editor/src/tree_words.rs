@@ -79,7 +79,6 @@ fn is_node(tag: &Tag, around: &[Tag]) -> bool {
     tag.name != "BehaviorTree" && around.iter().any(|open| open.name == "BehaviorTree")
 }
 
-/// The name of a node.
 fn node_of(tag: &Tag) -> &str {
     tag.get("ID").unwrap_or(&tag.name)
 }

@@ -19,11 +19,9 @@ use super::faults::{self, without_faults};
 pub struct Assumption {
     /// In words: a sentence.
     pub words: String,
-    /// What it is about.
     about: About,
 }
 
-/// What an assumption is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum About {
     Battery,

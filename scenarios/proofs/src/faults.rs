@@ -153,7 +153,6 @@ pub(super) struct FaultyState {
     active: Vec<bool>,
 }
 
-/// The state of an environment without the faults in it.
 pub(super) fn without_faults(state: &EnvironmentState) -> &EnvironmentState {
     state.get().map_or(state, |FaultyState { inner, .. }| inner)
 }

@@ -107,7 +107,6 @@ impl Levels {
         2 * self.points.len() - 1
     }
 
-    /// The class of a level.
     pub(crate) fn class(&self, level: Micros) -> Class {
         match self.points.binary_search(&level) {
             Ok(index) => 2 * index,

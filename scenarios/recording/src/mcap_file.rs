@@ -15,12 +15,10 @@ use crate::topics::Topics;
 use crate::topics::output::{LIBRARY, Output, Topic};
 use crate::{FORMAT, Follower, RecordRef, RunView};
 
-/// The topic with the records.
 const TOPIC: &str = "/steward/records";
 /// A killed run loses at most this much.
 const FLUSH: Duration = Duration::from_secs(1);
 
-/// Writes a recording in MCAP.
 pub(crate) struct McapWriter<W: Write> {
     output: Output<W>,
     records: Topic<ros::Records>,

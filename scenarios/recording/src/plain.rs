@@ -13,7 +13,6 @@ fn of_numbers([x, y, re, im]: [f64; 4]) -> Pose {
     Pose::from_parts(Translation2::new(x, y), UnitComplex::new_unchecked(Complex::new(re, im)))
 }
 
-/// A cell as a byte.
 fn byte(cell: Cell) -> u8 {
     match cell {
         Cell::Free => 0,

@@ -27,7 +27,6 @@ pub struct RunComparison {
     count: usize,
 }
 
-/// The answers of a node in a run.
 #[derive(Clone, Debug, Default)]
 struct NodeAnswers {
     first: Option<(Duration, Outcome)>,

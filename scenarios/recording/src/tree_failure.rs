@@ -169,7 +169,6 @@ impl Failures {
         }
     }
 
-    /// The latest failure.
     pub(crate) fn latest(&self) -> Option<TreeFailure> {
         self.latest
             .clone()

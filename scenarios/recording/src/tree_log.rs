@@ -9,7 +9,6 @@ use tree_logs::{BagTree, Log, LogEntry, LogError, NodeStatus, StatusChange};
 
 use crate::{Doubts, Ended, Origin, Record, Step, TreeRun};
 
-/// The records of a log.
 #[derive(Debug)]
 pub(crate) struct TreeLog {
     log: Log,

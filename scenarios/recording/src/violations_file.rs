@@ -14,7 +14,6 @@ use crate::ros;
 use crate::topics::level;
 use crate::topics::output::{LIBRARY, Output};
 
-/// The topic with the violations.
 const TOPIC: &str = "/steward/violations";
 
 /// Larger files are not ours: there are only the first violations of each property in them.

@@ -18,7 +18,6 @@ pub(crate) struct Bound {
     pub(crate) channel: ChannelId,
     /// The field's name.
     pub(crate) field: String,
-    /// The number.
     pub(crate) value: f64,
     /// Whether the comparison is required by itself, rather than as a condition or an alternative.
     pub(crate) is_required: bool,

@@ -148,7 +148,6 @@ pub fn report_recording(recording: Recording, outputs: &Outputs, record: Option<
     presentation.finish(&view)
 }
 
-/// The pictures of a run.
 struct RunPictures {
     /// None if no pictures are wanted.
     camera: Option<Camera>,

@@ -30,7 +30,6 @@ use translate::Translator;
 #[derive(Clone, Debug)]
 pub struct Machine {
     pub(crate) chart: Arc<Chart>,
-    /// The machine as SCXML.
     scxml: Arc<str>,
     /// The constant values of a leaf's input ports, and the names of the model's own types.
     given: (BTreeMap<String, String>, Vec<String>),

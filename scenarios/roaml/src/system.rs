@@ -251,7 +251,6 @@ impl<'m> Wiring<'m> {
     }
 }
 
-/// The channels that leave a process.
 fn outgoing(topology: &Topology, process: ProcessId) -> Vec<ChannelId> {
     topology.channels().filter(|channel| topology.get(*channel).source == process).collect()
 }

@@ -34,7 +34,6 @@ pub(crate) struct Injector {
     timetable: Timetable,
     faults: Vec<Prepared>,
     machines: Machines,
-    /// The components, by name.
     components: Vec<(String, ProcessId)>,
 }
 
@@ -129,7 +128,7 @@ impl Injector {
 
     /// Begins and ends the faults that are due. Returns what happened.
     pub(crate) fn act(&mut self, run: &mut SystemUnderTest<'_>) -> Vec<FaultHappening> {
-        let (now, pose) = (run.world.time(), run.world.robot().map(|robot| robot.sim.truth().pose()));
+        let (now, pose) = (run.world.time(), run.world.robot.as_ref().map(|robot| robot.sim.truth().pose()));
         let changes = self.timetable.changes(&Observation { now, pose, system: run.system, events: run.events });
         let mut happenings = Vec::with_capacity(changes.len());
         for change in changes {
@@ -269,7 +268,7 @@ impl Injector {
 
 /// Reports an effect that puts the robot where it cannot be: outside the map, or in a wall.
 fn check_place(effect: &Effect, world: &World, complaints: &mut Complaints) {
-    let (Effect::Kidnap(to), Some(robot)) = (effect, world.robot()) else { return };
+    let (Effect::Kidnap(to), Some(robot)) = (effect, &world.robot) else { return };
     if let Err(error) = robot.sim.check_kidnapping(&to.value) {
         let help = "give x and y in meters, in the map frame; the whole body of the robot must be on free floor";
         complaints.push(to.span.problem(error.to_string()).with_label("no room for the robot").with_help(help));

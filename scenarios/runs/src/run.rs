@@ -304,7 +304,7 @@ impl Run {
         self.is_waiting = false;
         self.happenings.extend(notes.into_iter().map(|words| Happening::Moved { words }));
         self.world.move_devices(&mut self.system);
-        if let Some(robot) = self.world.robot() {
+        if let Some(robot) = &self.world.robot {
             robot.enter_into_trace(&mut self.hash);
         }
         self.events.clear();
@@ -322,7 +322,7 @@ impl Run {
     /// speak of the world change no run.
     fn show_truths(&mut self) {
         let Self { truths: Some(truths), world, scenario, system, events, .. } = self else { return };
-        if let Some((robot, premises)) = world.robot().zip(scenario.premises.as_ref()) {
+        if let Some((robot, premises)) = world.robot.as_ref().zip(scenario.premises.as_ref()) {
             events.extend(truths.show(robot, premises, system));
         }
     }
@@ -363,7 +363,7 @@ impl Run {
         let changes = injector.act(&mut SystemUnderTest { world, system, events });
         self.stirred = !changes.is_empty();
         let (time, tick) = (self.world.time(), self.system.ticks().checked_sub(1));
-        let position = self.world.robot().map(|robot| robot.sim.truth().pose().translation.vector.into());
+        let position = self.world.robot.as_ref().map(|robot| robot.sim.truth().pose().translation.vector.into());
         self.happenings.extend(changes.into_iter().map(|change| match change {
             FaultHappening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
             FaultHappening::Ended(fault) => Happening::FaultEnded { fault, time },
@@ -384,7 +384,7 @@ impl Run {
         let is_due = clock.is_some_and(|clock| clock.is_due(now, || self.injector.delay_of_tick()));
         let ticked = self.ids.tree.filter(|_| is_due);
         if let Some(TreeIds { tick_generator, tree }) = ticked {
-            if let (Some(robot), Some(of)) = (self.world.robot(), self.scenario.tree()) {
+            if let (Some(robot), Some(of)) = (&self.world.robot, self.scenario.tree()) {
                 robot.write_to_blackboard(of, system, tree);
             }
             tree_watch.tick_begins(system);

@@ -160,7 +160,6 @@ impl Switchboard {
         self.faults.iter().position(|fault| fault.kind == kind && fault.name == name)
     }
 
-    /// Adds a fault.
     pub(crate) fn add(&mut self, fault: Switched) {
         self.faults.push(fault);
     }

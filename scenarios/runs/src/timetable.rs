@@ -18,7 +18,6 @@ use skills::SkillProcess;
 
 /// The inputs of triggers: the run at the start of a step.
 pub(crate) struct Observation<'a> {
-    /// The time.
     pub(crate) now: Duration,
     /// The robot's true pose, if there is a robot.
     pub(crate) pose: Option<Pose>,

@@ -27,13 +27,11 @@ impl TreeWatch {
         Self { tree, ..Self::default() }
     }
 
-    /// A new step begins.
     pub(crate) fn begin_step(&mut self) {
         self.new.clear();
         self.before_ticks.clear();
     }
 
-    /// A tick is about to begin.
     pub(crate) fn tick_begins(&mut self, system: &ChannelSystem) {
         self.look(system);
         let outcomes = self.tree.as_ref().map(|(tree, process)| {

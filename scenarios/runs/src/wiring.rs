@@ -123,7 +123,6 @@ fn wire_with(
     Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot, clients }, truths })
 }
 
-/// Wires a model.
 fn wire_model(scenario: &Scenario, model: &Model, streams: &Streams) -> Result<Wired, Error> {
     let mut complaints = Complaints::default();
     let mut topology = Topology::default();

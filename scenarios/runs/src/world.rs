@@ -23,14 +23,12 @@ const AT_REST: f64 = 1e-3;
 /// The gap between the robot and a box that it has put down, in meters: chosen so that they do not touch at once.
 const BESIDE_M: f64 = 0.05;
 
-/// The world of a run.
 pub(crate) struct World {
     now: Duration,
-    robot: Option<SimulatedRobot>,
+    pub(crate) robot: Option<SimulatedRobot>,
     devices: Vec<Device>,
 }
 
-/// A device of the world.
 struct Device {
     process: ProcessId,
     /// Its spoken text.
@@ -131,15 +129,10 @@ impl World {
         self.now
     }
 
-    pub(crate) fn robot(&self) -> Option<&SimulatedRobot> {
-        self.robot.as_ref()
-    }
-
     pub(crate) fn robot_mut(&mut self) -> Option<&mut SimulatedRobot> {
         self.robot.as_mut()
     }
 
-    /// The state of the robot.
     pub(crate) fn robot_state(&self) -> RobotState {
         self.robot.as_ref().map_or_else(RobotState::default, SimulatedRobot::state)
     }
@@ -251,15 +244,15 @@ impl SimulatedRobot {
     /// The status of navigation, if it differs from the last report.
     pub(crate) fn new_navigation(&self, recorded: Option<&Navigation>) -> Option<Navigation> {
         let software = &self.software;
+        let status = software.navigation_status().to_string();
         let new = Navigation {
-            status: status_record(software.navigation_status()),
+            status: NavigationStatus::try_from(status).expect("records have every status of navigation"),
             reason: software.navigation_reason().map(|reason| reason.to_string()),
             recovery: software.recovery().map(|recovery| recovery.name().to_owned()),
         };
         (recorded != Some(&new)).then_some(new)
     }
 
-    /// The radius of the robot, in meters.
     pub(crate) fn radius_m(&self) -> f64 {
         self.sim.model().radius_m
     }
@@ -407,25 +400,6 @@ fn touched(Contact { obstacle, at, normal, depth_m, .. }: &Contact) -> Touched<'
     Touched { body, at: *at, normal: (*normal).into(), depth_m: *depth_m }
 }
 
-/// The record of navigation's status.
-fn status_record(status: nav::NavigationStatus) -> NavigationStatus {
-    use nav::NavigationStatus as Status;
-
-    match status {
-        Status::Idle => NavigationStatus::Idle,
-        Status::PreparingBeforeMove => NavigationStatus::PreparingBeforeMove,
-        Status::Moving => NavigationStatus::Moving,
-        Status::WaitingObstacle => NavigationStatus::WaitingObstacle,
-        Status::GoalReached => NavigationStatus::GoalReached,
-        Status::Aborted => NavigationStatus::Aborted,
-        Status::Failing => NavigationStatus::Failing,
-        Status::Paused => NavigationStatus::Paused,
-        Status::Thinking => NavigationStatus::Thinking,
-        Status::Error => NavigationStatus::Error,
-    }
-}
-
-/// The record of a body.
 fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
     Body { name: obstacle.name.to_owned(), shape: obstacle.shape, pose: obstacle.pose }
 }
@@ -447,4 +421,20 @@ fn software(premises: &Premises, processes: Processes, streams: &Streams) -> Res
     let atlas = premises.atlas().map_err(refused)?;
     let rng = streams.stream("nav/localization");
     Software::new(&atlas, places, &InitialPose::at(*start), processes, rng).map_err(refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use nav::NavigationStatus as Status;
+
+    use super::*;
+
+    #[test]
+    fn records_have_every_status_of_navigation() {
+        let under_way = [Status::PreparingBeforeMove, Status::Moving, Status::WaitingObstacle, Status::Failing];
+        let others = [Status::Idle, Status::GoalReached, Status::Aborted, Status::Thinking, Status::Error];
+        for status in under_way.into_iter().chain(others) {
+            assert!(NavigationStatus::try_from(status.to_string()).is_ok(), "{status}");
+        }
+    }
 }

@@ -98,6 +98,16 @@ impl Parameter {
         Self { name, about, domain: ArgumentDomain::Whole(least, most), default: ArgumentDefault::Whole(default) }
     }
 
+    /// An optional text.
+    pub(super) const fn text(name: &'static str, about: &'static str, default: &'static str) -> Self {
+        Self { name, about, domain: ArgumentDomain::Text, default: ArgumentDefault::Text(default) }
+    }
+
+    /// A flag that is false unless it is set.
+    pub(super) const fn flag(name: &'static str, about: &'static str) -> Self {
+        Self { name, about, domain: ArgumentDomain::Flag, default: ArgumentDefault::Flag(false) }
+    }
+
     /// The parameter's unit, with which its name ends; `None` for a plain number or a name.
     #[must_use]
     pub fn unit(&self) -> Option<&'static str> {
@@ -192,7 +202,6 @@ impl Arguments {
         &self.given.get(name).expect("required arguments and those with a default are present").value
     }
 
-    /// A number.
     pub(super) fn number(&self, name: &str) -> f64 {
         let ArgumentValue::Number(number) = self.get(name) else { unreachable!("`{name}` is a number") };
         *number
@@ -204,7 +213,6 @@ impl Arguments {
         usize::try_from(*number).unwrap_or(usize::MAX)
     }
 
-    /// A number of seconds.
     pub(super) fn seconds(&self, name: &str) -> Duration {
         Duration::from_secs_f64(self.number(name))
     }
@@ -214,7 +222,6 @@ impl Arguments {
         self.number(name).to_radians()
     }
 
-    /// A text.
     pub(super) fn text(&self, name: &str) -> &str {
         let ArgumentValue::Text(text) = self.get(name) else { unreachable!("`{name}` is a string") };
         text
@@ -240,24 +247,20 @@ impl Arguments {
         matches!(self.get(name), ArgumentValue::Flag(true))
     }
 
-    /// A point.
     pub(super) fn point(&self, name: &str) -> Point {
         let ArgumentValue::Point(point) = self.get(name) else { unreachable!("`{name}` is a point") };
         *point
     }
 
-    /// A pose.
     pub(super) fn pose(&self, name: &str) -> Pose {
         let ArgumentValue::Pose(pose) = self.get(name) else { unreachable!("`{name}` is a pose") };
         *pose
     }
 
-    /// A pose and its location.
     pub(super) fn spanned_pose(&self, name: &str) -> Spanned<Pose> {
         Spanned { value: self.pose(name), span: self.span_of(name) }
     }
 
-    /// Several points.
     pub(super) fn points(&self, name: &str) -> &[Point] {
         let ArgumentValue::Points(points) = self.get(name) else { unreachable!("`{name}` is several points") };
         points

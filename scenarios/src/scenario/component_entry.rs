@@ -83,7 +83,6 @@ pub enum RunsEntry {
     },
 }
 
-/// Reads the table `components`.
 pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
     let about = "The components that skills ask, by the name of their process.";
     let Some(table) = root.table("components").about(about).optional() else { return Vec::new() };

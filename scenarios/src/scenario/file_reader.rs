@@ -64,7 +64,6 @@ impl FileReader<'_> {
         }
     }
 
-    /// The map in a file.
     pub(super) fn map(&mut self, path: &Spanned<PathBuf>) -> Option<LoadedMap> {
         let load = |read: ReadFile<'_>| maps::load_map_with_concerns(&path.value, read);
         let map = self.files.load(&path.value, (), |read| load(read).map(|(map, concerns)| (Arc::new(map), concerns)));
@@ -78,7 +77,6 @@ impl FileReader<'_> {
         self.complaints.note(chart)
     }
 
-    /// The schedule in a file.
     pub(super) fn schedule(&mut self, path: &Spanned<PathBuf>) -> Option<Schedule> {
         let text = self.text(&path.span, FileRole::Schedule, &path.value)?;
         self.complaints.note(Schedule::parse(&path.value.display().to_string(), &text))

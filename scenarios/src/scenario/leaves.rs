@@ -26,7 +26,6 @@ pub(super) fn entry_of<'e>(entries: &'e [LeafEntry], leaf: &Node) -> Option<&'e 
     named(leaf.process()).or_else(|| named(leaf.type_id()))
 }
 
-/// Reads the table `leaves`.
 pub(super) fn read_leaves(root: Table<'_>) -> Vec<LeafEntry> {
     let about = "Settings of the tree's leaves that differ from the defaults.";
     let Some(table) = root.table("leaves").about(about).optional() else { return Vec::new() };
@@ -46,7 +45,6 @@ pub(super) fn read_leaves(root: Table<'_>) -> Vec<LeafEntry> {
     table.names("NAME").filter_map(entry).collect()
 }
 
-/// Reports an entry with two forms.
 fn report_two_forms(entry: Table<'_>) {
     let mut given = entry.keys().filter(|(key, _)| FORMS.contains(key));
     if let (Some((first, _)), Some((second, span))) = (given.next(), given.next()) {

@@ -196,7 +196,6 @@ fn instead(map: &OccupancyGrid, reach: &Reach, start: &Point, goal: &Goal) -> St
     }
 }
 
-/// The extent of the map.
 fn extent(map: &OccupancyGrid) -> String {
     let (width, height) = (map.width() as f64, map.height() as f64);
     let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)];

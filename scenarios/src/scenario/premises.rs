@@ -150,7 +150,6 @@ pub struct Premises {
     pub station: Option<Pose>,
     /// The places to which skills always drive, each with one such skill.
     pub(super) driven_to: BTreeMap<String, String>,
-    /// The places file.
     pub(super) written: Arc<PlacesFile>,
     /// Warnings about the map.
     pub(super) map_concerns: Vec<Problem>,

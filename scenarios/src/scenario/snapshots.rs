@@ -15,7 +15,6 @@ const MOMENTS: [(&str, SnapshotOccasion); 5] = [
     ("end", SnapshotOccasion::End),
 ];
 
-/// Reads the table `snapshots`.
 pub(super) fn read_snapshots(root: Table<'_>) -> Snapshots {
     let table = root.table("snapshots").about("When pictures are taken, besides those of violations.").optional();
     let Some(table) = table else { return Snapshots::default() };

@@ -273,12 +273,10 @@ pub(super) fn check_doors(faults: &[Arc<Fault>], bodies: &[WorldBody], complaint
     }
 }
 
-/// The names of the doors.
 pub(super) fn doors(bodies: &[WorldBody]) -> impl Iterator<Item = &str> {
     named(bodies, |motion| matches!(motion, ObstacleMotion::Door(_)))
 }
 
-/// The names of the people.
 pub(super) fn people(bodies: &[WorldBody]) -> impl Iterator<Item = &str> {
     named(bodies, |motion| matches!(motion, ObstacleMotion::Person(_) | ObstacleMotion::Follower(_)))
 }

@@ -42,7 +42,6 @@ impl Meeting {
         self.at.translation.vector.into()
     }
 
-    /// Where the robot is.
     pub(super) fn robot_place(&self) -> Point {
         self.robot.translation.vector.into()
     }

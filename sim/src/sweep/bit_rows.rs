@@ -6,8 +6,8 @@
 /// Rows and columns are those of the bitmap: for fans along x, the grid's columns are its rows.
 #[derive(Clone, Debug)]
 pub(super) struct BitRows {
-    rows: usize,
-    columns: usize,
+    pub(super) rows: usize,
+    pub(super) columns: usize,
     /// Bytes from one row to the next.
     stride: usize,
     bits: Vec<u8>,
@@ -35,16 +35,6 @@ impl BitRows {
         Self { rows, columns, stride, bits: empty(rows), groups: empty(rows.div_ceil(GROUP)) }
     }
 
-    /// Number of rows.
-    pub(super) fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Number of columns.
-    pub(super) fn columns(&self) -> usize {
-        self.columns
-    }
-
     /// Makes a cell occupied or free: a bit of its row, and a bit of its group.
     pub(super) fn set(&mut self, row: usize, column: usize, occupied: bool) {
         let (byte, bit) = (column / 8, 1 << (column % 8));
@@ -60,7 +50,6 @@ impl BitRows {
         }
     }
 
-    /// The row with this index.
     #[inline]
     pub(super) fn row(&self, row: usize) -> Row<'_> {
         Row { bytes: &self.bits[row * self.stride..] }

@@ -13,7 +13,6 @@ use super::quadrant::Quadrant;
 /// Number of beams measured at once.
 pub(super) const BLOCK: usize = 4;
 
-/// A beam of a fan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FanBeam {
     /// Component of the direction along the fan's axis; positive, and the larger one.
@@ -27,7 +26,6 @@ pub(super) struct FanBeam {
     pub(super) column: i64,
 }
 
-/// The origin of a fan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Origin {
     /// The index in the bitmap of the row that contains the origin.

@@ -92,7 +92,7 @@ impl March<'_> {
                 break;
             }
             // Nothing passes a run that extends beyond the last touched column, if there is a column after it.
-            let goes_on = stop > to && stop < self.walls.columns();
+            let goes_on = stop > to && stop < self.walls.columns;
             let beyond = if goes_on { end } else { self.edges.first_beyond(reaching..end, stop, row) };
             if beyond > reaching {
                 self.outcomes[reaching] = self.outcome(beyond, row, (start, stop));
@@ -135,13 +135,12 @@ impl RowWindow {
     fn new(first: &FanBeam, last: &FanBeam, row: usize, walls: &BitRows) -> Self {
         // In a row, a falling beam is lowest at the end, and a rising one is highest there. The margin covers rounding:
         // half a bit of the step per row, and 10⁻⁶ of a column for the rest.
-        let margin = 4096 + walls.rows() as i64;
+        let margin = 4096 + walls.rows as i64;
         let low = first.column + row as i64 * first.slope + first.slope.min(0) - margin;
         let high = last.column + row as i64 * last.slope + last.slope.max(0) + margin;
         Self { low, high, low_step: first.slope, high_step: last.slope }
     }
 
-    /// Advances by this many rows.
     #[inline]
     fn advance(&mut self, rows: usize) {
         self.low += rows as i64 * self.low_step;
@@ -160,7 +159,7 @@ impl RowWindow {
     /// The first and the last column, if any is inside the grid.
     #[inline]
     fn columns(&self, walls: &BitRows) -> Option<(usize, usize)> {
-        let (from, to) = (floor(self.low).max(0), floor(self.high).min(walls.columns() as i64 - 1));
+        let (from, to) = (floor(self.low).max(0), floor(self.high).min(walls.columns as i64 - 1));
         (from <= to).then_some((from as usize, to as usize))
     }
 }

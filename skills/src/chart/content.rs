@@ -121,7 +121,6 @@ pub(crate) struct Named {
     pub(crate) span: SourceSpan,
 }
 
-/// The target of an assignment.
 #[derive(Clone, Debug)]
 pub(crate) enum AssignTarget {
     Compiled(Location),

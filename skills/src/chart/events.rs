@@ -87,7 +87,6 @@ impl EventTree {
         Self { nodes: numbered(&nodes) }
     }
 
-    /// The class of events with this name.
     pub(crate) fn class(&self, name: &str) -> EventClass {
         let mut node = 0;
         for token in name.split('.') {

@@ -164,7 +164,7 @@ fn system_variables(names: &Identifiers, world: &World<'_>) -> [(&'static str, D
     [
         ("_ioprocessors", world.scope.io_processors.cloned().unwrap_or_default()),
         ("_sessionid", Datum::text(world.scope.session)),
-        ("_name", Datum::text(names.machine())),
+        ("_name", Datum::text(&names.machine)),
         ("_x", Datum::object::<&str>([]).unwrap_or_default()),
     ]
 }

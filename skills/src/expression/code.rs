@@ -20,7 +20,6 @@ pub(crate) enum Form {
 pub(crate) struct Code {
     /// The program that the engine runs.
     pub(crate) program: Arc<str>,
-    /// The data that the code mentions.
     pub(crate) mentions: Vec<DataId>,
     pub(crate) mentions_event: bool,
 }

@@ -90,7 +90,7 @@ impl Expr {
             Self::Foreign(_) => return Err(EvaluationError::Broken("only an engine can evaluate this".into())),
             Self::Event => scope.whole_event()?,
             Self::EventField(field) => event_field(*field, scope)?,
-            Self::MachineName => scope.ids.map_or(Datum::Undefined, |ids| Datum::text(ids.machine())),
+            Self::MachineName => scope.ids.map_or(Datum::Undefined, |ids| Datum::text(&ids.machine)),
             Self::SessionId => Datum::text(scope.session),
             Self::IoProcessors => scope.io_processors.cloned().unwrap_or_default(),
             // An operation takes as long as its operands are large, so their sizes count against the budget.

@@ -55,7 +55,7 @@ impl Compiler<'_> {
                 }
                 let dates = expression::kept_dates(written.value, form);
                 self.problems.extend(dates.into_iter().map(|date| in_file(written, date).as_warning()));
-                self.foreign.extend(code.mentions());
+                self.foreign.extend(&code.mentions);
                 self.mentions.note_code(written.value);
                 Ok(there(Arc::new(code)))
             }

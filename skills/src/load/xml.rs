@@ -93,7 +93,6 @@ pub(crate) struct Written<'a> {
 }
 
 impl<'a> Written<'a> {
-    /// The attribute with this name.
     pub(crate) fn attribute(element: Element<'a>, name: &str) -> Option<Self> {
         let attribute =
             element.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name)?;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use channels::Unobserved;
 use miette::SourceSpan;
 
 use super::{Event, EventKind, Host, MAX_WAITING, Machine, Note, Queued, Status};
@@ -15,7 +16,6 @@ use crate::expression::Code;
 use crate::expression::{Expr, Scope};
 use crate::ids::{DataId, StateId};
 use crate::steps::Steps;
-use crate::unobserved::Unobserved;
 
 /// A machine that has not come to rest after this many microsteps is stopped. More than twice [`MAX_WAITING`], so that
 /// a full queue can be processed.
@@ -252,7 +252,6 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.machine.configuration.contains(state.index())
     }
 
-    /// The states that a history state remembers.
     pub(super) fn remembered(&self, history: StateId) -> Option<&BitSet> {
         self.machine.remembered.get(history.index())?.as_ref()
     }

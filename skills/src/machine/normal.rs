@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use channels::{NoNormalForm, NormalForm};
+use channels::{NoNormalForm, NormalForm, Unobserved};
 
 use super::timer::Delivery;
 use super::{Machine, Session, Status};
 use crate::Datum;
 use crate::chart::ADDRESS;
-use crate::unobserved::Unobserved;
 
 impl Machine {
     /// Brings the machine, which is at rest, into [normal form](NormalForm): delayed events are due relative to now,

@@ -31,7 +31,6 @@ pub(super) fn apply(text: &str, mut edits: Vec<Edit>) -> String {
     result
 }
 
-/// The edits of a mutation.
 pub(super) fn edits(site: &Site<'_>, mutation: &Mutation) -> Result<Vec<Edit>, Problem> {
     Ok(match mutation {
         Mutation::Data { id, expr } => data(site, id, expr)?,

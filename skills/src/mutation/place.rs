@@ -34,7 +34,6 @@ impl<'a> Site<'a> {
         self.elements.iter().copied().find(|node| name_span(*node) == *name)
     }
 
-    /// The element of a transition.
     pub(super) fn node(&self, transition: &Transition) -> Element<'a> {
         self.element(&transition.span()).expect("the chart was made from this document")
     }

@@ -22,7 +22,8 @@ struct Inner {
 
 /// The machines, and what is known of them.
 pub(super) struct Family<'a> {
-    charts: Vec<&'a Chart>,
+    /// The machines, by number.
+    pub(super) charts: Vec<&'a Chart>,
     pub(super) sources: TextSources<'a>,
     /// By chart and datum.
     data: Vec<Vec<Possible>>,
@@ -52,11 +53,6 @@ impl<'a> Family<'a> {
             problems: Vec::new(),
             has_changed: true,
         }
-    }
-
-    /// The machines, by number.
-    pub(super) fn charts(&self) -> &[&'a Chart] {
-        &self.charts
     }
 
     /// Whether anything has become known since this was asked last, or nothing was ever asked.

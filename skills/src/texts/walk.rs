@@ -23,8 +23,8 @@ use crate::{Chart, Datum};
 pub(super) fn text_use(chart: &Chart, sources: TextSources<'_>) -> TextUse {
     let mut family = Family::of(chart, sources);
     while family.take_changed() {
-        for number in 0..family.charts().len() {
-            MachineWalk { chart: family.charts()[number], number, family: &mut family }.walk();
+        for number in 0..family.charts.len() {
+            MachineWalk { chart: family.charts[number], number, family: &mut family }.walk();
         }
     }
     family.into_text_use()

@@ -10,7 +10,6 @@ use crate::status::Mark;
 use crate::{Kind, Outcome, Request, Status};
 
 impl NodeProcess {
-    /// This node is to halt.
     pub(super) fn start_halt(&mut self) -> Stage {
         if self.memory.catches_halts(self.kind()) {
             if self.has(Flags::READS) {

@@ -56,7 +56,6 @@ impl Fate {
     }
 }
 
-/// The successors of a state.
 #[derive(Debug, Default)]
 pub(crate) struct Successors {
     pub(super) changes: Vec<Assignment>,
@@ -107,7 +106,6 @@ impl Successors {
     }
 }
 
-/// A transition to a successor.
 #[derive(Debug)]
 struct Transition {
     label: Label,

@@ -277,7 +277,6 @@ impl Tables {
         self.watching(monitor)
     }
 
-    /// Lists the moves of the environment.
     fn list_moves(&mut self, key: &[u32], instant: Instant) -> Result<(), Refused> {
         let moves = self.possible(key, instant);
         let mut list = Vec::with_capacity(moves.len());

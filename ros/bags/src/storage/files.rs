@@ -9,7 +9,6 @@ use super::metadata::{METADATA, Metadata};
 use super::survey::Survey;
 use crate::Error;
 
-/// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     Mcap,
@@ -56,7 +55,6 @@ pub fn parts(file: &Path) -> Option<usize> {
     (listed.len() > 1 && listed.contains(&name_of(file))).then_some(listed.len())
 }
 
-/// The files of a bag.
 #[derive(Debug, Default)]
 pub(super) struct Files {
     /// Their paths, in the order in which they were recorded.

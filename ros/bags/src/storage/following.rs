@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::files::{is_missing, is_same, names, skipped, stem_and_number};
 use super::mcap::{LogOrder, MAGIC, McapFollower};
 use super::metadata::{METADATA, Metadata};
-use super::source::{Aside, Received, Source, Wanted, received};
+use super::source::{Account, Aside, Received, Source, Wanted, received};
 use super::survey::Survey;
 use super::{Bag, unpack};
 use crate::Error;
@@ -282,19 +282,7 @@ impl Source for Following {
         self.displace_lost();
     }
 
-    fn survey(&self) -> &Survey {
-        &self.survey
-    }
-
-    fn lost(&self) -> &[String] {
-        &self.aside.lost
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.aside.notes
-    }
-
-    fn counts_losses(&self) -> bool {
-        true
+    fn account(&self) -> Account<'_> {
+        self.aside.account(&self.survey, true)
     }
 }

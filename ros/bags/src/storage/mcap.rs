@@ -258,7 +258,7 @@ impl McapReader {
             lost.push(absent_chunks(&walk.path));
             return;
         }
-        let (mut bytes, mut is_early, mut is_undeclared) = (mem::take(block.bytes()), false, false);
+        let (mut bytes, mut is_early, mut is_undeclared) = (mem::take(&mut block.bytes), false, false);
         // How many messages preceded those of the chunk that is in memory as a whole.
         let mut begun = None;
         while !walk.is_over && (walk.is_in_chunk() || walk.at < end) {
@@ -293,12 +293,12 @@ impl McapReader {
                 take_chunk(&mut bytes, &mut walk.spare, count, block);
             }
             if begun.is_none() && block.is_full(bytes.len()) {
-                mem::swap(&mut bytes, block.bytes());
+                mem::swap(&mut bytes, &mut block.bytes);
                 block.shorten();
-                bytes = mem::take(block.bytes());
+                bytes = mem::take(&mut block.bytes);
             }
         }
-        *block.bytes() = bytes;
+        block.bytes = bytes;
         for (channel, (_, count)) in seen.iter_mut() {
             let new = mem::take(count);
             *read.entry(*channel).or_default() += if block.is_again() { 0 } else { new };

@@ -89,7 +89,8 @@ struct Entry {
 #[derive(Debug)]
 pub(super) struct Block {
     unit: usize,
-    bytes: Vec<u8>,
+    /// Memory to which the bytes of messages are appended.
+    pub(super) bytes: Vec<u8>,
     entries: Vec<Entry>,
     /// How many of them have been returned.
     returned: usize,
@@ -116,11 +117,6 @@ impl Block {
         let place = (time_ns, self.unit, self.found);
         self.found += 1;
         (self.from.is_none_or(|from| place >= from) && self.rest.is_none_or(|rest| place < rest)).then_some(place.2)
-    }
-
-    /// Memory to which the bytes of messages are appended.
-    pub(super) fn bytes(&mut self) -> &mut Vec<u8> {
-        &mut self.bytes
     }
 
     /// Adds a message that is to be kept. Its bytes are, or will be, in this place.

@@ -17,18 +17,37 @@ pub trait Source {
     fn receive(&mut self, body: &mut Vec<u8>) -> Received;
     /// No further message will be asked for.
     fn end(&mut self) {}
+    /// What it tells beside its messages.
+    fn account(&self) -> Account<'_>;
     /// What is known of all messages. Topics may be added.
-    fn survey(&self) -> &Survey;
+    fn survey(&self) -> &Survey {
+        self.account().survey
+    }
     /// Damaged or missing parts so far, in words.
-    fn lost(&self) -> &[String];
+    fn lost(&self) -> &[String] {
+        self.account().lost
+    }
     /// What else is to be known of the messages so far, in words.
     fn notes(&self) -> &[String] {
-        &[]
+        self.account().notes
     }
     /// Whether it may tell which messages are missing. Otherwise, nobody knows whether any are.
     fn counts_losses(&self) -> bool {
-        false
+        self.account().counts_losses
     }
+}
+
+/// What a [`Source`] tells beside its messages.
+#[derive(Clone, Copy, Debug)]
+pub struct Account<'s> {
+    /// As [`Source::survey`].
+    pub survey: &'s Survey,
+    /// As [`Source::lost`].
+    pub lost: &'s [String],
+    /// As [`Source::notes`].
+    pub notes: &'s [String],
+    /// As [`Source::counts_losses`].
+    pub counts_losses: bool,
 }
 
 impl<S: Source + ?Sized> Source for Box<S> {
@@ -40,20 +59,8 @@ impl<S: Source + ?Sized> Source for Box<S> {
         (**self).end();
     }
 
-    fn survey(&self) -> &Survey {
-        (**self).survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        (**self).lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        (**self).notes()
-    }
-
-    fn counts_losses(&self) -> bool {
-        (**self).counts_losses()
+    fn account(&self) -> Account<'_> {
+        (**self).account()
     }
 }
 
@@ -80,20 +87,8 @@ impl<S: Source, F: FnMut(&mut S, &mut Vec<u8>) -> Received> Source for Through<S
         self.source.end();
     }
 
-    fn survey(&self) -> &Survey {
-        self.source.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        self.source.lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        self.source.notes()
-    }
-
-    fn counts_losses(&self) -> bool {
-        self.source.counts_losses()
+    fn account(&self) -> Account<'_> {
+        self.source.account()
     }
 }
 
@@ -230,6 +225,12 @@ pub(super) struct Aside {
     /// Damaged or missing parts, in words.
     pub(super) lost: Vec<String>,
     pub(super) notes: Vec<String>,
+}
+
+impl Aside {
+    pub(super) fn account<'s>(&'s self, survey: &'s Survey, counts_losses: bool) -> Account<'s> {
+        Account { survey, lost: &self.lost, notes: &self.notes, counts_losses }
+    }
 }
 
 /// What has been read from a file: a message, or one of these notes. What is lost is added to `aside`.

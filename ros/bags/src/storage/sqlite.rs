@@ -180,8 +180,8 @@ impl SqliteReader {
             self.last_ns = Some(log_ns);
             let Some(topic) = self.topics.get(&row.get(0)?) else { continue };
             let Some(number) = block.place(log_ns) else { continue };
-            let (data, at) = (row.get_ref(2)?.as_blob()?, block.bytes().len());
-            block.bytes().extend_from_slice(data);
+            let (data, at) = (row.get_ref(2)?.as_blob()?, block.bytes.len());
+            block.bytes.extend_from_slice(data);
             block.add(Head { topic: *topic, log_ns, publish_ns: log_ns }, number, at, data.len());
             if block.is_full(0) {
                 block.shorten();

@@ -11,8 +11,10 @@ use mcap::{WriteOptions, Writer};
 use ros_messages::standard::Text;
 use ros_messages::{RosMessage as _, RosType as _};
 
-use super::source::{CLOCK_ADVANCED, GROUND, LOST, MISSING, Missing, NOTE, Received, Source, VIOLATION, Vouched};
-use super::survey::{Head, Survey, Topic};
+use super::source::{
+    Account, CLOCK_ADVANCED, GROUND, LOST, MISSING, Missing, NOTE, Received, Source, VIOLATION, Vouched,
+};
+use super::survey::{Head, Topic};
 
 /// An MCAP file of the messages of a source, of what it has lost, and of the time that has passed without messages.
 ///
@@ -258,19 +260,7 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
         self.write_clock();
     }
 
-    fn survey(&self) -> &Survey {
-        self.source.survey()
-    }
-
-    fn lost(&self) -> &[String] {
-        self.source.lost()
-    }
-
-    fn notes(&self) -> &[String] {
-        self.source.notes()
-    }
-
-    fn counts_losses(&self) -> bool {
-        self.source.counts_losses()
+    fn account(&self) -> Account<'_> {
+        self.source.account()
     }
 }

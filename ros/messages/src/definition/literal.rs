@@ -6,7 +6,6 @@ use super::span_parts::{part, trimmed};
 use super::{Base, Count, Primitive, Type};
 use crate::value::Value;
 
-/// A value of this type.
 pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Value, Problem> {
     let text = value.text();
     if kind.count != Count::One && !(text.len() >= 2 && text.starts_with('[') && text.ends_with(']')) {

@@ -20,7 +20,6 @@ pub(super) const LEAVING: Duration = Duration::from_secs(2);
 /// The largest message that is exchanged, and the largest description of writers, in bytes.
 pub(super) const LARGEST: u32 = 1 << 26;
 
-/// A message from the listener.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum ListenerMessage {
     Sample(Sample),

@@ -12,16 +12,13 @@ pub(super) const MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 /// A DDS domain, and how far discovery reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
-    /// The number of the domain, from 0 to 232.
+    /// The number of the domain, from 0 to 232: greater ones would have no ports.
     pub domain: u16,
     /// Whether only participants on this machine are discovered.
     pub is_local: bool,
 }
 
 impl Options {
-    /// The largest number of a domain. Greater ones would have no ports.
-    pub const LARGEST_DOMAIN: u16 = 232;
-
     /// The port of the domain's discovery by multicast. It is the first of the domain's ports.
     pub(super) fn port(self) -> u32 {
         7400 + 250 * u32::from(self.domain)

@@ -75,7 +75,6 @@ impl Reception {
         Some(received)
     }
 
-    /// Receives a message from the listener.
     pub(super) fn receive(&mut self, message: ListenerMessage) {
         let (discovery, remarks) = (&mut self.discovery, &mut self.remarks);
         match message {

@@ -11,7 +11,6 @@ use super::table::{detected, false_alarms, onset, robot};
 use super::{Matrix, Row, Sign};
 use crate::Error;
 
-/// The files of a matrix.
 const FILES: [&str; 2] = ["matrix.json", "index.html"];
 
 impl Matrix {

@@ -102,7 +102,6 @@ impl ModelSurvey {
         self
     }
 
-    /// The quantity in a run.
     pub(super) fn quantity(&self, record: &RunRecord) -> Option<f64> {
         let place = |name: &str| self.inputs.iter().find(|input| input.name == name).map(|input| input.place);
         self.formula.value(&|name| number(record.values.get(place(name)?)?))

@@ -22,7 +22,6 @@ const FONT: Font = Font::regular(12.0);
 /// Distance between the middles of two labels below an axis, in pixels.
 const BETWEEN: f64 = 54.0;
 
-/// The size of a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Size {
     /// With another chart beside it if the page is wide.
@@ -56,7 +55,6 @@ impl Plot {
         self
     }
 
-    /// The finished drawing.
     pub(super) fn finish(self) -> Drawing {
         let (width, height) = (self.area.right() + RIGHT, self.area.bottom() + BELOW);
         Drawing { canvas: self.canvas, width, height }

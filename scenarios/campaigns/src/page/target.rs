@@ -15,7 +15,6 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// All targets of a campaign.
     pub(super) fn all(layout: &Layout) -> Vec<Self> {
         let property = |(place, name): (usize, &String)| Self { name: name.clone(), place: Some(place) };
         let expectation = Self { name: "expectation".to_owned(), place: None };

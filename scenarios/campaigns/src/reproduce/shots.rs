@@ -5,7 +5,6 @@
 pub(super) struct Shot {
     /// The scenario that repeats the experiment.
     pub(super) scenario: &'static str,
-    /// The figure.
     pub(super) figure: &'static str,
     /// The panel's letter in the figure; empty if the paper has no such panel.
     pub(super) panel: &'static str,

@@ -17,7 +17,6 @@ pub(super) struct MessageType {
     places: Vec<Vec<Option<usize>>>,
 }
 
-/// A field of the type.
 struct TypeField {
     /// Its name in the domain, and the ROS type of its values.
     of: (String, FieldType),

@@ -47,7 +47,6 @@ impl<W: Write> Output<W> {
         Ok(Self { mcap, message: Vec::new() })
     }
 
-    /// Adds a topic.
     pub(crate) fn topic<T: RosMessage>(&mut self, topic: &str) -> io::Result<Topic<T>> {
         self.typed(topic, Durability::Volatile)
     }

@@ -37,7 +37,6 @@ const COLORS: [(&str, Color, Color); 22] = [
 pub(super) const ACTIVITIES: [Color; 6] =
     [theme::LASER, theme::BUSY_DARK, theme::BODY, theme::BELIEF, theme::GOOD, theme::MUTED];
 
-/// The color of an activity, by its number.
 pub(super) fn activity(number: usize) -> Color {
     ACTIVITIES[number % ACTIVITIES.len()]
 }

@@ -10,7 +10,6 @@ use recording::RunView;
 use super::words;
 use crate::timeline::Episode;
 
-/// The evidence of a violation.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence<'a> {
     /// The property's name.

@@ -48,7 +48,6 @@ pub(super) fn in_sentences(view: &RunView, timeline: &Timeline) -> impl Iterator
     })
 }
 
-/// The story of a violation.
 #[derive(Clone, Debug)]
 pub(super) struct Story {
     /// The property's name.

@@ -56,7 +56,6 @@ impl Course {
         self.points.iter().chain(&self.latest).copied().collect()
     }
 
-    /// The course up to a time.
     pub(super) fn until(&self, time: Duration) -> Self {
         let points = self.points.iter().copied().filter(|(at, _)| *at <= time).collect();
         let latest = self.latest.filter(|(at, _)| *at <= time).or_else(|| Some((time, self.at(time)?)));

@@ -41,7 +41,6 @@ impl<S: PartialEq + Clone> Track<S> {
 }
 
 impl<S: Clone> Track<S> {
-    /// The track up to a time.
     pub(super) fn until(&self, time: Duration) -> Self {
         Self { changes: self.changes.iter().take_while(|(since, _)| *since <= time).cloned().collect() }
     }
@@ -83,7 +82,6 @@ impl<S> Lane<S> {
 }
 
 impl<S: Clone> Lane<S> {
-    /// Lanes up to a time.
     pub(super) fn all_until(lanes: &[Self], time: Duration) -> Vec<Self> {
         lanes.iter().map(|lane| Self { name: lane.name.clone(), track: lane.track.until(time) }).collect()
     }

@@ -26,7 +26,6 @@ pub(crate) struct Interface {
     pub(crate) period_ns: u64,
 }
 
-/// The direction of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PortDirection {
     /// The machine reads it.
@@ -45,7 +44,6 @@ pub(super) struct Port {
     pub(super) value: Option<Datum>,
 }
 
-/// All declarations of a machine.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Declarations {
     pub(super) interfaces: Vec<Interface>,
@@ -188,7 +186,6 @@ impl Declarations {
         }
     }
 
-    /// The interface with this alias and role.
     pub(super) fn find(&self, role: Role, alias: &str) -> Option<&Interface> {
         self.interfaces.iter().find(|known| known.role == role && known.alias == alias)
     }

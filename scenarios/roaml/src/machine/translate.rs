@@ -19,7 +19,6 @@ use super::port::{input_datum, output_datum};
 use super::vocabulary::{GOAL_RESPONSE, Reaction, Role, Sending, Way, elements};
 use super::xml::{is, value_span};
 
-/// A translated machine.
 #[derive(Debug)]
 pub(super) struct Translated<'f> {
     pub(super) plain: Plain<'f>,

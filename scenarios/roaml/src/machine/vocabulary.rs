@@ -43,7 +43,6 @@ impl Role {
         }
     }
 
-    /// The role that an element declares.
     pub(super) fn declared_by(element: &str) -> Option<Self> {
         const ALL: [Role; 7] = [
             Role::Publisher,

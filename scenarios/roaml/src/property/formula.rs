@@ -60,9 +60,7 @@ pub(super) enum Expression {
     Variable(Variable),
     Not(Box<Self>),
     Binary(Operator, Box<Self>, Box<Self>),
-    /// An item of an array.
     Item(Box<Self>, Box<Self>),
-    /// The length of an array.
     Length(Box<Self>),
     Absolute(Box<Self>),
 }

@@ -147,7 +147,6 @@ impl RosAdapter {
         Event::external(if head == "halt" { "bt_halt" } else { "bt_tick" })
     }
 
-    /// The message for an event with this data.
     fn message(&self, event: &str, data: &Datum) -> Result<Message, Undelivered> {
         let mut values = vec![Value::symbol(event)];
         for (field, kind) in self.wiring.events.get(event).into_iter().flatten() {

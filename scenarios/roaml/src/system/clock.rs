@@ -1,18 +1,16 @@
 //! The clock of a model: it fires the timers of all machines.
 
 use std::collections::VecDeque;
-use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, RequestNumber, TransitionId, Use,
-    Value,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, RequestNumber, TransitionId,
+    Unobserved, Use, Value,
 };
 
 use crate::instance::CLOCK_EVENT;
 
-/// A timer of a machine.
 #[derive(Debug)]
 pub(super) struct Timer {
     /// The index of the channel to the machine.
@@ -35,9 +33,9 @@ pub(super) struct ClockWiring {
 /// The clock. When several timers are due at the same time, it fires one per call of
 /// [`fire_timers`](Process::fire_timers), in the order of their declarations: everything that follows from one happens
 /// before the next.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Clock {
-    wiring: Arc<ClockWiring>,
+    wiring: Unobserved<Arc<ClockWiring>>,
     outboxes: Vec<VecDeque<Envelope>>,
     /// When each timer is next due, in nanoseconds.
     due_ns: Vec<u64>,
@@ -51,7 +49,7 @@ impl Clock {
             outboxes: vec![VecDeque::new(); wiring.outgoing.len()],
             due_ns: wiring.timers.iter().map(|timer| timer.period_ns).collect(),
             tick_ns: wiring.step_ns,
-            wiring: Arc::new(wiring),
+            wiring: Unobserved(Arc::new(wiring)),
         }
     }
 
@@ -85,7 +83,7 @@ impl Process for Clock {
 
     fn fire_timers(&mut self, _: Duration) {
         let Some(now) = self.next_ns() else { return };
-        let wiring = Arc::clone(&self.wiring);
+        let wiring = self.wiring.clone();
         if !wiring.listeners.is_empty() && self.tick_ns == now {
             self.tick_ns += wiring.step_ns;
             let (seconds, rest) = (now / 1_000_000_000, now % 1_000_000_000);
@@ -122,19 +120,5 @@ impl Process for Clock {
 
     fn location(&self) -> String {
         "ticking".to_owned()
-    }
-}
-
-impl PartialEq for Clock {
-    fn eq(&self, other: &Self) -> bool {
-        (&self.outboxes, &self.due_ns, self.tick_ns) == (&other.outboxes, &other.due_ns, other.tick_ns)
-    }
-}
-
-impl Eq for Clock {}
-
-impl Hash for Clock {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        (&self.outboxes, &self.due_ns, self.tick_ns).hash(state);
     }
 }

@@ -192,7 +192,7 @@ impl Run {
     }
 
     fn new_navigation(&mut self) -> Option<Navigation> {
-        let new = self.world.robot()?.new_navigation(self.recorded.navigation.as_ref())?;
+        let new = self.world.robot.as_ref()?.new_navigation(self.recorded.navigation.as_ref())?;
         self.recorded.navigation = Some(new.clone());
         Some(new)
     }

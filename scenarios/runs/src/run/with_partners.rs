@@ -53,7 +53,7 @@ impl Run {
 
     /// Takes the robot from the tree, for a controller.
     fn hand_over(&mut self) -> Result<(), Error> {
-        if self.world.robot().is_none() {
+        if self.world.robot.is_none() {
             let message = format!("the scenario {} has no robot that somebody could drive", self.scenario.name);
             return Err(Error::refused(message, "name one with a map, and without a schedule"));
         }

@@ -1,7 +1,7 @@
 //! Faults of the battery, its sensor and the charging station.
 
 use crate::faults::kind::{FaultKind, Subsystem};
-use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
+use crate::faults::{ArgumentDomain, Effect, Parameter};
 
 const PERCENT: ArgumentDomain = ArgumentDomain::Numbers(0.0, 100.0);
 
@@ -102,12 +102,7 @@ pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
     name: "charging_status_wrong",
     subsystem: Subsystem::Battery,
     about: "the battery reports that it is charging, or that it is not, regardless of the truth",
-    parameters: &[Parameter {
-        name: "charging",
-        about: "the reported state",
-        domain: ArgumentDomain::Flag,
-        default: ArgumentDefault::Flag(false),
-    }],
+    parameters: &[Parameter::flag("charging", "the reported state")],
     momentary: false,
     example: "at_s = 10\ncharging = false",
     effect: |with| {

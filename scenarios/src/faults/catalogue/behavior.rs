@@ -6,18 +6,14 @@ use skills::{Mutation, TransitionPlace};
 
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
 use crate::faults::kind::{FaultKind, Subsystem};
-use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
+use crate::faults::{ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
 const SKILL: Parameter = Parameter::required("skill", "the skill", ArgumentDomain::Name(Referent::Leaf));
 const LEAF: Parameter = Parameter::required("leaf", "the leaf's skill", ArgumentDomain::Name(Referent::Leaf));
 const STATE: Parameter = Parameter::required("state", "the state that the transition leaves", ArgumentDomain::Text);
-const EVENT: Parameter = Parameter {
-    name: "event",
-    about: "the transition's event; empty for a transition without an event",
-    domain: ArgumentDomain::Text,
-    default: ArgumentDefault::Text(""),
-};
+const EVENT: Parameter =
+    Parameter::text("event", "the transition's event; empty for a transition without an event", "");
 const NTH: Parameter =
     Parameter::whole("nth", "the number among the transitions with that event, counted from 1", 1, 1000, 1);
 
@@ -77,12 +73,7 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
     about: "a skill's machine has a wrong constant: a threshold has moved",
     parameters: &[
         SKILL,
-        Parameter {
-            name: "data",
-            about: "the id of the `<data>` element",
-            domain: ArgumentDomain::Text,
-            default: ArgumentDefault::Text("threshold"),
-        },
+        Parameter::text("data", "the id of the `<data>` element", "threshold"),
         Parameter::required("value", "its new expression", ArgumentDomain::Text),
     ],
     momentary: false,

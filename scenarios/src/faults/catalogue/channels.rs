@@ -2,17 +2,13 @@
 
 use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
 use crate::faults::kind::{FaultKind, Subsystem};
-use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
+use crate::faults::{ArgumentDomain, Arguments, Parameter};
 use diagnostics::document::Referent;
 
 const FROM: Parameter = Parameter::required("from", "the sender", ArgumentDomain::Name(Referent::Process));
 const TO: Parameter = Parameter::required("to", "the receiver", ArgumentDomain::Name(Referent::Process));
-const CONDITION: Parameter = Parameter {
-    name: "condition",
-    about: "the affected messages: a condition in the SCOPE language",
-    domain: ArgumentDomain::Text,
-    default: ArgumentDefault::Text("true"),
-};
+const CONDITION: Parameter =
+    Parameter::text("condition", "the affected messages: a condition in the SCOPE language", "true");
 const SHARE: Parameter = Parameter::number("share", "the share of these messages that is affected", 0.0, 1.0, 1.0);
 
 fn damage(with: &Arguments, damage: Damage) -> Effect {

@@ -6,7 +6,7 @@ use maps::{Point, Pose, Shape, pose};
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Walk};
 
 use crate::faults::kind::{FaultKind, Subsystem};
-use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
+use crate::faults::{ArgumentDomain, Effect, Parameter};
 
 /// The pose of the object.
 const AT: Parameter = Parameter::required("at", "the pose of its center", ArgumentDomain::Pose);
@@ -101,12 +101,7 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         ROUTE,
         Parameter::number("speed_mps", "their walking speed, in m/s", 0.0, 3.0, 0.8),
         Parameter::whole("count", "how many", 0, 50, 3),
-        Parameter {
-            name: "gives_way",
-            about: "whether they wait for the robot instead of walking into it",
-            domain: ArgumentDomain::Flag,
-            default: ArgumentDefault::Flag(false),
-        },
+        Parameter::flag("gives_way", "whether they wait for the robot instead of walking into it"),
     ],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\ncount = 3",

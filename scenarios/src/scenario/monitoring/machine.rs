@@ -271,7 +271,6 @@ fn datum(value: &Value) -> Datum {
     }
 }
 
-/// The states with these ids.
 fn states(chart: &Chart, ids: &[Spanned<String>], complaints: &mut Complaints) -> Option<Vec<StateId>> {
     let find = |id: &Spanned<String>| {
         let found = chart.find_state(&id.value);

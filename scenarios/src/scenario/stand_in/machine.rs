@@ -30,7 +30,6 @@ struct Turn<'i> {
 /// Everything that a component may say, from its interface.
 pub(super) struct Repertoire<'i> {
     turns: Vec<Turn<'i>>,
-    /// Each service with its answers.
     services: Vec<(&'i Service, Vec<Answer>)>,
     actions: Vec<Course<'i>>,
 }

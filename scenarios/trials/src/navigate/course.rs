@@ -37,8 +37,8 @@ pub enum CourseError {
 pub struct Course {
     name: String,
     file: PathBuf,
-    atlas: Arc<Atlas>,
-    picture: Arc<MapPicture>,
+    pub(super) atlas: Arc<Atlas>,
+    pub(super) picture: Arc<MapPicture>,
     /// The costmap of the robot's navigation, without any observation.
     costmap: Costmap,
     /// A costmap that only considers where the robot fits.
@@ -107,14 +107,6 @@ impl Course {
     #[must_use]
     pub fn model(&self) -> &RobotModel {
         self.atlas.model()
-    }
-
-    pub(super) fn atlas(&self) -> &Arc<Atlas> {
-        &self.atlas
-    }
-
-    pub(super) fn picture(&self) -> &Arc<MapPicture> {
-        &self.picture
     }
 
     /// Distance from a place to the nearest obstacle of the map, in meters.

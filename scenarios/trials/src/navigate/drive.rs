@@ -51,7 +51,7 @@ pub(super) fn drive(course: &Course, seed: u64, wanted: About) -> (Trip, Scene) 
     let mut config = SimConfig { obstacles, ..SimConfig::default() };
     config.lasers.range_sigma_m = LASER_SIGMA_M;
     config.odometry.noise = ODOMETRY_NOISE;
-    let sim = Simulation::new(&config, course.atlas().map(), task.start, task.goal, &streams)
+    let sim = Simulation::new(&config, course.atlas.map(), task.start, task.goal, &streams)
         .expect("the robot has room at the start, and no person is near");
     let mut ride = Ride::new(course, sim, &task, &streams);
     let most = MOST_TIME + Duration::from_secs_f64(MOST_TIMES * task.shortest_m() / course.model().max_linear_mps);
@@ -74,7 +74,7 @@ struct Ride {
 
 impl Ride {
     fn new(course: &Course, sim: Simulation, task: &Task, streams: &Streams) -> Self {
-        let atlas = course.atlas();
+        let atlas = &course.atlas;
         let rng = streams.stream("nav/localization");
         let parameters = NavigationParameters::of(course.model());
         let mut navigator = Navigator::on(atlas, parameters).expect("the defaults make sense");
@@ -178,7 +178,7 @@ impl Ride {
             start: Some(task.start),
             destination: Some(Place { label: "goal".to_owned(), corners: vec![goal], keep_out: false }),
             bodies: truth.obstacles().map(|obstacle| body(&obstacle)).collect(),
-            ..Scene::new(Arc::clone(course.picture()), truth.pose(), model.radius_m)
+            ..Scene::new(Arc::clone(&course.picture), truth.pose(), model.radius_m)
         }
     }
 }

@@ -53,7 +53,6 @@ const MOST_FRAMES: usize = 1000;
 /// The frames of a robot's body.
 const BASES: [&str; 2] = ["base_footprint", "base_link"];
 
-/// The role of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TopicRole {
     Scan,

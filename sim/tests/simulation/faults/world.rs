@@ -143,7 +143,7 @@ fn docking_happens_at_the_moved_station() {
     let mut sim = in_a_room(&config, pose(7.0, 5.0, 0.0));
     sim.faults_mut().station = Some(pose(2.0, 3.0, 0.0));
     drive(&mut sim, 0.0, 0.0, 100);
-    assert!(!sim.truth().is_docked() && sim.truth().station() == Some(pose(2.0, 3.0, 0.0)));
+    assert!(!sim.truth().is_docked());
     sim.kidnap(pose(2.1, 3.0, 0.0)).expect("room there");
     drive(&mut sim, 0.0, 0.0, 40);
     assert!(!sim.truth().is_docked(), "it has not rested there for a second");
@@ -151,7 +151,10 @@ fn docking_happens_at_the_moved_station() {
     assert!(sim.truth().is_docked() && sim.truth().battery().charging);
     sim.faults_mut().station = None;
     drive(&mut sim, 0.0, 0.0, 100);
-    assert!(!sim.truth().is_docked() && sim.truth().station() == Some(pose(7.0, 5.0, 0.0)));
+    assert!(!sim.truth().is_docked());
+    sim.kidnap(pose(7.0, 5.0, 0.0)).expect("room there");
+    drive(&mut sim, 0.0, 0.0, 100);
+    assert!(sim.truth().is_docked(), "the station is where it was");
 }
 
 #[test]

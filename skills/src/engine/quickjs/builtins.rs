@@ -91,7 +91,6 @@ pub(super) fn install<'js>(ctx: &Ctx<'js>, world: &World<'_>, random: &Rc<Cell<u
     })
 }
 
-/// An optional number.
 type Number = Opt<Coerced<f64>>;
 
 fn number(given: &Number) -> f64 {
@@ -107,7 +106,6 @@ fn method<'js>(object: &Object<'js>, name: &str, function: Function<'js>) -> Res
     object.prop(name, Property::from(function.with_name(name)?).writable().configurable())
 }
 
-/// The ids of the active states.
 fn active_states(scope: Scope<'_>) -> Vec<Arc<str>> {
     let active = scope.ids.into_iter().flat_map(|ids| {
         let states = scope.configuration.into_iter().flat_map(|configuration| configuration.iter());

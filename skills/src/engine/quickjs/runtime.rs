@@ -49,7 +49,6 @@ impl Turns {
     }
 }
 
-/// A new engine.
 pub(super) fn engine(turns: &Turns) -> Result<Context, Error> {
     let runtime = Runtime::new()?;
     runtime.set_max_stack_size(MAX_STACK_BYTES);

@@ -37,7 +37,6 @@ impl Listener {
         }
     }
 
-    /// Offers a service.
     pub(super) fn serve(&mut self, service: &str, kind: &str) -> Result<(), String> {
         self.writers.write(names::reply(service), names::response_kind(kind), false, Vec::new())?;
         self.readers.read(&names::request(service), names::request_kind(kind), true, false)

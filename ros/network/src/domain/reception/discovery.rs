@@ -17,7 +17,6 @@ const NAMING_NS: i64 = 4_000_000_000;
 pub(super) const MOST_TOPICS: usize = 10_000;
 pub(super) const MOST_GONE: usize = 10_000;
 
-/// Which topics are wanted.
 pub(in crate::domain) struct WantedTopics {
     /// Their names. None for all topics.
     pub(super) names: Option<BTreeSet<String>>,
@@ -261,7 +260,6 @@ impl Discovery {
         }
     }
 
-    /// Describes the nodes of the robot.
     fn describe_nodes(&mut self) {
         let nodes: Vec<String> = self.nodes.values().flatten().map(|node| node.name.clone()).collect();
         self.robot.nodes.clear();

@@ -11,12 +11,10 @@ pub(in crate::domain) struct Remarks {
 }
 
 impl Remarks {
-    /// Adds a loss.
     pub(super) fn lose(&mut self, what: String) {
         add(&mut self.lost, what, "more was lost later");
     }
 
-    /// Adds a note.
     pub(super) fn note(&mut self, what: String) {
         add(&mut self.notes, what, "more happened later");
     }

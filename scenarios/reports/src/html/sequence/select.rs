@@ -56,7 +56,6 @@ pub(crate) struct Sequence {
     pub rows: Vec<Row>,
 }
 
-/// The events of one tick.
 struct TickEvents<'a> {
     tick: u64,
     time: Duration,

@@ -3,10 +3,10 @@
 use std::hash::{Hash, Hasher};
 use std::ops::{Deref, DerefMut};
 
-/// Something that nothing depends on: working memory, or notes for people. All such values are equal and have the same
-/// hash, so states that differ only in them are equal.
+/// Something that does not distinguish states: working memory, notes for people, or what the rest of a state
+/// determines. All such values are equal and have the same hash, so states that differ only in them are equal.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Unobserved<T>(pub(crate) T);
+pub struct Unobserved<T>(pub T);
 
 impl<T> PartialEq for Unobserved<T> {
     fn eq(&self, _: &Self) -> bool {
