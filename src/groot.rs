@@ -12,19 +12,17 @@ use channels::Ground;
 use cockpit::{Cockpit, Feed};
 use editor::System;
 use groot::{Blackboards, Client, GrootError, TreeSnapshot, TreeUpdate, TreeWatch};
+use judging::{LogContext, VerdictObserver as _, VerificationResult, load, refuse_unknown};
 use monitors::Property;
 use recording::{Archive, Doubts, Ended, Follower as _, Origin, RunView, Step, TreeRun, fitting};
 use tree_logs::LoggedTree;
 
-use crate::interrupt::{self, pause};
+use crate::interrupt::{self, HOST, pause};
 use crate::live::groot_args::GrootArgs;
 use crate::live::{PageArgs, serve_meanwhile};
 use crate::output::{note, print_wrapped};
 use crate::verify::announcer::{Announcer, Reactions};
 use crate::verify::in_words;
-use crate::verify::judge::{VerificationResult, load};
-use crate::verify::log_context::LogContext;
-use crate::verify::tree_log::refuse_unknown;
 use boards::{BoardBudget, entry_value};
 
 /// How long a program may take to answer.
@@ -146,7 +144,7 @@ impl WatchedTree {
     ) -> Result<Self, Error> {
         let topology = TreeRun::topology(tree);
         let system = System::new(Arc::clone(&topology), Duration::ZERO);
-        let properties = if args.properties.is_empty() { Vec::new() } else { load(&args.properties, &system)? };
+        let properties = if args.properties.is_empty() { Vec::new() } else { load(&args.properties, &system, HOST)? };
         refuse_unknown(&properties)?;
         let root = &tree.nodes()[0];
         let about = format!("A program with BehaviorTree.CPP at {address}, whose tree begins with {}", root.name);

@@ -2,15 +2,16 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
-use crate::output::note;
+use judging::Host;
+
+use crate::output::{note, warn};
 
 /// The exit status of a command that was interrupted, as in a shell.
 pub(crate) const STATUS: u8 = 130;
 
-/// The interval at which what other programs do is looked at again. Chosen, not measured.
-pub(crate) const PAUSE: Duration = Duration::from_millis(10);
+/// The program, for what judges logs.
+pub(crate) const HOST: Host = Host { is_interrupted: || flow().is_break(), note, warn };
 
 /// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes the machine away (SIGINT,
 /// SIGTERM or SIGHUP).
@@ -35,7 +36,6 @@ pub(crate) fn flow() -> ControlFlow<()> {
 }
 
 /// Waits for other programs, or for the request to end.
-#[expect(clippy::disallowed_methods, reason = "waits for another program")]
 pub(crate) fn pause() {
-    std::thread::sleep(PAUSE);
+    HOST.pause();
 }

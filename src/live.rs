@@ -10,6 +10,7 @@ use campaigns::Error;
 use clap::Args;
 use cockpit::{Board, Cockpit, Feed};
 use diagnostics::Unfinished;
+use judging::ShownRun;
 use recording::{Recording, RecordingError, RunView};
 use runs::{Partners, Session};
 use scenarios::scenario::{Found, Scenario, find};
@@ -128,13 +129,13 @@ impl BoardArgs {
     }
 
     /// Shows a run from its start, as long as the program goes on.
-    pub(crate) fn feed(&self, start: &RunView) -> Result<Feed, Error> {
+    pub(crate) fn feed(&self, start: &RunView) -> Result<ShownRun, Error> {
         let (feed, records) = Feed::new();
         feed.begin(start);
         let cockpit = Cockpit::follow(records, self.port).map_err(refused)?;
         self.show("the page is", &cockpit.address());
         serve_meanwhile(cockpit);
-        Ok(feed)
+        Ok(Box::new(feed))
     }
 }
 

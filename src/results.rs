@@ -7,6 +7,7 @@ use bt::Tree;
 use campaigns::Error;
 use clap::Args;
 use diagnostics::{Disk, PartsOfText, Span, parts_by_text};
+use judging::node_places;
 use miette::{Diagnostic, Severity};
 use monitors::Property;
 use recording::{Header, Origin};
@@ -257,16 +258,6 @@ pub(crate) fn places_now(run: &Header, judged: &[Property]) -> (WrittenPlaces, V
 fn was_in(tree: &Tree, run: &Header) -> bool {
     let nodes = tree.nodes().iter().map(recording::Node::from);
     nodes.eq(run.tree.iter().cloned()) && run.tree_xml.as_ref().is_none_or(|xml| *xml == tree.to_instance_xml())
-}
-
-/// Where each node of a tree is written.
-pub(crate) fn node_places(tree: &Tree) -> impl Iterator<Item = FilePlace> {
-    let texts = tree.sources().iter().map(|source| FileText::new(source.name().to_owned(), source.text()));
-    let texts: Vec<FileText<'_>> = texts.collect();
-    tree.nodes().iter().map(move |node| {
-        let (offset, length) = (node.span().offset(), node.span().len());
-        texts[node.file()].place(offset..offset + length)
-    })
 }
 
 /// The properties of a scenario with their monitors, if they can be loaded.

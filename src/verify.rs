@@ -5,30 +5,8 @@ pub(crate) mod args;
 pub(crate) mod bag;
 #[cfg(test)]
 mod beside;
-mod description;
-#[cfg(test)]
-mod disorder;
-mod event_log;
-#[cfg(test)]
-mod formats;
-pub(crate) mod growing;
 pub(crate) mod inputs;
-pub(crate) mod judge;
-mod judged_run;
-#[cfg(test)]
-mod lines;
-pub(crate) mod log_context;
-mod logged_run;
 mod logs;
-#[cfg(test)]
-mod loss;
-pub(crate) mod mapped;
-#[cfg(test)]
-mod random;
-mod recorded_events;
-mod scene_sampler;
-mod ticks;
-pub(crate) mod tree_log;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -37,14 +15,15 @@ use std::process::ExitCode;
 use bags::Contents;
 use campaigns::Error;
 use diagnostics::counted;
+use judging::{ShowRun, VerificationResult, Wanted};
 use monitors::Property;
-use recording::{Certainty, Recording, RecordingError};
+use recording::Certainty;
 use reports::report::ViolationsReport;
 use serde_json::json;
 
-use crate::interrupt;
+use crate::interrupt::{self, HOST};
 use crate::output::{complain, note, print, print_json, print_json_line, print_wrapped};
-use judge::VerificationResult;
+use announcer::{Announcer, Reactions};
 use logs::Line;
 
 pub(crate) use args::VerifyArgs;
@@ -156,30 +135,18 @@ impl LogOutput {
 /// Checks a log, and writes its report to the folder, if there is one.
 fn verify_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<VerificationResult, Error> {
     let tree = args.tree.load(std::slice::from_ref(&path.to_owned()))?;
-    let is_bag = tree.is_none() && bags::is_bag(path);
-    // A recording of a run in MCAP is also a bag. It needs no mapping, but accepts one.
-    let is_mapped = is_bag && args.map_channels.is_some();
-    // A name without a file may denote a part of a recording. A pipe can be read only once.
-    let is_file = path != Path::new("-") && std::fs::metadata(path).map_or(true, |about| about.is_file());
-    let recording = (tree.is_some() || is_file && !is_mapped).then(|| Recording::open_with(path, tree.as_ref()));
-    let recording = match recording {
-        Some(Ok(recording)) => Some(recording),
-        Some(Err(error)) if tree.is_some() => return Err(reports::Error::from(error).into()),
-        Some(Err(RecordingError::Foreign(_) | RecordingError::Read { .. })) | None => None,
-        // A bag may be damaged, or compressed, in another way than a recording.
-        Some(Err(error)) if !is_bag || matches!(error, RecordingError::Version { .. }) => {
-            return Err(event_log::unreadable(path, &error));
-        }
-        Some(Err(_)) => None,
+    let page: ShowRun<'_> = &|view| args.board.feed(view);
+    let wanted = Wanted {
+        command: args.command(path),
+        folder,
+        stories: args.results.have_stories(),
+        inputs: &|| args.inputs(path),
+        observer: args.follow.then(|| Announcer::boxed(args.json, Reactions::default())),
+        page: args.board.is_live().then_some(page),
+        host: HOST,
     };
-    if args.follow && recording.is_some() {
-        let message = format!("{} is a recording by steward, which cannot be followed", path.display());
-        return Err(Error::refused(message, "check it when the run is over, without `--follow`"));
-    }
-    let result = match is_bag && recording.is_none() {
-        true => bag::verify(args, path, folder),
-        false => event_log::verify(args, path, folder, recording, tree.as_ref()),
-    }?;
+    let mut result = judging::verify(&args.request(path, tree.as_ref())?, wanted)?;
+    result.notes.extend(bag::part(&args.logs, path).filter(|_| args.map_channels.is_some()));
     result.notes.iter().for_each(|text| note(text));
     Ok(result)
 }

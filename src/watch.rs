@@ -1,6 +1,5 @@
 //! `steward watch`: checks a running robot against properties.
 
-mod black_box;
 mod presence;
 mod target;
 
@@ -13,14 +12,15 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use bags::{BagWriter, Mapping, Recorder, Source, Through};
+use bags::{BagWriter, BlackBox, Mapping, Recorder, Source, Through};
 use campaigns::Error;
 use clap::Args;
+use judging::{Mapped, ShowRun, Wanted, await_topics, check_no_metadata, load_mapping};
 use network::{Live, Robot};
 use reports::html::quoted;
 use serde_json::{Value, json};
 
-use crate::interrupt;
+use crate::interrupt::{self, HOST};
 use crate::live::BoardArgs;
 use crate::out_file::OutFile;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
@@ -28,10 +28,7 @@ use crate::verify::announcer::{Alarm, Announcer, Reactions};
 use crate::verify::args::RobotsArgs;
 use crate::verify::bag::contents;
 use crate::verify::inputs::inputs;
-use crate::verify::judge::Verification;
-use crate::verify::mapped::{Mapped, await_topics, check_no_metadata, load_mapping};
 use crate::verify::{self, bag};
-use black_box::BlackBox;
 use presence::Presence;
 use target::{TargetArgs, refused};
 
@@ -72,7 +69,7 @@ pub(crate) struct WatchArgs {
     on_violation: Option<String>,
     /// Writes the last moments before each violation, such as `60s`, to a file of its own: an MCAP file beside the
     /// report, or here
-    #[arg(long, value_name = "SPAN", value_parser = black_box::span)]
+    #[arg(long, value_name = "SPAN", value_parser = span)]
     black_box: Option<f64>,
     /// Publishes how the properties stand: all on `/diagnostics`, and each on `/steward/properties/NAME`. Without this,
     /// nothing is published
@@ -104,8 +101,8 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         return Err(Error::refused(message, help));
     };
     args.out.as_deref().map_or(Ok(()), check_no_metadata)?;
-    let robots = args.robots.spaces()?;
-    let (mapping, text) = load_mapping(mapping, &args.robots)?;
+    let robots = args.robots.robots()?;
+    let (mapping, text) = load_mapping(mapping, robots)?;
     let mapping = args.without_images(mapping);
     let judged: BTreeSet<String> = mapping.topics().map(str::to_owned).collect();
     let shown = mapping.robot().filter(|_| args.board.is_live());
@@ -118,7 +115,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
     note(&format!("listening to {}", robot.name()));
     let is_to_end = ends_after(args.seconds)?;
     refuse_unknown_calls(&mapping, robot.as_ref())?;
-    await_topics(robot.as_mut(), &mapping, &is_to_end);
+    await_topics(robot.as_mut(), &mapping, &is_to_end, note);
     robot.begin().map_err(refused)?;
     let publish = args.diagnostics.then(|| robot.status_publisher()).flatten();
     if publish.is_some() {
@@ -143,21 +140,28 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         None => source,
     };
     let reactions = Reactions { hook: args.on_violation.clone(), alarm: kept.map(|kept| args.alarm(kept)), publish };
-    let verification = Verification {
+    let page: ShowRun<'_> = &|view| args.board.feed(view);
+    let wanted = Wanted {
         command: args.command(),
-        name: args.target.name(),
         folder: args.out.as_deref(),
         stories: false,
-        about: args.target.about(),
-        mapping: text,
         inputs: &|| inputs(&args.properties, &[]),
-        announcer: Some(Announcer::new(args.json, reactions)),
-        board: Some(&args.board).filter(|board| board.is_live()),
+        observer: Some(Announcer::boxed(args.json, reactions)),
+        page: args.board.is_live().then_some(page),
+        host: HOST,
     };
-    let (properties, scenario) = (&args.properties, args.scenario.as_deref());
-    let (trajectory, is_robot) = (None, true);
-    let mapped = Mapped { verification, mapping: &mapping, properties, robots, scenario, trajectory, is_robot };
-    let verified = mapped.judge(&survey, source, &is_to_end)?;
+    let mapped = Mapped {
+        name: args.target.name(),
+        about: args.target.about(),
+        mapping: &mapping,
+        text,
+        properties: &args.properties,
+        robots: robots.spaces,
+        scenario: args.scenario.as_deref(),
+        trajectory: None,
+        is_robot: true,
+    };
+    let verified = mapped.judge(&survey, source, &is_to_end, wanted)?;
     let written = recorded
         .zip(args.record.as_ref())
         .map_or(Ok(()), |(file, path)| file.borrow_mut().finish().map_err(|source| unwritten(path, source)));
@@ -297,6 +301,16 @@ fn ends_after(seconds: Option<f64>) -> Result<impl Fn() -> bool, Error> {
     let time = time.map_err(|_| Error::refused("`--seconds` is a number from 0 up", "for example `--seconds 60`"))?;
     let begun = Instant::now();
     Ok(move || interrupt::flow().is_break() || time.is_some_and(|time| begun.elapsed() >= time))
+}
+
+/// A span of time as it is written: `60s`, `90` or `2min`, in seconds.
+fn span(text: &str) -> Result<f64, String> {
+    let (number, unit_s) = match text.strip_suffix("min") {
+        Some(number) => (number, 60.0),
+        None => (text.strip_suffix('s').unwrap_or(text), 1.0),
+    };
+    let span_s = number.trim().parse::<f64>().ok().map(|number| number * unit_s);
+    span_s.filter(|span_s| (0.1..=3600.0).contains(span_s)).ok_or_else(|| "from 0.1s to 60min".to_owned())
 }
 
 fn record(path: &Path) -> Result<Rc<RefCell<BagWriter<BufWriter<File>>>>, Error> {

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use campaigns::Error;
 use channels::Verdict;
+use judging::{LogContext, VerdictObserver};
 use monitors::Property;
 use network::{Level, PropertyStatus, Publish};
 use recording::Doubts;
 use serde_json::{Value, json};
 
-use super::log_context::LogContext;
 use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
@@ -128,67 +128,9 @@ impl Announcer {
         Self { is_json, reactions, hooked, published, has_changed, line, said, time: Duration::ZERO, has_caught_up }
     }
 
-    /// Says what is new after an event, or since messages are missing.
-    pub(crate) fn follow(
-        &mut self,
-        time: Duration,
-        properties: &[Property],
-        doubts: &Doubts,
-        context: &LogContext,
-    ) -> Result<(), Error> {
-        self.time = time;
-        self.said.resize_with(properties.len(), Said::default);
-        for (index, property) in properties.iter().enumerate() {
-            let said = &mut self.said[index];
-            // One that rests on what channels can carry is no verdict yet: a message that they cannot may be left out.
-            let settled = doubts.verdict(index, property);
-            let (why, later) = (doubts.why(index), doubts.why_later(index));
-            let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
-            said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
-            // Nothing has been lost on the channel whose next message has come.
-            if why.is_none() && said.unless.is_some() && doubts.unless(index, property).is_none() {
-                said.unless = None;
-                self.has_changed = true;
-                self.say(property, Announcement::ViolatedForSure, None, context)?;
-            }
-            let said = &mut self.said[index];
-            let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
-            let count = violations.map_or(0, |violations| violations.count);
-            let verdict = match (settled, why) {
-                (_, Some(_)) => Some(Announcement::Unsure),
-                // Whether it was violated again is unsure, so nothing is said of that.
-                (Verdict::False, None) if later.is_some() && said.has_been_violated => said.verdict,
-                (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
-                    Some(Announcement::HoldsAgain)
-                }
-                (Verdict::False, None) => Some(Announcement::Violated),
-                (Verdict::True, None) => Some(Announcement::Satisfied),
-                (Verdict::Inconclusive, None) => {
-                    (said.verdict == Some(Announcement::Unsure)).then_some(Announcement::SureAgain)
-                }
-            };
-            let is_violated = verdict == Some(Announcement::Violated);
-            let is_again = is_violated && count > said.violations && later.is_none();
-            let is_new = verdict != said.verdict || is_again;
-            said.has_been_violated |= is_violated;
-            self.has_changed |= is_new;
-            (said.verdict, said.violations) = (verdict, count);
-            if said.why.as_deref() != why {
-                said.why = why.map(str::to_owned);
-            }
-            if verdict == Some(Announcement::Unsure) {
-                said.unless = None;
-            } else if is_new && is_violated {
-                said.unless = doubts.unless(index, property);
-            }
-            if let Some(verdict) = verdict.filter(|_| is_new) {
-                let unless = said.unless.clone().filter(|_| is_violated).map(|unless| format!("unless {unless}"));
-                self.say(property, verdict, unless.as_deref().or(why), context)?;
-            }
-        }
-        self.show(properties, context);
-        self.publish(properties);
-        Ok(())
+    /// The same, on the heap.
+    pub(crate) fn boxed(is_json: bool, reactions: Reactions) -> Box<dyn VerdictObserver> {
+        Box::new(Self::new(is_json, reactions))
     }
 
     /// Tells others how the properties stand, if some have changed, and now and then.
@@ -204,21 +146,6 @@ impl Announcer {
         let statuses: Vec<PropertyStatus> =
             properties.iter().zip(&self.said).map(|(property, said)| said.status(property)).collect();
         publish(&statuses);
-    }
-
-    /// Says what is to be known of the messages, once there have been some: what is known from the start is said at the
-    /// end.
-    pub(super) fn note(&self, text: &str) {
-        if self.time > Duration::ZERO && !self.is_json {
-            self.line.pause(|| note(text));
-        }
-    }
-
-    /// Nothing more has been written.
-    pub(crate) fn idle(&mut self, properties: &[Property], context: &LogContext) {
-        self.has_caught_up = true;
-        self.show(properties, context);
-        self.publish(properties);
     }
 
     fn say(
@@ -292,6 +219,86 @@ impl Announcer {
                 .map(|(property, said)| format!("\n{:<widest$}  {}", property.name, said.in_words()));
             format!("{:.1} s{newest}{}", self.time.as_secs_f64(), states.collect::<String>())
         });
+    }
+}
+
+impl VerdictObserver for Announcer {
+    /// Says what is new after an event, or since messages are missing.
+    fn follow(
+        &mut self,
+        time: Duration,
+        properties: &[Property],
+        doubts: &Doubts,
+        context: &LogContext,
+    ) -> Result<(), Error> {
+        self.time = time;
+        self.said.resize_with(properties.len(), Said::default);
+        for (index, property) in properties.iter().enumerate() {
+            let said = &mut self.said[index];
+            // One that rests on what channels can carry is no verdict yet: a message that they cannot may be left out.
+            let settled = doubts.verdict(index, property);
+            let (why, later) = (doubts.why(index), doubts.why_later(index));
+            let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
+            said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
+            // Nothing has been lost on the channel whose next message has come.
+            if why.is_none() && said.unless.is_some() && doubts.unless(index, property).is_none() {
+                said.unless = None;
+                self.has_changed = true;
+                self.say(property, Announcement::ViolatedForSure, None, context)?;
+            }
+            let said = &mut self.said[index];
+            let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
+            let count = violations.map_or(0, |violations| violations.count);
+            let verdict = match (settled, why) {
+                (_, Some(_)) => Some(Announcement::Unsure),
+                // Whether it was violated again is unsure, so nothing is said of that.
+                (Verdict::False, None) if later.is_some() && said.has_been_violated => said.verdict,
+                (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
+                    Some(Announcement::HoldsAgain)
+                }
+                (Verdict::False, None) => Some(Announcement::Violated),
+                (Verdict::True, None) => Some(Announcement::Satisfied),
+                (Verdict::Inconclusive, None) => {
+                    (said.verdict == Some(Announcement::Unsure)).then_some(Announcement::SureAgain)
+                }
+            };
+            let is_violated = verdict == Some(Announcement::Violated);
+            let is_again = is_violated && count > said.violations && later.is_none();
+            let is_new = verdict != said.verdict || is_again;
+            said.has_been_violated |= is_violated;
+            self.has_changed |= is_new;
+            (said.verdict, said.violations) = (verdict, count);
+            if said.why.as_deref() != why {
+                said.why = why.map(str::to_owned);
+            }
+            if verdict == Some(Announcement::Unsure) {
+                said.unless = None;
+            } else if is_new && is_violated {
+                said.unless = doubts.unless(index, property);
+            }
+            if let Some(verdict) = verdict.filter(|_| is_new) {
+                let unless = said.unless.clone().filter(|_| is_violated).map(|unless| format!("unless {unless}"));
+                self.say(property, verdict, unless.as_deref().or(why), context)?;
+            }
+        }
+        self.show(properties, context);
+        self.publish(properties);
+        Ok(())
+    }
+
+    /// Nothing more has been written.
+    fn idle(&mut self, properties: &[Property], context: &LogContext) {
+        self.has_caught_up = true;
+        self.show(properties, context);
+        self.publish(properties);
+    }
+
+    /// Says what is to be known of the messages, once there have been some: what is known from the start is said at the
+    /// end.
+    fn note(&self, text: &str) {
+        if self.time > Duration::ZERO && !self.is_json {
+            self.line.pause(|| note(text));
+        }
     }
 }
 

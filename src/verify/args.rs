@@ -6,11 +6,11 @@ use bags::Remapping;
 use campaigns::Error;
 use clap::Args;
 use diagnostics::Disk;
-use recording::InputFile;
+use judging::{LogRequest, Robots};
+use recording::{BagTree, InputFile};
 use reports::html::quoted;
 use scenarios::files::Kind;
 
-use super::announcer::{Announcer, Reactions};
 use super::inputs::inputs;
 use crate::bag_tree::BagTreeArgs;
 use crate::live::BoardArgs;
@@ -28,17 +28,17 @@ pub(crate) struct RobotsArgs {
     /// Reads the topic TO, or the topics of that service or action, where the mapping names FROM, as in ROS 2; may be
     /// given more than once
     #[arg(long = "remap", value_name = "FROM:=TO", value_parser = remapping, requires = "map_channels")]
-    pub(super) remapped: Vec<Remapping>,
+    remapped: Vec<Remapping>,
 }
 
 impl RobotsArgs {
-    /// The namespaces, each with `/` at its beginning.
-    pub(crate) fn spaces(&self) -> Result<&[String], Error> {
+    /// The robots.
+    pub(crate) fn robots(&self) -> Result<Robots<'_>, Error> {
         match self.robots.iter().enumerate().find(|(index, space)| self.robots[..*index].contains(space)) {
             Some((_, space)) => {
                 Err(Error::refused(format!("the robot {space} is named twice"), "name each robot once"))
             }
-            None => Ok(&self.robots),
+            None => Ok(Robots { spaces: &self.robots, remapped: &self.remapped }),
         }
     }
 
@@ -94,9 +94,17 @@ pub(crate) struct VerifyArgs {
 }
 
 impl VerifyArgs {
-    /// The announcer, which reports verdicts as they are reached, if the log is followed.
-    pub(crate) fn announcer(&self) -> Option<Announcer> {
-        self.follow.then(|| Announcer::new(self.json, Reactions::default()))
+    /// A log and what it is judged by.
+    pub(super) fn request<'r>(&'r self, path: &'r Path, tree: Option<&'r BagTree>) -> Result<LogRequest<'r>, Error> {
+        Ok(LogRequest {
+            path,
+            properties: &self.properties,
+            scenario: self.scenario.as_deref(),
+            mapping: self.map_channels.as_deref(),
+            robots: self.robots.robots()?,
+            tree,
+            is_followed: self.follow,
+        })
     }
 
     /// Finds the files with which the logs are judged by their names in diagnostics. Shipped properties and trees are
@@ -112,11 +120,6 @@ impl VerifyArgs {
         let files = on_disk.iter().chain(&self.map_channels).map(PathBuf::as_path).chain(scenario);
         let on_disk = results::on_disk(&files.map(|file| file.display().to_string()).collect::<Vec<_>>());
         move |name| if shipped.iter().any(|file| file == Path::new(name)) { None } else { on_disk(name) }
-    }
-
-    /// The page on which the log is shown, if one was requested.
-    pub(super) fn board(&self) -> Option<&BoardArgs> {
-        Some(&self.board).filter(|board| board.is_live())
     }
 
     /// The files with which a log is judged, if they are shown. They must have been read before.

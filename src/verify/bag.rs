@@ -1,75 +1,16 @@
-//! Bags of ROS 2: their contents, and verdicts on them.
+//! Bags of ROS 2: their contents.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use bags::{Bag, Contents, Definitions, Following, Listed, Mapping, Received, Source, Survey, Through};
+use bags::{Contents, Definitions, Listed, Survey};
 use campaigns::Error;
 use diagnostics::from_disk;
+use judging::open_bag;
 use serde_json::json;
-use trials::replay::trajectory::trajectory;
-
-use super::args::VerifyArgs;
-use super::growing::STILL_WRITTEN;
-use super::judge::{Verification, VerificationResult, name};
-use super::mapped::{Mapped, await_topics, load_mapping};
-use crate::interrupt::{self, pause};
-use crate::output::note;
-
-/// Checks a bag against properties, in constant memory.
-pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<VerificationResult, Error> {
-    let Some(mapping) = &args.map_channels else {
-        if !args.follow {
-            open(path)?;
-        }
-        let message = format!("there is no mapping from the messages of {} to channels", path.display());
-        let help =
-            format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
-        return Err(Error::refused(message, help));
-    };
-    let robots = args.robots.spaces()?;
-    let is_shown = folder.is_some() || args.results.have_stories() || args.board().is_some();
-    let (mapping, text) = load_mapping(mapping, &args.robots)?;
-    let mut damage: Vec<String> = Vec::new();
-    let (survey, source, trajectory): (Survey, Box<dyn Source>, _) = if args.follow {
-        let (survey, following) = follow(path, &mapping)?;
-        (survey, Box::new(Through::new(following, receive_or_pause)), None)
-    } else {
-        let bag = open(path)?;
-        let messages = bag.messages_on(mapping.topics());
-        damage.extend(bag.damage().cloned());
-        (
-            bag.survey().clone(),
-            Box::new(messages),
-            if is_shown && robots.len() < 2 { trajectory(&bag, mapping.robot()) } else { None },
-        )
-    };
-    let start = survey.span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
-    let verification = Verification {
-        command: args.command(path),
-        name: name(path),
-        folder,
-        stories: args.results.have_stories(),
-        about: format!("A ROS 2 bag{start}"),
-        mapping: text,
-        inputs: &|| args.inputs(path),
-        announcer: args.announcer(),
-        board: args.board(),
-    };
-    let (properties, scenario) = (&args.properties, args.scenario.as_deref());
-    let is_robot = false;
-    let mapped = Mapped { verification, mapping: &mapping, properties, robots, scenario, trajectory, is_robot };
-    let is_to_end = || args.follow && interrupt::flow().is_break();
-    // Damage may be the reason why the bag is refused.
-    let result = mapped.judge(&survey, source, &is_to_end);
-    let mut result = result.inspect_err(|_| damage.iter().for_each(|what| note(what)))?;
-    result.notes.extend(is_to_end().then(|| STILL_WRITTEN.to_owned()));
-    result.notes.extend(part(&args.logs, path));
-    Ok(result)
-}
 
 /// A note that a file is only a part of a recording, at the first of the parts.
-fn part(logs: &[PathBuf], path: &Path) -> Option<String> {
+pub(super) fn part(logs: &[PathBuf], path: &Path) -> Option<String> {
     let (folder, count) = (path.parent()?, bags::parts(path)?);
     let is_part = |log: &&PathBuf| log.parent() == Some(folder) && bags::parts(log).is_some();
     let shown = if folder == Path::new("") { Path::new(".") } else { folder };
@@ -78,27 +19,9 @@ fn part(logs: &[PathBuf], path: &Path) -> Option<String> {
     (logs.iter().find(is_part)? == path).then_some(note)
 }
 
-/// Receives a message, or pauses if nothing more has been written.
-fn receive_or_pause(source: &mut Following, body: &mut Vec<u8>) -> Received {
-    let received = source.receive(body);
-    if received == Received::Idle {
-        pause();
-    }
-    received
-}
-
-/// A recording that is still being written, from its beginning, and its survey. The survey contains every topic whose
-/// type the channels depend on.
-fn follow(path: &Path, mapping: &Mapping) -> Result<(Survey, Following), Error> {
-    let following = Following::open(path, mapping.topics()).map_err(refused)?;
-    let mut ahead = Through::new(following, receive_or_pause);
-    await_topics(&mut ahead, mapping, &|| interrupt::flow().is_break());
-    Ok((ahead.survey().clone(), ahead.source.restart().map_err(refused)?))
-}
-
 /// The contents of a bag.
 pub(super) fn list(path: &Path) -> Result<Contents, Error> {
-    let bag = open(path)?;
+    let bag = open_bag(path)?;
     let mut contents = contents(bag.survey());
     contents.lost.extend(bag.damage().cloned());
     Ok(contents)
@@ -107,14 +30,6 @@ pub(super) fn list(path: &Path) -> Result<Contents, Error> {
 /// The contents of a source.
 pub(crate) fn contents(survey: &Survey) -> Contents {
     Contents::of(survey, &Definitions { survey, folders: &[], read: &from_disk })
-}
-
-pub(super) fn open(path: &Path) -> Result<Bag, Error> {
-    Bag::open(path).map_err(refused)
-}
-
-fn refused(error: bags::Error) -> Error {
-    Error::refused(error.to_string(), error.help())
 }
 
 /// The list as a comment, with the mapping below it. `publishers` are the publishers of topics, where they are known.

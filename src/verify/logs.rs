@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use diagnostics::counted;
+use judging::{NO_FORMULA, VerificationResult, check_no_bag, check_violations};
 use monitors::{Outcome, Property};
 use recording::{Certainty, Evidence, Provenance, ShownVerdict};
 use reports::REPORT;
@@ -15,8 +16,6 @@ use reports::results::{Case, CaseResult, Suite, TrailStep, WrittenPlaces, trail}
 use serde_json::{Value, json};
 
 use super::args::VerifyArgs;
-use super::judge::{NO_FORMULA, VerificationResult};
-use super::mapped::{check_no_bag, check_violations};
 use crate::results::{places_now, refused};
 
 /// The name of the index page.

@@ -38,6 +38,14 @@ impl<A: Follower, B: Follower<Error = Infallible>> Follower for (A, B) {
     }
 }
 
+impl<F: Follower + ?Sized> Follower for Box<F> {
+    type Error = F::Error;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), F::Error> {
+        (**self).follow(view)
+    }
+}
+
 impl<F: Follower> Follower for Option<F> {
     type Error = F::Error;
 

@@ -10,13 +10,13 @@ use recording::{Header, Scene};
 use robot::LaserScan;
 use trials::replay::live_pose::{LivePose, PoseSample};
 
-use super::log_context::LogContext;
+use crate::log_context::LogContext;
 
 /// The shortest time between scenes: a page that is open for days keeps all of them.
 const SCENE_PERIOD: Duration = Duration::from_millis(500);
 
 /// Samples the pose, the scan and the path of a running robot.
-pub(super) struct SceneSampler {
+pub(crate) struct SceneSampler {
     live_pose: Rc<RefCell<LivePose>>,
     /// Whether scans can be shown: the laser was known at the beginning.
     has_laser: bool,
@@ -27,7 +27,7 @@ pub(super) struct SceneSampler {
 
 impl SceneSampler {
     /// Begins at the beginning of a run with this header; none without a running robot and its map.
-    pub(super) fn begin(context: &LogContext, header: &Header) -> Option<Self> {
+    pub(crate) fn begin(context: &LogContext, header: &Header) -> Option<Self> {
         let has_laser = header.robot.as_ref().is_some_and(|robot| !robot.lasers.is_empty());
         let live_pose = context.live_pose.as_ref()?;
         live_pose.borrow_mut().begin();
@@ -36,7 +36,7 @@ impl SceneSampler {
     }
 
     /// The pose of the robot at a time, if it is new, and a scene, if one is due.
-    pub(super) fn sample(&mut self, time: Duration, context: &LogContext) -> Option<(Pose, Option<Scene>)> {
+    pub(crate) fn sample(&mut self, time: Duration, context: &LogContext) -> Option<(Pose, Option<Scene>)> {
         let ns = i64::try_from(time.as_nanos()).unwrap_or(i64::MAX);
         // Stamps are on another clock than the samples, so all samples are taken.
         let until_ns =

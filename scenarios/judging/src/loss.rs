@@ -11,8 +11,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Certainty, Doubts, Evidence};
 
-use super::judge::judge_without_report;
-use super::log_context::LogContext;
+use crate::judge::judge_without_records;
+use crate::log_context::LogContext;
 
 const TOPICS: [&str; 3] = ["/battery", "/request", "/reply"];
 
@@ -233,7 +233,7 @@ fn outcomes(robot: Robot, mapping: &Mapping) -> Vec<LossVerdict> {
     let mut properties = monitors::load("p.scope", PROPERTIES, &topology, mapping.tick).expect("correct").properties;
     let doubts = Doubts::about_losses(&properties, &topology);
     let found = Events::new(Box::new(robot), mapping, compiled, read).map(Ok);
-    let Ok(monitoring) = judge_without_report(found, &mut properties, doubts, &LogContext::default(), None) else {
+    let Ok(monitoring) = judge_without_records(found, &mut properties, doubts, &LogContext::default(), None) else {
         panic!("no event is an error")
     };
     let found = |(property, evidence): (&Property, &Evidence)| LossVerdict {

@@ -10,40 +10,40 @@ use channels::{Event, Gap};
 use monitors::{EventLog, GapMark, LogError};
 use recording::{Header, Node, RunView, Step};
 
-use crate::interrupt;
+use crate::wanted::Host;
 
 /// The outcome of a node of the tree, by the index of the node.
-pub(super) type NodeOutcome = (usize, Option<bt::Outcome>);
+pub(crate) type NodeOutcome = (usize, Option<bt::Outcome>);
 
 /// The tree of a recording, with the outcomes of its nodes up to the last event that was read.
-pub(super) struct RecordedTree {
+pub(crate) struct RecordedTree {
     nodes: Vec<Node>,
     outcomes: RefCell<Vec<NodeOutcome>>,
 }
 
 impl RecordedTree {
-    pub(super) fn new(header: &Header) -> Self {
+    pub(crate) fn new(header: &Header) -> Self {
         Self { nodes: header.tree.clone(), outcomes: RefCell::default() }
     }
 
     /// Adds the tree to a header.
-    pub(super) fn describe(&self, header: &mut Header) {
+    pub(crate) fn describe(&self, header: &mut Header) {
         header.tree.clone_from(&self.nodes);
     }
 
     /// Takes the outcomes up to the next event.
-    pub(super) fn note(&self, outcomes: &[NodeOutcome]) {
+    pub(crate) fn note(&self, outcomes: &[NodeOutcome]) {
         self.outcomes.borrow_mut().extend_from_slice(outcomes);
     }
 
     /// Adds the outcomes up to an event to its record.
-    pub(super) fn add(&self, step: &mut Step) {
+    pub(crate) fn add(&self, step: &mut Step) {
         step.details.get_or_insert_default().outcomes.append(&mut self.outcomes.borrow_mut());
     }
 }
 
 /// A run that is judged again, event by event.
-pub(super) trait LoggedRun {
+pub(crate) trait LoggedRun {
     /// The next event; none at the end.
     fn next_event(&mut self) -> Result<Option<Event>, Error>;
 
@@ -77,11 +77,11 @@ pub(super) trait LoggedRun {
 }
 
 /// A run from its event log.
-pub(super) struct LoggedLines<R> {
-    pub(super) path: PathBuf,
-    pub(super) log: EventLog<R>,
-    /// Whether the log may still be written.
-    pub(super) is_followed: bool,
+pub(crate) struct LoggedLines<R> {
+    pub(crate) path: PathBuf,
+    pub(crate) log: EventLog<R>,
+    /// The program that follows the log, which may still be written.
+    pub(crate) followed_by: Option<Host>,
 }
 
 impl<R: BufRead> LoggedRun for LoggedLines<R> {
@@ -114,7 +114,7 @@ impl<R: BufRead> LoggedRun for LoggedLines<R> {
 
     /// The end of a followed log may not have been written yet when the program is interrupted.
     fn breaks_off(&self) -> bool {
-        self.log.lacks_end() && !(self.is_followed && interrupt::flow().is_break())
+        self.log.lacks_end() && !self.followed_by.is_some_and(|host| (host.is_interrupted)())
     }
 
     fn rest(&self) -> (Gap, bool) {

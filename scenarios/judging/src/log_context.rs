@@ -9,42 +9,43 @@ use recording::{Header, Premises, RobotBody};
 use trials::replay::live_pose::LivePose;
 use trials::replay::trajectory::{Trajectory, TrajectoryPoint};
 
-use super::logged_run::RecordedTree;
+use crate::logged_run::RecordedTree;
 
 /// What is known of a log besides its events.
 #[derive(Default)]
-pub(crate) struct LogContext {
+pub struct LogContext {
     /// When the events begin, after the first has been read: in nanoseconds since 1970 if their clock counts from then.
-    pub(super) start_ns: Cell<Option<i64>>,
+    pub start_ns: Cell<Option<i64>>,
     /// When the last message read was recorded, in nanoseconds since 1970.
-    pub(super) newest_log_ns: Cell<Option<i64>>,
+    pub newest_log_ns: Cell<Option<i64>>,
     /// The trajectory of the robot in a bag, if the bag has a map.
-    pub(super) trajectory: Option<Trajectory>,
+    pub(crate) trajectory: Option<Trajectory>,
     /// The pose of a running robot, if a page shows it.
-    pub(super) live_pose: Option<Rc<RefCell<LivePose>>>,
+    pub(crate) live_pose: Option<Rc<RefCell<LivePose>>>,
     /// The tree of a recording, with the outcomes of its nodes.
-    pub(super) tree: Option<Rc<RecordedTree>>,
+    pub(crate) tree: Option<Rc<RecordedTree>>,
     /// Whether the times of events are those at which the log received them, rather than stamps.
-    pub(super) is_by_log: bool,
+    pub(crate) is_by_log: bool,
     /// Whether the ticks of the tree are unknown.
-    pub(super) lacks_ticks: bool,
+    pub lacks_ticks: bool,
 }
 
 impl LogContext {
     /// The context of a tree whose ticks are unknown.
-    pub(crate) fn without_ticks() -> Self {
+    #[must_use]
+    pub fn without_ticks() -> Self {
         Self { lacks_ticks: true, ..Self::default() }
     }
 
     /// The time of a point of the trajectory, on the clock of the events.
-    pub(super) fn time(&self, point: &TrajectoryPoint) -> Duration {
+    pub(crate) fn time(&self, point: &TrajectoryPoint) -> Duration {
         let ns = point.stamp_ns.filter(|_| !self.is_by_log).unwrap_or(point.log_ns);
         let since = ns.saturating_sub(self.start_ns.get().unwrap_or(ns));
         Duration::from_nanos(since.max(0).unsigned_abs())
     }
 
     /// Adds the tree, the map and the robot to a header.
-    pub(super) fn describe(&self, header: &mut Header) {
+    pub(crate) fn describe(&self, header: &mut Header) {
         self.tree.iter().for_each(|tree| tree.describe(header));
         if let Some(live_pose) = &self.live_pose {
             let mut live_pose = live_pose.borrow_mut();

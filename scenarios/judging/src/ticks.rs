@@ -9,7 +9,7 @@ use diagnostics::seconds;
 use monitors::{Bound, Formula, Property, ScopeMonitor};
 
 /// The ticks of a log so far, and what properties need to know of them.
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     /// Whether properties count ticks.
     are_counted: bool,
     /// If the log does not say how long a tick takes, and bounds in seconds were made ticks with that of the scenario:
@@ -22,7 +22,7 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// Of a log, before its first event. How long a tick takes may be assumed.
-    pub(super) fn new(properties: &[Property], assumed: Option<Duration>) -> Self {
+    pub(crate) fn new(properties: &[Property], assumed: Option<Duration>) -> Self {
         let formulas = properties.iter().filter_map(Property::scope_monitor).map(ScopeMonitor::formula);
         let bounds: Vec<Bound> = formulas.flat_map(Formula::bounds_in_ticks).collect();
         let durations = bounds.iter().filter(|bound| bound.is_duration());
@@ -31,7 +31,7 @@ impl Ticks {
     }
 
     /// Takes note of an event.
-    pub(super) fn note(&mut self, found: &Result<Found, Error>) {
+    pub(crate) fn note(&mut self, found: &Result<Found, Error>) {
         let Ok(Found::Event(event)) = found else { return };
         if event.kind == EventKind::Tick {
             let tick = (event.tick, event.time);
@@ -42,7 +42,7 @@ impl Ticks {
     }
 
     /// At the end of the log: why other numbers of ticks may have passed than properties count, in words.
-    pub(super) fn unfit(self) -> Option<String> {
+    pub(crate) fn unfit(self) -> Option<String> {
         let Some([(first, begun), (last, ended)]) = self.span else {
             return (self.are_counted && self.has_message)
                 .then(|| "the log has no ticks, and properties count them".to_owned());

@@ -17,8 +17,8 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Doubts, Evidence};
 use rusqlite::Connection;
 
-use super::judge::judge_without_report;
-use super::log_context::LogContext;
+use crate::judge::judge_without_records;
+use crate::log_context::LogContext;
 
 const TOPICS: [&str; 3] = ["/level", "/ask", "/reply"];
 
@@ -164,7 +164,7 @@ fn outcomes(survey: &Survey, source: Box<dyn Source>, mapping: &Mapping) -> Opti
         false => Doubts::about_any_messages(&properties, &topology),
     };
     let found = Events::new(source, mapping, compiled, &diagnostics::from_disk).map(Ok);
-    let Ok(monitoring) = judge_without_report(found, &mut properties, doubts, &LogContext::default(), None) else {
+    let Ok(monitoring) = judge_without_records(found, &mut properties, doubts, &LogContext::default(), None) else {
         panic!("no event is an error")
     };
     let all = properties.iter().zip(&monitoring.evidence);

@@ -13,17 +13,16 @@ use recording::{Detail, Header, Judge, Next, RecordSource, RunView, Scene, Step,
 use trials::replay::live_pose::LivePose;
 use trials::replay::trajectory::TrajectoryPoint;
 
-use super::announcer::Announcer;
-use super::log_context::LogContext;
-use super::scene_sampler::SceneSampler;
-use crate::output::note;
+use crate::log_context::LogContext;
+use crate::scene_sampler::SceneSampler;
+use crate::wanted::VerdictObserver;
 
 /// How long a page waits for the map, the pose of the robot and its laser: a latched message may take as long as the
 /// period of the publisher's heartbeats.
 const LONGEST_WAIT: Duration = Duration::from_secs(4);
 
 /// Events that monitors judge, with the robot's way between them.
-pub(super) struct JudgedRun<'l, I: Iterator<Item = Result<Found, Error>>> {
+pub(crate) struct JudgedRun<'l, I: Iterator<Item = Result<Found, Error>>> {
     events: I,
     properties: &'l mut [Property],
     judge: Judge,
@@ -33,7 +32,7 @@ pub(super) struct JudgedRun<'l, I: Iterator<Item = Result<Found, Error>>> {
     sampler: Option<SceneSampler>,
     /// The rest of the robot's trajectory.
     points: std::slice::Iter<'l, TrajectoryPoint>,
-    announcer: Option<Announcer>,
+    observer: Option<Box<dyn VerdictObserver>>,
     /// Where the robot was before the next event, and the event.
     places: VecDeque<(Duration, Pose, Option<Scene>)>,
     event: Option<Event>,
@@ -41,12 +40,12 @@ pub(super) struct JudgedRun<'l, I: Iterator<Item = Result<Found, Error>>> {
 
 impl<'l, I: Iterator<Item = Result<Found, Error>>> JudgedRun<'l, I> {
     /// Begins with what [`Judge::begin`] has made.
-    pub(super) fn new(
+    pub(crate) fn new(
         events: I,
         properties: &'l mut [Property],
         (judge, mut header, start): (Judge, Header, Step),
         context: &'l LogContext,
-        announcer: Option<Announcer>,
+        observer: Option<Box<dyn VerdictObserver>>,
     ) -> Self {
         context.describe(&mut header);
         Self {
@@ -57,14 +56,14 @@ impl<'l, I: Iterator<Item = Result<Found, Error>>> JudgedRun<'l, I> {
             start: Some((header, start)),
             context,
             points: context.trajectory.as_ref().map_or(&[][..], |trajectory| &trajectory.points).iter(),
-            announcer,
+            observer,
             places: VecDeque::new(),
             event: None,
         }
     }
 
     /// What has been found.
-    pub(super) fn finish(self) -> (Judge, &'l [Property]) {
+    pub(crate) fn finish(self) -> (Judge, &'l [Property]) {
         (self.judge, self.properties)
     }
 
@@ -90,11 +89,11 @@ impl<'l, I: Iterator<Item = Result<Found, Error>>> JudgedRun<'l, I> {
         Some(step)
     }
 
-    /// Announces what is new.
-    fn announce(&mut self, view: &RunView) -> Result<(), Error> {
-        self.announcer.as_mut().map_or(Ok(()), |announcer| {
-            announcer.follow(view.time(), self.properties, self.judge.doubts(), self.context)
-        })
+    /// Shows the observer what is new.
+    fn observe(&mut self, view: &RunView) -> Result<(), Error> {
+        self.observer
+            .as_mut()
+            .map_or(Ok(()), |observer| observer.follow(view.time(), self.properties, self.judge.doubts(), self.context))
     }
 }
 
@@ -114,7 +113,7 @@ impl<I: Iterator<Item = Result<Found, Error>>> RecordSource for JudgedRun<'_, I>
             if let Some(step) = self.ready(view.time()) {
                 fitting(view.apply(step));
                 if !is_place {
-                    self.announce(view)?;
+                    self.observe(view)?;
                 }
                 return Ok(Next::Step);
             }
@@ -126,14 +125,14 @@ impl<I: Iterator<Item = Result<Found, Error>>> RecordSource for JudgedRun<'_, I>
                 Some(Found::LeftOut(gap)) => self.judge.miss(&gap, self.properties),
                 Some(Found::Resumed(channel)) => self.judge.resume(channel, self.properties),
                 Some(Found::Vouched(channel, ground)) => self.judge.vouch(channel, ground),
-                Some(Found::Noted(note)) => self.announcer.iter().for_each(|announcer| announcer.note(&note)),
+                Some(Found::Noted(note)) => self.observer.iter().for_each(|observer| observer.note(&note)),
                 Some(Found::Idle) => {
-                    self.announcer.iter_mut().for_each(|announcer| announcer.idle(self.properties, self.context));
+                    self.observer.iter_mut().for_each(|observer| observer.idle(self.properties, self.context));
                     return Ok(Next::Idle);
                 }
                 Some(Found::Ended(time)) => {
                     fitting(view.apply(self.judge.end_at(time)));
-                    self.announce(view)?;
+                    self.observe(view)?;
                     return Ok(Next::Step);
                 }
                 None => {
@@ -142,17 +141,18 @@ impl<I: Iterator<Item = Result<Found, Error>>> RecordSource for JudgedRun<'_, I>
                     return Ok(Next::Step);
                 }
             }
-            self.announce(view)?;
+            self.observe(view)?;
         }
     }
 }
 
 /// Waits a limited time until the robot can be shown. Returns the events that are found in the meantime.
 #[expect(clippy::disallowed_methods, reason = "a robot is awaited in real time")]
-pub(super) fn await_live_pose(
+pub(crate) fn await_live_pose(
     live_pose: &RefCell<LivePose>,
     events: &mut impl Iterator<Item = Result<Found, Error>>,
     idle: &mut impl FnMut(),
+    note: fn(&str),
 ) -> Vec<Result<Found, Error>> {
     let (mut found, start) = (Vec::new(), Instant::now());
     while live_pose.borrow_mut().missing().is_some() && start.elapsed() < LONGEST_WAIT {

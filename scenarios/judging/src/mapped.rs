@@ -16,10 +16,10 @@ use recording::{Doubts, Header, Origin};
 use trials::replay::live_pose::LivePose;
 use trials::replay::trajectory::Trajectory;
 
-use super::args::RobotsArgs;
-use super::judge::{Verification, VerificationResult, load};
-use super::log_context::LogContext;
-use crate::output::note;
+use crate::judge::{Subject, VerificationResult, load};
+use crate::log_context::LogContext;
+use crate::log_request::Robots;
+use crate::wanted::{Host, Wanted};
 
 /// The name of the file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";
@@ -27,27 +27,39 @@ const VIOLATIONS: &str = "violations.mcap";
 const METADATA: &str = "metadata.yaml";
 
 /// Messages with their mapping, and the properties to check.
-pub(crate) struct Mapped<'m> {
-    pub(crate) verification: Verification<'m>,
-    pub(crate) mapping: &'m Mapping,
-    pub(crate) properties: &'m [PathBuf],
+pub struct Mapped<'m> {
+    /// The name of the source, for the report.
+    pub name: String,
+    /// A description of the source, for the report.
+    pub about: String,
+    /// What the messages are on channels.
+    pub mapping: &'m Mapping,
+    /// The text of the mapping.
+    pub text: String,
+    /// The files with properties.
+    pub properties: &'m [PathBuf],
     /// The namespaces of the robots, if the mapping is for several.
-    pub(crate) robots: &'m [String],
-    pub(crate) scenario: Option<&'m str>,
+    pub robots: &'m [String],
+    /// The scenario that has the channels, if one is named.
+    pub scenario: Option<&'m str>,
     /// The trajectory of the robot, if there is a map.
-    pub(crate) trajectory: Option<Trajectory>,
+    pub trajectory: Option<Trajectory>,
     /// Whether the source delivers what shows the robot on the page.
-    pub(crate) is_robot: bool,
+    pub is_robot: bool,
 }
 
 impl Mapped<'_> {
     /// Judges the messages of a source until its end, or until `is_to_end`. `survey` is what was known of the source
     /// before the first message.
-    pub(crate) fn judge(
+    ///
+    /// # Errors
+    /// If mapping or properties are wrong, or what is wanted cannot be written.
+    pub fn judge(
         self,
         survey: &Survey,
         source: Box<dyn Source>,
         is_to_end: &dyn Fn() -> bool,
+        wanted: Wanted<'_>,
     ) -> Result<VerificationResult, Error> {
         let source = Through::new(source, |source: &mut Box<dyn Source>, body: &mut Vec<u8>| match is_to_end() {
             true => {
@@ -56,22 +68,22 @@ impl Mapped<'_> {
             }
             false => source.receive(body),
         });
-        let Self { verification, mapping, .. } = self;
-        let folder = verification.folder;
+        let mapping = self.mapping;
+        let (folder, host) = (wanted.folder, wanted.host);
         folder.map_or(Ok(()), check_violations)?;
         let scenario = self.scenario.map(System::of).transpose()?.map(|system| system.topology);
         let compiled = mapping.compile(survey, scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
         let system = System::new(compiled.topology.clone(), mapping.tick);
         let mut properties = match self.robots {
-            [] => load(self.properties, &system)?,
-            robots => load_for_each(robots, self.properties, &system)?,
+            [] => load(self.properties, &system, host)?,
+            robots => load_for_each(robots, self.properties, &system, host)?,
         };
         // Messages are often left out because their channels cannot carry them.
         let doubts = match source.counts_losses() {
             true => Doubts::about_losses(&properties, &system.topology),
             false => Doubts::about_any_messages(&properties, &system.topology),
         };
-        let shown = verification.board.filter(|_| self.is_robot).and(mapping.robot());
+        let shown = wanted.page.filter(|_| self.is_robot).and(mapping.robot());
         let live_pose = shown.map(|topics| LivePose::new(topics.clone()));
         let live_pose = live_pose.map(|live_pose| Rc::new(RefCell::new(live_pose)));
         let source = Through::new(source, |source: &mut _, body: &mut Vec<u8>| {
@@ -82,7 +94,7 @@ impl Mapped<'_> {
             received
         });
         let mut events = Events::new(Box::new(source), mapping, compiled, &from_disk);
-        let context = LogContext {
+        let context = &LogContext {
             trajectory: self.trajectory,
             live_pose: live_pose.clone(),
             is_by_log: mapping.is_by_log(),
@@ -94,7 +106,8 @@ impl Mapped<'_> {
             context.newest_log_ns.set(events.newest_log_ns());
             found.map(Ok)
         });
-        let monitoring = verification.judge(&system, &context, found, &mut properties, doubts)?;
+        let subject = Subject { name: self.name, about: self.about, mapping: self.text, system: &system, context };
+        let monitoring = subject.judge(found, &mut properties, doubts, wanted)?;
         if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
             write_violations(&properties, start_ns, folder)?;
         }
@@ -110,10 +123,13 @@ impl Mapped<'_> {
 }
 
 /// A mapping file, for these robots, and its text.
-pub(crate) fn load_mapping(path: &Path, robots: &RobotsArgs) -> Result<(Mapping, String), Error> {
+///
+/// # Errors
+/// If the file is wrong, or names none of the topics that have other names.
+pub fn load_mapping(path: &Path, robots: Robots<'_>) -> Result<(Mapping, String), Error> {
     let text = diagnostics::text_from_disk(path).unwrap_or_default();
     let mapping = Mapping::load(path, &from_disk).map_err(scenarios::Error::bad_input)?;
-    let mapping = mapping.of_robots(robots.spaces()?, &robots.remapped).map_err(|Remapping { from, .. }| {
+    let mapping = mapping.of_robots(robots.spaces, robots.remapped).map_err(|Remapping { from, .. }| {
         let message = format!("`--remap`: {} names no topic `{from}`, or an earlier one is about it", path.display());
         Error::refused(message, "give the name of a topic, service or action as it is in the mapping")
     })?;
@@ -121,7 +137,12 @@ pub(crate) fn load_mapping(path: &Path, robots: &RobotsArgs) -> Result<(Mapping,
 }
 
 /// Reads and discards messages until every mapped topic without a `type` exists, or until `is_to_end`.
-pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mapping, is_to_end: &dyn Fn() -> bool) {
+pub fn await_topics(
+    source: &mut (impl Source + ?Sized),
+    mapping: &Mapping,
+    is_to_end: &dyn Fn() -> bool,
+    note: fn(&str),
+) {
     let (mut body, mut noted, mut lost) = (Vec::new(), None, 0);
     while let Some(topic) = mapping.awaited(source.survey()) {
         source.lost().iter().skip(lost).for_each(|what| note(what));
@@ -140,12 +161,12 @@ pub(crate) fn await_topics(source: &mut (impl Source + ?Sized), mapping: &Mappin
 }
 
 /// The properties of each robot, about its own processes. The namespace of the robot is the prefix of their names.
-fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Result<Vec<Property>, Error> {
+fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System, host: Host) -> Result<Vec<Property>, Error> {
     let mut all = Vec::new();
     for space in robots {
         let prefix = bags::prefix(space);
         let part = System::new(Arc::new(system.topology.part(&prefix)), system.tick);
-        let mut properties = load(paths, &part)?;
+        let mut properties = load(paths, &part, host)?;
         properties.iter_mut().for_each(|property| property.rename(format!("{prefix}{}", property.name)));
         all.append(&mut properties);
     }
@@ -154,7 +175,10 @@ fn load_for_each(robots: &[String], paths: &[PathBuf], system: &System) -> Resul
 
 /// Checks, before the messages are read, that an existing file with violations may be replaced: this program has
 /// written it, and the command does not read it.
-pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
+///
+/// # Errors
+/// If it may not be replaced.
+pub fn check_violations(folder: &Path) -> Result<(), Error> {
     let path = folder.join(VIOLATIONS);
     if path.exists() && !recording::are_violations(&path) {
         let message = format!("{} exists and contains no violations by steward", path.display());
@@ -168,13 +192,19 @@ pub(super) fn check_violations(folder: &Path) -> Result<(), Error> {
 ///
 /// Files are recognized by their names: a file that this command has opened, such as an earlier report, could not be
 /// replaced.
-pub(super) fn check_no_bag(folder: &Path) -> Result<(), Error> {
+///
+/// # Errors
+/// If it is one.
+pub fn check_no_bag(folder: &Path) -> Result<(), Error> {
     let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     paths.filter(|path| is_part_of_a_bag(path)).min().map_or(Ok(()), |part| Err(in_bag(&part)))
 }
 
 /// The same for a command that may have written recordings of its own into the folder.
-pub(crate) fn check_no_metadata(folder: &Path) -> Result<(), Error> {
+///
+/// # Errors
+/// If it is one.
+pub fn check_no_metadata(folder: &Path) -> Result<(), Error> {
     let metadata = folder.join(METADATA);
     if metadata.exists() { Err(in_bag(&metadata)) } else { Ok(()) }
 }

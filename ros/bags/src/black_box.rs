@@ -7,7 +7,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use bags::{Account, BagWriter, Head, Received, Recorder, Source, Survey};
+use crate::{Account, BagWriter, Head, Received, Recorder, Source, Survey};
 
 /// The most bytes of messages that are kept.
 const MOST: usize = 1 << 28;
@@ -17,7 +17,7 @@ type ReceivedBytes = (Received, Vec<u8>);
 
 /// The records of a source within a span of time.
 #[derive(Default)]
-pub(super) struct BlackBox {
+pub struct BlackBox {
     span_ns: i64,
     /// Whether the source reports which messages are missing.
     counts_losses: bool,
@@ -35,12 +35,14 @@ pub(super) struct BlackBox {
 }
 
 impl BlackBox {
-    pub(super) fn new(span_ns: i64, counts_losses: bool) -> Self {
+    /// Keeps a span of this many nanoseconds of a source that may report which messages are missing.
+    #[must_use]
+    pub fn new(span_ns: i64, counts_losses: bool) -> Self {
         Self { span_ns, counts_losses, ..Self::default() }
     }
 
     /// Keeps a record, and forgets those that are too old.
-    pub(super) fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
+    pub fn keep(&mut self, received: Received, body: &[u8], survey: &Survey, lost: &[String]) {
         if lost.len() > self.lost.len() {
             self.lost = lost.to_vec();
         }
@@ -98,7 +100,10 @@ impl BlackBox {
 
     /// Writes the records to a file, unless they contain the property's last violation, which has a file. Returns the
     /// path of the file.
-    pub(super) fn write(&mut self, folder: &Path, property: &str, verdict: &str) -> io::Result<Option<PathBuf>> {
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&mut self, folder: &Path, property: &str, verdict: &str) -> io::Result<Option<PathBuf>> {
         let last = self.written.get(property).copied();
         if last.is_some_and(|last| last > self.newest_ns.saturating_sub(self.span_ns)) {
             return Ok(None);
@@ -157,19 +162,9 @@ impl<'k, T: Iterator<Item = &'k ReceivedBytes>> Source for KeptSource<'k, T> {
     }
 }
 
-/// A span of time as it is written: `60s`, `90` or `2min`, in seconds.
-pub(super) fn span(text: &str) -> Result<f64, String> {
-    let (number, unit_s) = match text.strip_suffix("min") {
-        Some(number) => (number, 60.0),
-        None => (text.strip_suffix('s').unwrap_or(text), 1.0),
-    };
-    let span_s = number.trim().parse::<f64>().ok().map(|number| number * unit_s);
-    span_s.filter(|span_s| (0.1..=3600.0).contains(span_s)).ok_or_else(|| "from 0.1s to 60min".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
-    use bags::{Bag, Definition, Ground, Topic};
+    use crate::{Bag, Definition, Ground, Topic};
 
     use super::*;
 

@@ -15,52 +15,50 @@ use channels::{ChannelId, Event, EventKind, Flaw, Gap, Ground, Topology};
 use diagnostics::counted;
 use editor::System;
 use monitors::{Channels, EventLog, GapMark, Property};
-use recording::{BagTree, Doubts, Header, Origin, Recording, RecordingError, RunView};
+use recording::{Doubts, Header, Origin, Recording, RecordingError, RunView};
 
-use super::args::VerifyArgs;
-use super::description::Description;
-use super::growing::{GrowingLog, STILL_WRITTEN};
-use super::judge::{self, NO_FORMULA, Verification, VerificationResult, load, recorded_properties, unreported_levels};
-use super::log_context::LogContext;
-use super::logged_run::{LoggedLines, LoggedRun, RecordedTree};
-use super::recorded_events::RecordedEvents;
-use super::ticks::Ticks;
-use super::tree_log;
-use crate::interrupt;
-use crate::output::note;
-use crate::results::node_places;
+use crate::description::Description;
+use crate::growing::{GrowingLog, STILL_WRITTEN};
+use crate::judge::{self, NO_FORMULA, Subject, VerificationResult, load, recorded_properties, unreported_levels};
+use crate::log_context::LogContext;
+use crate::log_request::LogRequest;
+use crate::logged_run::{LoggedLines, LoggedRun, RecordedTree};
+use crate::node_places::node_places;
+use crate::recorded_events::RecordedEvents;
+use crate::ticks::Ticks;
+use crate::tree_log;
+use crate::wanted::{Host, Wanted};
 
 /// The maximum number of gaps of a log that are listed. More would not be read.
 const MOST_NOTES: usize = 5;
 
 /// Checks an event log or a recording, in constant memory.
-pub(super) fn verify(
-    args: &VerifyArgs,
-    path: &Path,
-    folder: Option<&Path>,
+pub(crate) fn verify(
+    request: &LogRequest<'_>,
     recording: Option<Recording>,
-    tree: Option<&BagTree>,
+    wanted: Wanted<'_>,
 ) -> Result<VerificationResult, Error> {
-    verify_by(args, path, folder, recording, tree, |described, header| Specification::of(args, described, header))
+    let host = wanted.host;
+    verify_by(request, recording, wanted, |described, header| Specification::of(request, described, header, host))
 }
 
 /// The same, by the specification that follows from the description or the header of the log.
-pub(super) fn verify_by(
-    args: &VerifyArgs,
-    path: &Path,
-    folder: Option<&Path>,
+pub(crate) fn verify_by(
+    request: &LogRequest<'_>,
     recording: Option<Recording>,
-    tree: Option<&BagTree>,
+    wanted: Wanted<'_>,
     specification: impl FnOnce(&Description, Option<&Header>) -> Result<Specification, Error>,
 ) -> Result<VerificationResult, Error> {
+    let LogRequest { path, mapping, is_followed, .. } = *request;
+    let host = wanted.host;
     let is_foreign = path != Path::new("-") && !bags::is_bag(path);
     match is_foreign.then(|| Bag::open(path).err()).flatten() {
         Some(error @ (bags::Error::Ros1(_) | bags::Error::Read(_)))
-            if args.map_channels.is_some() || matches!(error, bags::Error::Ros1(_)) =>
+            if mapping.is_some() || matches!(error, bags::Error::Ros1(_)) =>
         {
             return Err(Error::refused(error.to_string(), error.help()));
         }
-        _ if args.map_channels.is_some() => {
+        _ if mapping.is_some() => {
             let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
             return Err(Error::refused(message, "leave out `--map-channels`"));
         }
@@ -68,7 +66,7 @@ pub(super) fn verify_by(
     }
     let start = match recording {
         Some(recording) => Start::of_recording(recording).map_err(|error| unreadable(path, &error))?,
-        None => Start::of_lines(path, args.follow).map_err(|error| unreadable(path, &error))?,
+        None => Start::of_lines(path, is_followed.then_some(host)).map_err(|error| unreadable(path, &error))?,
     };
     let described = start.description();
     described.check_version()?;
@@ -78,16 +76,14 @@ pub(super) fn verify_by(
     if lacks_ticks {
         tree_log::refuse_unknown(&properties)?;
     }
-    let mut log = start.run(path, &system.topology, args.follow);
+    let mut log = start.run(path, &system.topology, is_followed.then_some(host));
     let ground = described.ground();
     let ground = if lacks_ticks { ground.weaker(tree_log::ground()) } else { ground };
     let gaps = RefCell::default();
-    let stories = args.results.have_stories();
-    let is_shown = folder.is_some() || stories || args.board().is_some();
-    let has_tree = is_shown && args.scenario.is_none();
+    let has_tree = wanted.has_records() && request.scenario.is_none();
     let tree_of_run = of_recording.as_ref().filter(|header| has_tree && !header.tree.is_empty());
     let recorded_tree = tree_of_run.map(|header| Rc::new(RecordedTree::new(header)));
-    let events = events_of(log.as_mut(), (&system.topology, &ground), recorded_tree.as_deref(), &gaps);
+    let events = events_of(log.as_mut(), (&system.topology, &ground), recorded_tree.as_deref(), (&gaps, host));
     let assumed = described.tick.is_none().then_some(system.tick);
     let ticks = RefCell::new((!lacks_ticks).then(|| Ticks::new(&properties, assumed)));
     let events = events.inspect(|found| ticks.borrow_mut().iter_mut().for_each(|ticks| ticks.note(found)));
@@ -104,19 +100,9 @@ pub(super) fn verify_by(
         Some(header) => header.about.clone(),
         None => format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run")),
     };
-    let verification = Verification {
-        command: args.command(path),
-        name: judge::name(path),
-        folder,
-        stories,
-        about,
-        mapping: String::new(),
-        inputs: &|| args.inputs(path),
-        announcer: args.announcer(),
-        board: args.board(),
-    };
-    let context = LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() };
-    let monitoring = verification.judge(&system, &context, events.chain(unfit), &mut properties, doubts)?;
+    let context = &LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() };
+    let subject = Subject { name: judge::name(path), about, mapping: String::new(), system: &system, context };
+    let monitoring = subject.judge(events.chain(unfit), &mut properties, doubts, wanted)?;
     let later = monitoring.notes(&properties);
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
@@ -124,11 +110,11 @@ pub(super) fn verify_by(
     let missing = first.into_iter().chain((more > 0).then(|| format!("and {more} more like these")));
     let left = unjudged.iter().map(|name| format!("{name} is not judged: {NO_FORMULA}"));
     let unreported = log.view().map(|view| unreported_levels(view, &properties, &system.topology));
-    let is_cut = args.follow && interrupt::flow().is_break() && log.end().is_none();
+    let is_cut = is_followed && (host.is_interrupted)() && log.end().is_none();
     let stopped = is_cut.then(|| STILL_WRITTEN.to_owned());
     let left_open = lacks_ticks.then(|| tree_log::LEFT_OPEN.to_owned());
     let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
-    let nodes = tree.iter().flat_map(|named| node_places(&named.tree));
+    let nodes = request.tree.into_iter().flat_map(|named| node_places(&named.tree));
     let processes = run.tree.iter().map(|node| node.process.clone()).zip(nodes).collect();
     let result = VerificationResult::of_monitoring(properties, monitoring, notes.collect());
     Ok(VerificationResult {
@@ -141,7 +127,7 @@ pub(super) fn verify_by(
     })
 }
 
-pub(super) fn unreadable(path: &Path, error: &dyn std::error::Error) -> Error {
+pub(crate) fn unreadable(path: &Path, error: &dyn std::error::Error) -> Error {
     let message = format!("cannot read the log {}: {error}", path.display());
     let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording; or a log of \
                 BehaviorTree.CPP";
@@ -157,9 +143,9 @@ enum Start {
 
 impl Start {
     /// The start of an event log: a file, a pipe or standard input.
-    fn of_lines(log: &Path, follow: bool) -> io::Result<Self> {
-        let mut input: Box<dyn BufRead> = if follow {
-            Box::new(BufReader::new(GrowingLog::open(log)?))
+    fn of_lines(log: &Path, followed_by: Option<Host>) -> io::Result<Self> {
+        let mut input: Box<dyn BufRead> = if let Some(host) = followed_by {
+            Box::new(BufReader::new(GrowingLog::open(log, host)?))
         } else if log == Path::new("-") {
             Box::new(io::stdin().lock())
         } else {
@@ -190,12 +176,12 @@ impl Start {
     }
 
     /// The run, whose messages are those of this system.
-    fn run(self, path: &Path, topology: &Arc<Topology>, follow: bool) -> Box<dyn LoggedRun> {
+    fn run(self, path: &Path, topology: &Arc<Topology>, followed_by: Option<Host>) -> Box<dyn LoggedRun> {
         match self {
             Self::Lines(first, input) => {
                 let log = EventLog::new(Cursor::new(first).chain(input), topology, Channels::Known);
-                let log = if follow { log.until_end() } else { log };
-                Box::new(LoggedLines { path: path.to_owned(), log, is_followed: follow })
+                let log = if followed_by.is_some() { log.until_end() } else { log };
+                Box::new(LoggedLines { path: path.to_owned(), log, followed_by })
             }
             Self::Recording(begun) => {
                 let (recording, view) = *begun;
@@ -226,7 +212,7 @@ fn events_of(
     log: &mut dyn LoggedRun,
     (topology, ground): (&Topology, &Ground),
     tree: Option<&RecordedTree>,
-    gaps: &RefCell<GapNotes>,
+    (gaps, host): (&RefCell<GapNotes>, Host),
 ) -> impl Iterator<Item = Result<Found, Error>> {
     let (mut ahead, mut is_over, mut is_ended) = (None, false, false);
     let mut without_message: BTreeSet<ChannelId> = topology.channels().collect();
@@ -270,7 +256,7 @@ fn events_of(
                 if is_listed {
                     gaps.borrow_mut().note(&rest.why)
                 } else {
-                    note(&rest.why)
+                    (host.note)(&rest.why)
                 }
                 Ok(Found::LeftOut(rest))
             });
@@ -281,31 +267,36 @@ fn events_of(
 }
 
 /// The system and the properties with which a log is judged.
-pub(super) struct Specification {
-    pub(super) system: System,
+pub(crate) struct Specification {
+    pub(crate) system: System,
     /// The header of the run. For an event log, only the argument of its scenario is known.
-    pub(super) run: Header,
-    pub(super) properties: Vec<Property>,
+    pub(crate) run: Header,
+    pub(crate) properties: Vec<Property>,
     /// The names of the properties of a recording that no formula describes.
-    pub(super) unjudged: Vec<String>,
+    pub(crate) unjudged: Vec<String>,
 }
 
 impl Specification {
     /// The system and the properties of the arguments, or else those of the recording.
-    fn of(args: &VerifyArgs, described: &Description, header: Option<&Header>) -> Result<Self, Error> {
-        let header = header.filter(|_| args.scenario.is_none());
+    fn of(
+        request: &LogRequest<'_>,
+        described: &Description,
+        header: Option<&Header>,
+        host: Host,
+    ) -> Result<Self, Error> {
+        let header = header.filter(|_| request.scenario.is_none());
         let (mut system, run) = match header {
             Some(header) => (System::new(Arc::clone(&header.topology), header.tick), header.clone()),
             None => {
-                let argument = described.scenario(args.scenario.as_deref())?;
+                let argument = described.scenario(request.scenario, host)?;
                 let origin = Origin { argument: argument.to_owned(), ..Origin::default() };
                 (System::of_runs(argument)?, Header { origin, ..Header::default() })
             }
         };
         system.tick = described.tick.unwrap_or(system.tick);
         let (properties, unjudged) = match header {
-            Some(header) if args.properties.is_empty() => recorded_properties(header)?,
-            _ => (load(&args.properties, &system)?, Vec::new()),
+            Some(header) if request.properties.is_empty() => recorded_properties(header)?,
+            _ => (load(request.properties, &system, host)?, Vec::new()),
         };
         Ok(Self { system, run, properties, unjudged })
     }

@@ -16,10 +16,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Archive, Doubts, Evidence, Follower, Judge, Origin, Recording, RunView, event_line};
 
-use super::judge::{MonitoringResult, judge_without_report};
-use super::log_context::LogContext;
-use super::logged_run::LoggedRun as _;
-use super::recorded_events::RecordedEvents;
+use crate::judge::{MonitoringResult, judge_without_records};
+use crate::log_context::LogContext;
+use crate::logged_run::LoggedRun as _;
+use crate::recorded_events::RecordedEvents;
 
 const MAPPING: &str = "[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nwhole = \"whole\"\n\
                        natural = \"natural\"\nlevel = \"level\"\ncode = { path = \"codes[0]\", symbols = { 7 = \"seven\", 8 = \"eight\" } }\n";
@@ -286,7 +286,7 @@ fn verdicts(
 ) -> Vec<(Outcome, Verdict, bool)> {
     let doubts = Doubts::about_any_messages(properties, topology).on(&Ground::Complete);
     let Ok(MonitoringResult { evidence, .. }) =
-        judge_without_report(found.map(Ok), properties, doubts, &LogContext::default(), None)
+        judge_without_records(found.map(Ok), properties, doubts, &LogContext::default(), None)
     else {
         panic!("no event is an error")
     };

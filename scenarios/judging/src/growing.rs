@@ -5,10 +5,10 @@ use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 
-use crate::interrupt::{self, PAUSE, pause};
+use crate::wanted::Host;
 
 /// The note if the program was interrupted before the end of the log.
-pub(super) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";
+pub(crate) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";
 
 /// The maximum length of a line, in bytes. A longer one is passed on incomplete, and [`EventLog`](monitors::EventLog)
 /// refuses it.
@@ -16,11 +16,12 @@ const LONGEST_LINE: usize = 1 << 20;
 
 /// The complete lines of an event log that is being written. At the end of the data, reading waits for more: from a
 /// pipe until it is closed, from a file until the program is interrupted.
-pub(super) struct GrowingLog {
+pub(crate) struct GrowingLog {
     input: Input,
     /// Data that has been read but not passed on.
     lines: Vec<u8>,
     is_over: bool,
+    host: Host,
 }
 
 enum Input {
@@ -30,7 +31,7 @@ enum Input {
 }
 
 impl GrowingLog {
-    pub(super) fn open(log: &Path) -> io::Result<Self> {
+    pub(crate) fn open(log: &Path, host: Host) -> io::Result<Self> {
         let input = match log {
             log if log == Path::new("-") => Input::Pipe(blocks(|| Ok(io::stdin()))),
             log if std::fs::metadata(log)?.is_file() => {
@@ -42,13 +43,13 @@ impl GrowingLog {
                 Input::Pipe(blocks(move || File::open(log)))
             }
         };
-        Ok(Self { input, lines: Vec::new(), is_over: false })
+        Ok(Self { input, lines: Vec::new(), is_over: false, host })
     }
 
     /// Reads new data, or pauses if there is none.
     fn more(&mut self) -> io::Result<()> {
         match &mut self.input {
-            Input::Pipe(blocks) => match blocks.recv_timeout(PAUSE) {
+            Input::Pipe(blocks) => match blocks.recv_timeout(Host::PAUSE) {
                 Ok(block) => self.lines.extend(block?),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => self.is_over = true,
@@ -60,7 +61,7 @@ impl GrowingLog {
                     if found.is_file() && found.len() < file.stream_position()? {
                         return Err(io::Error::other("it has become shorter"));
                     }
-                    pause();
+                    self.host.pause();
                 }
             }
         }
@@ -79,7 +80,7 @@ impl Read for GrowingLog {
                 self.lines.drain(..length);
                 return Ok(length);
             }
-            if interrupt::flow().is_break() {
+            if (self.host.is_interrupted)() {
                 return Ok(0);
             }
             self.more()?;

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use recording::{Archive, Certainty, Doubts, Follower as _, Judge, Origin, RunView, fitting};
 
-use super::formats::{check_tree_log, in_every_format, judge};
+use crate::formats::{check_tree_log, in_every_format, judge};
 
 /// The time between ticks.
 const TICK: Duration = Duration::from_millis(100);

@@ -5,16 +5,19 @@ use channels::Ground;
 use monitors::{Formula, Need, Property, ScopeMonitor};
 
 /// The note about the limits of verdicts on such a log.
-pub(super) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
+pub(crate) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
                                     what `time_until` waits for is a change; nor does it say whether it is whole";
 
 /// The ground for the messages in such a log.
-pub(super) fn ground() -> Ground {
+pub(crate) fn ground() -> Ground {
     Ground::Assumed("the program logged every change of status".to_owned())
 }
 
 /// Refuses properties that need information which such a log does not contain.
-pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
+///
+/// # Errors
+/// If there is one.
+pub fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
     for property in properties {
         let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(unknown);
         if let Some((message, help)) = unknown {

@@ -10,12 +10,12 @@ use channels::{ChannelId, Event, EventKind, Flaw, Gap, Topology};
 use monitors::{GapMark, WORLD, admit};
 use recording::{Ended, Happening, Recording, RecordingError, RunView};
 
-use super::logged_run::{LoggedRun, NodeOutcome};
+use crate::logged_run::{LoggedRun, NodeOutcome};
 
 /// The events of a recording, one after the other, on the channels of a system: that of the run, or another one with
 /// channels between processes of the same names. Records may be missing from a recording, so the numbers of its events
 /// are compared with those that should come next, as in an [event log](monitors::EventLog).
-pub(super) struct RecordedEvents {
+pub(crate) struct RecordedEvents {
     path: PathBuf,
     recording: Recording,
     view: RunView,
@@ -42,7 +42,7 @@ pub(super) struct RecordedEvents {
 
 impl RecordedEvents {
     /// The events from the start of a recording, of which `view` is [that](Recording::begin).
-    pub(super) fn new(path: &Path, recording: Recording, view: RunView, topology: &Arc<Topology>) -> Self {
+    pub(crate) fn new(path: &Path, recording: Recording, view: RunView, topology: &Arc<Topology>) -> Self {
         let run = view.topology();
         let outer: Vec<ChannelId> = topology.channels().filter(|channel| !topology.is_internal(*channel)).collect();
         let named = |channel: ChannelId| {

@@ -15,12 +15,10 @@ use rand_chacha::rand_core::Rng as _;
 use recording::{Detail, Header, Recording, RunView, conduct};
 use tree_logs::{LogWriter, LoggedTransition};
 
-use super::args::{RobotsArgs, VerifyArgs};
-use super::event_log::{Specification, verify_by};
-use super::judge::VerificationResult;
-use crate::bag_tree::BagTreeArgs;
-use crate::live::BoardArgs;
-use crate::results::ResultsArgs;
+use crate::event_log::{Specification, verify_by};
+use crate::judge::VerificationResult;
+use crate::log_request::{LogRequest, Robots};
+use crate::wanted::{Host, Wanted};
 
 /// The time between ticks in the scenario of a log that does not tell it: its run was made with another.
 const TICK_OF_SCENARIO: Duration = Duration::from_millis(200);
@@ -42,22 +40,26 @@ const OF_TICKS: &str = "property counted := always ((Lift, BT, reply = <running>
     time_until (Lift, BT, reply = <success>) < 3)";
 
 /// What `verify` finds in a log if these are the channels of its scenario, or why it refuses the log.
-pub(super) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> Result<VerificationResult, Error> {
-    let args = VerifyArgs {
-        logs: vec![path.to_owned()],
-        properties: Vec::new(),
-        robots: RobotsArgs::default(),
+pub(crate) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> Result<VerificationResult, Error> {
+    let request = LogRequest {
+        path,
+        properties: &[],
         scenario: None,
-        map_channels: None,
-        tree: BagTreeArgs::default(),
-        out: None,
-        results: ResultsArgs::default(),
-        follow: false,
-        board: BoardArgs::default(),
-        list: false,
-        json: false,
+        mapping: None,
+        robots: Robots::default(),
+        tree: None,
+        is_followed: false,
     };
-    verify_by(&args, path, None, Recording::open(path).ok(), None, |described, header| {
+    let wanted = Wanted {
+        command: String::new(),
+        folder: None,
+        stories: false,
+        inputs: &Vec::new,
+        observer: None,
+        page: None,
+        host: Host::SILENT,
+    };
+    verify_by(&request, Recording::open(path).ok(), wanted, |described, header| {
         let tick = described.tick.unwrap_or(header.map_or(TICK_OF_SCENARIO, |header| header.tick));
         let system = System::new(Arc::clone(topology), tick);
         let properties = system.read("p.scope", properties)?.properties;
@@ -73,7 +75,7 @@ fn verdicts(path: &Path, properties: &str, topology: &Arc<Topology>) -> Option<V
 
 /// Converts a recording into every format, as `report --record` does, and some of these once more. Returns the verdicts
 /// on each; none where it is refused.
-pub(super) fn in_every_format(
+pub(crate) fn in_every_format(
     path: &Path,
     properties: &str,
     topology: &Arc<Topology>,
@@ -91,7 +93,7 @@ pub(super) fn in_every_format(
 }
 
 /// Checks that a log of BehaviorTree.CPP, which may be cut off, has the same verdicts in every format.
-pub(super) fn check_tree_log(path: &Path, random: &mut ChaCha8Rng) {
+pub(crate) fn check_tree_log(path: &Path, random: &mut ChaCha8Rng) {
     let mut writer = LogWriter::begin(Vec::new(), TREE, 0).expect("room for a tree");
     let mut at_us = 0;
     for _ in 0..5 + random.next_u32() % 30 {

@@ -7,29 +7,29 @@ use channels::Ground;
 use recording::{Carried, Header};
 use scenarios::scenario::find;
 
-use crate::output::note;
+use crate::wanted::Host;
 
 /// The first line of a log, which describes the run.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Description {
-    pub(super) scenario: Option<String>,
+pub(crate) struct Description {
+    pub(crate) scenario: Option<String>,
     /// Whether the scenario was a file of the user, which may have the name of a shipped one.
     is_own: bool,
     /// The version of the program that wrote the log.
     version: Option<String>,
     /// The time between ticks.
-    pub(super) tick: Option<Duration>,
+    pub(crate) tick: Option<Duration>,
     /// Whether the ticks of the tree are unknown.
-    pub(super) lacks_ticks: bool,
+    pub(crate) lacks_ticks: bool,
     /// The messages that the channels of the run could carry.
-    pub(super) carried: Option<Carried>,
+    pub(crate) carried: Option<Carried>,
     /// The components that were nodes of ROS 2.
-    pub(super) remote: Vec<String>,
+    pub(crate) remote: Vec<String>,
 }
 
 impl Description {
     /// Reads the first line of a log; a line that is not JSON describes nothing.
-    pub(super) fn of(line: &[u8]) -> Self {
+    pub(crate) fn of(line: &[u8]) -> Self {
         let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
         let text = |key: &str| match &described[key] {
             serde_json::Value::Null => None,
@@ -48,7 +48,7 @@ impl Description {
     }
 
     /// The description of a recorded run.
-    pub(super) fn of_recording(header: &Header) -> Self {
+    pub(crate) fn of_recording(header: &Header) -> Self {
         Self {
             scenario: Some(header.scenario.clone()),
             is_own: find::shipped(&header.origin.argument).is_none(),
@@ -61,7 +61,7 @@ impl Description {
     }
 
     /// Refuses a log of a newer version, whose format is unknown.
-    pub(super) fn check_version(&self) -> Result<(), Error> {
+    pub(crate) fn check_version(&self) -> Result<(), Error> {
         const THIS: &str = env!("CARGO_PKG_VERSION");
         let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
             return Ok(());
@@ -72,7 +72,7 @@ impl Description {
 
     /// The ground for the messages of the log: this program writes every message, and the messages that channels can
     /// carry.
-    pub(super) fn ground(&self) -> Ground {
+    pub(crate) fn ground(&self) -> Ground {
         let what = "the log has every message of the scenario's channels";
         if self.version.is_some() && self.carried.is_some() {
             Ground::Complete
@@ -82,7 +82,7 @@ impl Description {
     }
 
     /// The scenario that is given, or else the one to which the log belongs.
-    pub(super) fn scenario<'a>(&'a self, given: Option<&'a str>) -> Result<&'a str, Error> {
+    pub(crate) fn scenario<'a>(&'a self, given: Option<&'a str>, host: Host) -> Result<&'a str, Error> {
         match (given, self.scenario.as_deref()) {
             (Some(name), _) => Ok(name),
             (None, Some(name)) if find::shipped(name).is_some() && !self.is_own => Ok(name),
@@ -91,7 +91,7 @@ impl Description {
                 Err(Error::refused(message, "name the scenario's file: `--scenario FILE`"))
             }
             (None, None) => {
-                note(
+                (host.note)(
                     "the log does not say which scenario it belongs to; its channels are assumed to be those of \
                      `nominal`",
                 );
@@ -129,10 +129,10 @@ mod tests {
             let line = format!(r#"{{"scenario":"battery_fault","provenance":{{"scenario":"{argument}"}}}}"#);
             Description::of(line.as_bytes())
         };
-        assert_eq!(of("battery_fault").scenario(None).expect("it is shipped"), "battery_fault");
+        assert_eq!(of("battery_fault").scenario(None, Host::SILENT).expect("it is shipped"), "battery_fault");
         let own = of("app/battery_fault.toml");
-        let refused = own.scenario(None).expect_err("it is not shipped").to_string();
+        let refused = own.scenario(None, Host::SILENT).expect_err("it is not shipped").to_string();
         assert!(refused.contains("a scenario `battery_fault` that does not come with the program"), "{refused}");
-        assert_eq!(own.scenario(Some("nominal")).expect("it is named"), "nominal");
+        assert_eq!(own.scenario(Some("nominal"), Host::SILENT).expect("it is named"), "nominal");
     }
 }
