@@ -142,6 +142,7 @@ fn verify_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<V
         stories: args.results.have_stories(),
         inputs: &|| args.inputs(path),
         observer: args.follow.then(|| Announcer::boxed(args.json, Reactions::default())),
+        record: None,
         page: args.board.is_live().then_some(page),
         host: HOST,
     };

@@ -147,6 +147,7 @@ pub(crate) fn watch(args: &WatchArgs) -> Result<ExitCode, Error> {
         stories: false,
         inputs: &|| inputs(&args.properties, &[]),
         observer: Some(Announcer::boxed(args.json, reactions)),
+        record: None,
         page: args.board.is_live().then_some(page),
         host: HOST,
     };

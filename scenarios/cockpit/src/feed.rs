@@ -7,7 +7,7 @@ use recording::{Follower, Record, RunView};
 
 /// Sends the records of runs, one run after the other, to [a page](crate::Cockpit::follow), which stores them in a
 /// temporary file. They wait in memory until it has done so. Once no page receives them, they are discarded.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Feed(Sender<Record>);
 
 impl Feed {

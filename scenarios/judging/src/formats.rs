@@ -56,6 +56,7 @@ pub(crate) fn judge(path: &Path, properties: &str, topology: &Arc<Topology>) -> 
         stories: false,
         inputs: &Vec::new,
         observer: None,
+        record: None,
         page: None,
         host: Host::SILENT,
     };

@@ -1,21 +1,19 @@
 //! Checks properties against events, and writes the report of the results.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bags::Found;
-use campaigns::{Error, refuse_campaign};
+use campaigns::Error;
 use channels::Topology;
 use editor::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{
-    Certainty, Detail, Doubts, Evidence, Header, InputFile, Judge, Monitor, Origin, Provenance, RunView, ShownVerdict,
-    conduct,
+    Certainty, Doubts, Evidence, Header, InputFile, Judge, Monitor, Origin, Provenance, RunView, ShownVerdict,
 };
+use reports::Presentation;
 use reports::file_place::FilePlace;
-use reports::{Outputs, Presentation};
 
 use crate::judged_run::{JudgedRun, await_live_pose};
 use crate::log_context::LogContext;
@@ -73,10 +71,10 @@ pub(crate) fn recorded_properties(header: &Header) -> Result<(Vec<Property>, Vec
 }
 
 impl VerificationResult {
-    /// The result for events until `end`, with `left_open` among its notes.
-    pub fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts, left_open: String) -> Self {
+    /// The result for events until `end`.
+    pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts) -> Self {
         let monitoring = MonitoringResult::of(end, doubts, &properties);
-        let notes = monitoring.notes(&properties).into_iter().chain([left_open]).collect();
+        let notes = monitoring.notes(&properties);
         Self::of_monitoring(properties, monitoring, notes)
     }
 
@@ -285,25 +283,25 @@ impl Subject<'_> {
         let first =
             live_pose.flat_map(|live_pose| await_live_pose(live_pose, &mut events, &mut idle, wanted.host.note));
         let first: Vec<_> = first.collect();
-        let folder = wanted.folder.map(Path::to_owned);
-        let outputs = Outputs { folder, stories: wanted.stories, ..Outputs::default() };
-        refuse_campaign(&outputs)?;
-        let (text, recorded) = (self.mapping, Some(wanted.command));
+        let (text, recorded) = (self.mapping, Some(wanted.command.clone()));
         let origin = Origin { text, recorded, inputs: inputs.to_vec(), ..Origin::default() };
         let begun = Judge::begin([self.name, self.about], origin, &system.topology, system.tick, properties, doubts);
-        let mut run = JudgedRun::new(first.into_iter().chain(events), properties, begun, context, wanted.observer);
-        let begin = |view: &RunView| {
-            let presentation = Presentation::begin(view, &outputs)?;
-            Ok::<_, Error>((presentation, wanted.page.map(|page| page(view)).transpose()?))
-        };
-        let conducted = conduct(&mut run, Detail::Full, None, begin, |_| ControlFlow::Continue(()))?;
-        let ((presentation, _), mut view) = conducted;
-        let (judge, properties) = run.finish();
+        let observer = wanted.observer.take();
+        let mut run = JudgedRun::new(first.into_iter().chain(events), properties, begun, context, observer);
+        let (presentation, mut view) = wanted.conduct(&mut run)?;
         view.set_began(context.start_ns.get().and_then(bags::date));
-        let report = presentation.finish(&view)?;
-        let stories = report.monitors.into_iter().map(|monitor| monitor.story).collect();
-        Ok(MonitoringResult { stories, ..MonitoringResult::of(judge.end(), judge.doubts(), properties) })
+        let stories = stories(presentation, &view)?;
+        let (judge, properties) = run.finish();
+        let result = MonitoringResult::of(judge.end(), judge.doubts(), properties);
+        Ok(MonitoringResult { stories: stories.unwrap_or(result.stories), ..result })
     }
+}
+
+/// The stories of violations, if there is a report, which is written.
+pub(crate) fn stories(report: Option<Presentation>, view: &RunView) -> Result<Option<Vec<Vec<String>>>, Error> {
+    let Some(presentation) = report else { return Ok(None) };
+    let report = presentation.finish(view)?;
+    Ok(Some(report.monitors.into_iter().map(|monitor| monitor.story).collect()))
 }
 
 /// Runs the monitors on the events without making records, which is faster.

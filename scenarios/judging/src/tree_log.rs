@@ -14,10 +14,7 @@ pub(crate) fn ground() -> Ground {
 }
 
 /// Refuses properties that need information which such a log does not contain.
-///
-/// # Errors
-/// If there is one.
-pub fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
+pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
     for property in properties {
         let unknown = property.scope_monitor().map(ScopeMonitor::formula).and_then(unknown);
         if let Some((message, help)) = unknown {

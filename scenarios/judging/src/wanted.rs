@@ -1,13 +1,15 @@
 //! What is wanted besides verdicts, and the program that wants it.
 
 use std::convert::Infallible;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
 
-use campaigns::Error;
+use campaigns::{Error, refuse_campaign};
 use miette::Diagnostic;
 use monitors::Property;
-use recording::{Doubts, Follower, InputFile, RunView};
+use recording::{Detail, Doubts, Follower, InputFile, RecordSource, RunView, conduct};
+use reports::{Outputs, Presentation};
 
 use crate::LogContext;
 
@@ -28,6 +30,11 @@ impl Host {
 
     /// The interval at which what other programs write is looked at again. Chosen, not measured.
     pub const PAUSE: Duration = Duration::from_millis(10);
+
+    /// Stops the work once the program has been asked to end.
+    pub fn flow(self) -> ControlFlow<()> {
+        if (self.is_interrupted)() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
 
     /// Waits for other programs, or for the request to end.
     #[expect(clippy::disallowed_methods, reason = "waits for another program")]
@@ -75,6 +82,8 @@ pub struct Wanted<'w> {
     pub inputs: &'w dyn Fn() -> Vec<InputFile>,
     /// Verdicts as they are reached.
     pub observer: Option<Box<dyn VerdictObserver>>,
+    /// The file of a recording.
+    pub record: Option<&'w Path>,
     /// A page that shows the run from its start.
     pub page: Option<ShowRun<'w>>,
     /// The program.
@@ -84,6 +93,21 @@ pub struct Wanted<'w> {
 impl Wanted<'_> {
     /// Whether there are records of the run.
     pub(crate) fn has_records(&self) -> bool {
-        self.folder.is_some() || self.stories || self.page.is_some()
+        self.folder.is_some() || self.stories || self.record.is_some() || self.page.is_some()
+    }
+
+    /// Takes a run to its end, and makes of its records what is wanted. Also returns the report, before it is written.
+    pub(crate) fn conduct<S: RecordSource>(&self, source: S) -> Result<(Option<Presentation>, RunView), Error>
+    where
+        Error: From<S::Error>,
+    {
+        let outputs = Outputs { folder: self.folder.map(Path::to_owned), stories: self.stories, ..Outputs::default() };
+        refuse_campaign(&outputs)?;
+        let begin = |view: &RunView| {
+            let presentation = (!outputs.is_nothing()).then(|| Presentation::begin(view, &outputs)).transpose()?;
+            Ok::<_, Error>((presentation, self.page.map(|page| page(view)).transpose()?))
+        };
+        let ((presentation, _), view) = conduct(source, Detail::Full, self.record, begin, |_| self.host.flow())?;
+        Ok((presentation, view))
     }
 }

@@ -15,7 +15,7 @@ const LAST: Duration = Duration::from_hours(1);
 
 /// How often blackboards are read. It bounds the size of the changes that are kept.
 #[derive(Debug)]
-pub(super) struct BoardBudget {
+pub(crate) struct BoardBudget {
     period: Option<Duration>,
     used: usize,
     /// The maximum number of entries that were left out of a reading, and whether any value was too long.
@@ -31,18 +31,18 @@ impl Default for BoardBudget {
 
 impl BoardBudget {
     /// The interval between readings; none if blackboards are no longer read.
-    pub(super) fn period(&self) -> Option<Duration> {
+    pub(crate) fn period(&self) -> Option<Duration> {
         self.period
     }
 
     /// Ends the readings, since they fail.
-    pub(super) fn give_up(&mut self) {
+    pub(crate) fn give_up(&mut self) {
         self.period = None;
     }
 
     /// Takes a reading and the step that was made of it. Returns what is left out from now on, in words, if it is more
     /// than before.
-    pub(super) fn take(&mut self, read: &Blackboards, step: &Step) -> Vec<String> {
+    pub(crate) fn take(&mut self, read: &Blackboards, step: &Step) -> Vec<String> {
         let mut notes = Vec::new();
         let mut entries = read.boards.iter().flat_map(|(_, entries)| entries);
         if !self.is_shortened && entries.any(|(_, value)| matches!(value, BoardValue::Long(_))) {
@@ -81,7 +81,7 @@ fn size(value: Option<&EntryValue>) -> usize {
     }
 }
 
-pub(super) fn entry_value(value: &BoardValue) -> EntryValue {
+pub(crate) fn entry_value(value: &BoardValue) -> EntryValue {
     let value = match value {
         BoardValue::Whole(value) => value,
         BoardValue::Long(bytes) => return EntryValue::Other(format!("({bytes} bytes)")),
