@@ -17,9 +17,9 @@ use maps::OccupancyGrid;
 use nav::Atlas;
 use robot::recorded::Recording;
 use serde_json::json;
-use trials::replay::fit::Fit;
-use trials::replay::starts::{Start, WITHIN_M, try_starts};
-use trials::replay::{Conditions, Course, Score, Stretch, replay};
+use trials::localize::fit::Fit;
+use trials::localize::starts::{Start, WITHIN_M, try_starts};
+use trials::localize::{Conditions, Course, Score, Stretch, replay};
 
 use crate::output::{note, print_json, print_wrapped, warn};
 

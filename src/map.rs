@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use campaigns::Error;
 use clap::Args;
 use maps::{Cell, ImageFormat};
-use trials::replay::mapping::{MappingParameters, map_of};
+use replay::mapping::{MappingParameters, map_of};
 
 use crate::localize::{Log, TopicArgs, open_log};
 use crate::output::print_wrapped;

@@ -16,7 +16,7 @@ use robot::{LaserSpec, Reading, RobotModel, Streams, VelocityCommand};
 use ros_messages::RosMessage;
 use sim::{LaserConfig, SimConfig};
 use tempfile::{TempDir, tempdir};
-use trials::replay::drive::{Drive, route};
+use trials::localize::drive::{Drive, route};
 
 use crate::steward::{refusal, steward};
 
@@ -37,7 +37,7 @@ fn model() -> RobotModel {
 
 /// The log of a drive through the house, from its start to the kitchen.
 pub(crate) fn log() -> String {
-    let map = Arc::new(maps::house::draw());
+    let map = Arc::new(maps::house::map());
     let atlas = Atlas::new(Arc::clone(&map), &model(), LocalizationParameters::default()).unwrap();
     let places = maps::house::places();
     let ends = ["start", "Destination"].map(|name| places.get(name).unwrap().goal_position());
@@ -71,7 +71,7 @@ impl Folder {
     fn new() -> Self {
         let folder = Self(tempdir().unwrap());
         std::fs::write(folder.path("drive.log"), log()).unwrap();
-        maps::save_map(&maps::house::draw(), &folder.path("house.yaml"), ImageFormat::Pgm).unwrap();
+        maps::save_map(&maps::house::map(), &folder.path("house.yaml"), ImageFormat::Pgm).unwrap();
         folder
     }
 
@@ -172,7 +172,7 @@ fn a_robot_is_localized_in_a_bag_as_in_a_log() {
     let topics = ["--pose-topic", "/truth"];
     let of_log = folder.json(&["localize", "--map", "house.yaml", "--log", "drive.log", "--json"]);
     for (name, transforms_alone, topics) in [("drive.mcap", false, &topics[..]), ("transforms.mcap", true, &[])] {
-        std::fs::write(folder.path(name), bag(&log(), &maps::house::draw(), transforms_alone)).unwrap();
+        std::fs::write(folder.path(name), bag(&log(), &maps::house::map(), transforms_alone)).unwrap();
         // The map, too, comes from the bag.
         let of_bag = folder.json(&[&["localize", "--log", name, "--json"], topics].concat());
         assert_eq!(of_bag["scans"], of_log["scans"], "{name}");
@@ -192,7 +192,7 @@ fn a_robot_is_localized_in_a_bag_as_in_a_log() {
 #[test]
 fn the_page_of_a_bag_shows_its_map_and_where_a_property_was_violated() {
     let folder = Folder::new();
-    std::fs::write(folder.path("drive.mcap"), bag(&log(), &maps::house::draw(), true)).unwrap();
+    std::fs::write(folder.path("drive.mcap"), bag(&log(), &maps::house::map(), true)).unwrap();
     let mapping =
         "[[messages]]\ntopic = \"/scan\"\nfrom = \"Laser\"\nto = \"Robot\"\nfields = { range_m = \"range_max\" }\n";
     std::fs::write(folder.path("mapping.toml"), mapping).unwrap();

@@ -72,7 +72,7 @@ fn the_benchmark_has_no_contacts_in_the_house() {
 #[test]
 fn a_map_with_a_rotated_origin_gives_the_same_trips() {
     let folder = tempdir().unwrap();
-    let house = maps::house::draw();
+    let house = maps::house::map();
     let turn = pose(4.0, -7.0, 0.7);
     let mut turned = OccupancyGrid::new(house.width(), house.height(), house.resolution_m(), turn * house.origin());
     for (offset, cell) in house.cells().iter().enumerate() {
@@ -121,7 +121,7 @@ fn maps_with_the_same_name_are_distinguished() {
     let folder = tempdir().unwrap();
     let file = |name: &str| folder.path().join(name).join("map.yaml");
     for (name, shift_m) in [("here", 0.0), ("there", 3.0)] {
-        let house = maps::house::draw();
+        let house = maps::house::map();
         let origin = pose(shift_m, 0.0, 0.0) * house.origin();
         let mut moved = OccupancyGrid::new(house.width(), house.height(), house.resolution_m(), origin);
         for (offset, cell) in house.cells().iter().enumerate() {

@@ -203,7 +203,7 @@ fn the_page_shows_the_robot_on_its_map() {
         from = \"laser\"\nto = \"robot\"\nfields = { x = \"range_max\" }\n";
     std::fs::write(path("robot.toml"), mapping).expect("room for a file");
     std::fs::write(path("far.scope"), "property far := always (laser, robot, m.x < 20)\n").expect("room for a file");
-    let (address, served) = replaying(bag(&log(), &maps::house::draw(), true));
+    let (address, served) = replaying(bag(&log(), &maps::house::map(), true));
     let [mapping, property] = [path("robot.toml"), path("far.scope")];
     let asked = ["watch", "--foxglove", &address, "--map-channels", &mapping, "--property", &property];
     let (mut child, _notes, mut socket) = shown(&[&asked[..], &["--live", "--no-open"]].concat());

@@ -19,47 +19,34 @@
 //! distance of 1 m to 2 m, so it does not dock in passing. The rooms differ in shape, size and furniture, so a laser
 //! scan identifies where it was taken.
 //!
-//! A test checks that the map's files are up to date; `STEWARD_BLESS=1 cargo test -p steward-maps` draws them.
+//! The image is drawn from a plan in meters, `tests/house/plan.rs`, by a test: `STEWARD_BLESS=1 cargo test -p
+//! steward-maps`.
 
-mod plan;
+use std::io;
+use std::path::Path;
 
-#[cfg(feature = "files")]
-use std::{io, path::Path};
+use crate::{OccupancyGrid, Places, PlacesFile, load_map};
 
-use crate::OccupancyGrid;
-#[cfg(feature = "files")]
-use crate::{Places, PlacesFile};
-
-/// File name of the map.
-pub const YAML_NAME: &str = "house.yaml";
-
-/// The map's files, name and content: the YAML, its image and its places.
-pub const FILES: [(&str, &[u8]); 3] = [
-    (YAML_NAME, include_bytes!("../house.yaml")),
-    ("house.pgm", include_bytes!("../house.pgm")),
-    ("house.places.toml", include_bytes!("../house.places.toml")),
-];
-
-/// Reads one of [`FILES`] by the last part of its path; a [`ReadFile`](diagnostics::ReadFile).
-///
-/// # Errors
-/// [`io::ErrorKind::NotFound`] for any other name.
-#[cfg(feature = "files")]
-pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let file = FILES.iter().find(|(name, _)| path.file_name().is_some_and(|last| last == *name));
-    file.map(|(_, content)| content.to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+/// The map.
+#[must_use]
+pub fn map() -> OccupancyGrid {
+    load_map(Path::new("house.yaml"), &read).expect("a test loads the map of the house")
 }
 
 /// The places of the house: `start`, `RechargingStation` and `Destination`.
-#[cfg(feature = "files")]
 #[must_use]
 pub fn places() -> Places {
     let places = PlacesFile::load(Path::new("house.places.toml"), &read);
     places.expect("a test parses the places of the house").into_places()
 }
 
-/// Draws the map. The result equals the map loaded from [`FILES`].
-#[must_use]
-pub fn draw() -> OccupancyGrid {
-    plan::HOUSE.draw()
+/// Reads a file of the house, which is part of the crate.
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let content: &[u8] = match path.to_str() {
+        Some("house.yaml") => include_bytes!("../house.yaml"),
+        Some("house.pgm") => include_bytes!("../house.pgm"),
+        Some("house.places.toml") => include_bytes!("../house.places.toml"),
+        _ => return Err(io::ErrorKind::NotFound.into()),
+    };
+    Ok(content.to_vec())
 }

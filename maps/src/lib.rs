@@ -15,7 +15,7 @@
 //! ```
 //! use maps::{Place, house, pose};
 //!
-//! let map = house::draw();
+//! let map = house::map();
 //! let (pose_of_station, position_tolerance_m, heading_tolerance_rad) = (pose(-7.5, 9.0, 3.14), 0.3, 0.1);
 //! let station = Place::Point { pose: pose_of_station, position_tolerance_m, heading_tolerance_rad };
 //! assert!(map.has_room(&station.goal_position(), 0.30));
@@ -25,27 +25,21 @@
 //! People write these files by hand, so a reader never stops at the first mistake: it collects
 //! [`diagnostics::FileProblems`], each with its location and what is accepted there.
 //!
-//! [`house`] and [`museum`] are the project's own maps. [`load_map`] explains the meaning of pixels.
+//! [`house`] is one of the project's own maps. [`load_map`] explains the meaning of pixels.
 //!
 //! Files are read and written with the feature `files`, which is on by default. Without it the crate has geometry and
 //! cells only, and depends only on nalgebra.
-//!
-//! # Inside
-//! The project's own maps, the house and the museum, are plans in meters (`plan`). With `STEWARD_BLESS=1`,
-//! tests draw their files.
 
 #[cfg(feature = "files")]
 mod error;
 mod grid;
+#[cfg(feature = "files")]
 pub mod house;
 #[cfg(feature = "files")]
 mod map_file;
-pub mod museum;
-mod pen;
 mod places;
 #[cfg(feature = "files")]
 mod places_file;
-mod plan;
 #[cfg(feature = "files")]
 mod polygon;
 mod pose;

@@ -1,10 +1,13 @@
 //! The project's own map keeps the properties that scenarios rely on.
 
+mod plan;
+
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::path::Path;
 
-use maps::{Cell, CellIndex, ImageFormat, OccupancyGrid, Place, Point, house, load_map, map_files, save_map};
+use maps::{Cell, CellIndex, OccupancyGrid, Place, Point, house};
+
+use plan::HOUSE;
 
 /// The robot is a disc of radius 0.30 m, which must fit everywhere with 0.1 m to spare.
 const CLEARANCE_M: f64 = 0.40;
@@ -14,19 +17,12 @@ const COMFORT_M: f64 = 0.70;
 
 #[test]
 fn the_committed_map_is_what_the_generator_draws() {
-    if std::env::var_os("STEWARD_BLESS").is_some() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(house::YAML_NAME);
-        return save_map(&house::draw(), &path, ImageFormat::Pgm).unwrap();
-    }
-    let drawn = map_files(&house::draw(), "house.pgm", ImageFormat::Pgm).unwrap();
-    let [(_, yaml), (_, image), _] = house::FILES;
-    let advice = "run `STEWARD_BLESS=1 cargo test -p steward-maps`";
-    assert!(drawn.yaml.as_bytes() == yaml && drawn.image == image, "the map's files are out of date: {advice}");
+    HOUSE.compare_files("house");
 }
 
 #[test]
 fn the_committed_files_load_as_the_map() {
-    assert_eq!(load_map(Path::new("maps/house.yaml"), &house::read).unwrap(), house::draw());
+    assert_eq!(house::map(), HOUSE.draw());
 }
 
 #[test]
@@ -41,7 +37,7 @@ fn the_places_are_where_the_original_has_them() {
 
 #[test]
 fn there_is_room_at_every_place() {
-    let (map, places) = (house::draw(), house::places());
+    let (map, places) = (house::map(), house::places());
     for (name, place) in places.iter() {
         assert!(map.has_room(&place.goal_position(), 0.5), "{name} is cramped");
     }
@@ -49,7 +45,7 @@ fn there_is_room_at_every_place() {
 
 #[test]
 fn every_room_can_be_reached() {
-    let map = house::draw();
+    let map = house::map();
     let distances = Distances::from(&map, &Point::new(0.0, 0.0), 0);
     let rooms = [
         ("corridor", (9.0, 6.8)),
@@ -73,7 +69,7 @@ fn every_room_can_be_reached() {
 
 #[test]
 fn the_station_is_on_the_way_but_not_in_the_way() {
-    let (map, places) = (house::draw(), house::places());
+    let (map, places) = (house::map(), house::places());
     let goal = |name: &str| places.get(name).unwrap().goal_position();
     let (start, station, destination) = (goal("start"), goal("RechargingStation"), goal("Destination"));
     // This must hold whether a planner cuts corners or keeps away from walls.

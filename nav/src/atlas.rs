@@ -33,7 +33,7 @@ pub use zones::closed_map;
 /// use nav::{Atlas, InitialPose, Localization, LocalizationParameters, NavigationParameters, Navigator};
 /// use robot::{RobotModel, Streams};
 ///
-/// let map = Arc::new(maps::house::draw());
+/// let map = Arc::new(maps::house::map());
 /// let atlas = Arc::new(Atlas::new(map, &RobotModel::default(), LocalizationParameters::default())?);
 /// for seed in 0..100 {
 ///     let rng = Streams::new(seed).stream("localization");

@@ -6,8 +6,8 @@ use bags::Bag;
 use campaigns::Error;
 use clap::Args;
 use maps::OccupancyGrid;
+use replay::bag::{RecordedBag, Topics, read};
 use robot::recorded::{Recording, RecordingError};
-use trials::replay::bag::{RecordedBag, Topics, read};
 
 use crate::output::note;
 

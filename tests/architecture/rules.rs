@@ -28,8 +28,12 @@ pub(super) const RULES: &[(Never, &str)] = &[
     (ReachOthersThan(&["drawing"], &["diagnostics", "maps", "rasters"]), "a picture is made of plain data"),
     (Reach(&["nav"], &["channels", "sim"]), "it serves any robot, and never sees the truth"),
     (Reach(&["sim"], &["channels", "components", "nav"]), "it stands in for hardware, whatever drives it"),
+    (Reach(&["replay"], &["nav", "sim"]), "what a robot has sent does not depend on what is done with it"),
     (Reach(&["devices", "interfaces", "programs", "remote"], &["network", "robot"]), "the world is exchangeable"),
-    (Reach(&["bags", "groot", "network", "tree_logs"], &["monitors", "recording"]), "a source judges nothing"),
+    (
+        Reach(&["bags", "groot", "network", "replay", "tree_logs"], &["monitors", "recording"]),
+        "a source judges nothing",
+    ),
     (Reach(&["recording", "reports"], &["nav", "runs", "scenarios", "sim", "skills"]), "pages are made from records"),
     (Reach(&["proofs", "runs", "scenarios"], &["drawing", "network"]), "a run draws nothing and opens no socket"),
     (Reach(&["trials"], &["bt", "monitors", "scenarios", "skills"]), "navigation is measured without a tree"),

@@ -21,7 +21,7 @@ const INSTEAD_M: f64 = 5.0;
 /// use nav::{Goal, PlanError, Reach};
 /// use robot::RobotModel;
 ///
-/// let reach = Reach::new(&maps::house::draw(), &RobotModel::default())?;
+/// let reach = Reach::new(&maps::house::map(), &RobotModel::default())?;
 /// let start = Point::new(0.0, 0.0);
 /// let places = maps::house::places();
 /// let station = places.get("RechargingStation").expect("the house has a charging station");

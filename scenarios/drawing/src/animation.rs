@@ -24,7 +24,7 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// ```
 /// # use std::sync::Arc;
 /// # use drawing::{BatteryHistory, Frame, MapPicture, Scene};
-/// # let map = Arc::new(MapPicture::new(&maps::house::draw()));
+/// # let map = Arc::new(MapPicture::new(&maps::house::map()));
 /// # let scene = Scene::new(map, maps::pose(0.0, 0.0, 0.0), 0.3);
 /// # let mut frame = Frame {
 /// #     scenario: "nominal".to_owned(), seed: Some(1), caption: String::new(),

@@ -42,7 +42,7 @@ pub struct Frame {
 /// use drawing::{Area, MapPicture, Mark, Scene, map_panel};
 /// use maps::{Point, pose};
 ///
-/// let map = Arc::new(MapPicture::new(&maps::house::draw()));
+/// let map = Arc::new(MapPicture::new(&maps::house::map()));
 /// let mut scene = Scene::new(map, pose(1.0, 0.5, 0.0), 0.3);
 /// scene.trail = vec![Point::new(0.0, 0.0), Point::new(1.0, 0.5)];
 /// let (label, short) = ("wheel slips".to_owned(), "slip".to_owned());

@@ -11,7 +11,7 @@
 //!
 //! use drawing::{BatteryHistory, Frame, MapPicture, Renderer, Scene, svg};
 //!
-//! let map = Arc::new(MapPicture::new(&maps::house::draw())); // once per run
+//! let map = Arc::new(MapPicture::new(&maps::house::map())); // once per run
 //! let mut scene = Scene::new(map, maps::pose(0.0, 0.0, 1.57), 0.3);
 //! scene.laser_hits.push(maps::Point::new(1.0, 2.0));
 //! let frame = Frame {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use bags::{Bag, Following, Mapping, Received, Source, Survey, Through};
 use campaigns::Error;
-use trials::replay::trajectory::trajectory;
+use replay::trajectory::trajectory;
 
 use crate::growing::STILL_WRITTEN;
 use crate::judge::{VerificationResult, name};

@@ -10,8 +10,8 @@ use channels::Event;
 use maps::Pose;
 use monitors::Property;
 use recording::{Detail, Header, Judge, Next, RecordSource, RunView, Scene, Step, fitting};
-use trials::replay::live_pose::LivePose;
-use trials::replay::trajectory::TrajectoryPoint;
+use replay::live_pose::LivePose;
+use replay::trajectory::TrajectoryPoint;
 
 use crate::log_context::LogContext;
 use crate::scene_sampler::SceneSampler;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use recording::{Header, Premises, RobotBody};
-use trials::replay::live_pose::LivePose;
-use trials::replay::trajectory::{Trajectory, TrajectoryPoint};
+use replay::live_pose::LivePose;
+use replay::trajectory::{Trajectory, TrajectoryPoint};
 
 use crate::logged_run::RecordedTree;
 

@@ -13,8 +13,8 @@ use diagnostics::from_disk;
 use editor::System;
 use monitors::{Property, Violation};
 use recording::{Doubts, Header, Origin};
-use trials::replay::live_pose::LivePose;
-use trials::replay::trajectory::Trajectory;
+use replay::live_pose::LivePose;
+use replay::trajectory::Trajectory;
 
 use crate::judge::{Subject, VerificationResult, load};
 use crate::log_context::LogContext;

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use maps::{Point, Pose};
 use recording::{Header, Scene};
+use replay::live_pose::{LivePose, PoseSample};
 use robot::LaserScan;
-use trials::replay::live_pose::{LivePose, PoseSample};
 
 use crate::log_context::LogContext;
 

@@ -153,7 +153,7 @@ fn a_follower_who_loses_the_robot_waits_until_it_comes_near_again() {
 }
 
 static HOUSE: LazyLock<(OccupancyGrid, Building)> = LazyLock::new(|| {
-    let map = house::draw();
+    let map = house::map();
     let building = Building::new(&map);
     (map, building)
 });

@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn boxes_leave_the_robot_room_on_all_sides() {
-        let course = Course::new("house", "house.yaml".as_ref(), maps::house::draw()).expect("the house has room");
+        let course = Course::new("house", "house.yaml".as_ref(), maps::house::map()).expect("the house has room");
         for seed in 0..20 {
             let streams = Streams::new(seed);
             let task = course.task(&mut streams.stream("navigate/task"));

@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn every_trip_on_the_house_map_ends_where_the_robot_fits() {
-        let course = course("house", maps::house::draw()).unwrap();
+        let course = course("house", maps::house::map()).unwrap();
         for seed in 0..20 {
             let task = course.task(&mut Streams::new(seed).stream("navigate/task"));
             for end in [&task.start, &task.goal] {

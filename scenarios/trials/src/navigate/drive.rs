@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     fn house() -> Course {
-        Course::new("house", "house.yaml".as_ref(), maps::house::draw()).expect("the house has room")
+        Course::new("house", "house.yaml".as_ref(), maps::house::map()).expect("the house has room")
     }
 
     #[test]
@@ -226,7 +226,7 @@ mod tests {
     /// ties, rounding can change the trip by centimeters.
     #[test]
     fn trips_do_not_depend_on_how_far_the_map_is_from_the_origin() {
-        let plan = maps::house::draw();
+        let plan = maps::house::map();
         let by = pose(688_000.0, 5_335_000.0, 0.0);
         let mut moved = OccupancyGrid::new(plan.width(), plan.height(), plan.resolution_m(), by * plan.origin());
         for (offset, cell) in plan.cells().iter().enumerate() {

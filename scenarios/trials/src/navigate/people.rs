@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn people_neither_stand_in_boxes_nor_walk_through_them() {
-        let course = Course::new("house", "house.yaml".as_ref(), maps::house::draw()).expect("the house has room");
+        let course = Course::new("house", "house.yaml".as_ref(), maps::house::map()).expect("the house has room");
         let (mut boxes_about, mut people_about) = (0, 0);
         for seed in 0..10 {
             let streams = Streams::new(seed);

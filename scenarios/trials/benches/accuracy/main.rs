@@ -6,18 +6,20 @@
 
 #![expect(clippy::print_stdout, reason = "prints a table")]
 
+mod noisy_drive;
+
 use std::time::{Duration, Instant};
 
+use noisy_drive::Accuracy;
 use robot::Reading;
-use trials::replay::accuracy;
 
 fn main() {
-    let atlas = accuracy::floor();
+    let atlas = noisy_drive::floor();
     println!("seed  driven  odometry ends off   RMSE             heading RMSE  at most   NEES  update");
-    let mut all: Vec<accuracy::Accuracy> = Vec::new();
+    let mut all: Vec<Accuracy> = Vec::new();
     for seed in 1..=10 {
         let mut took = Duration::ZERO;
-        let drive = accuracy::drive(&atlas, seed, |localization, reading| match reading {
+        let drive = noisy_drive::drive(&atlas, seed, |localization, reading| match reading {
             Reading::Odometry(odometry) => localization.odometry(odometry),
             Reading::Scan(scan) => {
                 let start = now();
@@ -39,7 +41,7 @@ fn main() {
         );
         all.push(drive);
     }
-    let median = |of: fn(&accuracy::Accuracy) -> f64| trials::median(all.iter().map(of)).unwrap_or_default();
+    let median = |of: fn(&Accuracy) -> f64| trials::median(all.iter().map(of)).unwrap_or_default();
     println!(
         "median {:>3.1} m  {:>4.2} m, {:.3} rad     {:.4} m         {:.5} rad   {:.3} m   {:>4.2}",
         median(|drive| drive.driven_m),

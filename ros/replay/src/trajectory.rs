@@ -4,7 +4,7 @@ use bags::{Bag, RobotTopics};
 use maps::{OccupancyGrid, Pose};
 use ros_messages::Structure;
 
-use super::bag::{BagReader, MAP, ODOMETRY, TopicRole, decoders, of_kind, pose_in};
+use crate::bag::{BagReader, MAP, ODOMETRY, TRANSFORMS, TopicRole, decoders, of_kind, pose_in};
 
 /// The type of poses that localization publishes, in the frame of the map.
 const LOCALIZED: &str = "geometry_msgs/msg/PoseWithCovarianceStamped";
@@ -48,7 +48,7 @@ pub fn trajectory(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Trajectory>
     let single = |role, kind, name| Some(of(role, kind, name)).filter(|found| found.len() < 2).unwrap_or_default();
     let is_wanted =
         |topic: &(TopicRole, usize)| topics.is_none_or(|topics| topics.transforms.contains(&all[topic.1].name));
-    let transforms = of(TopicRole::Transforms, super::bag::TRANSFORMS, None).into_iter().filter(is_wanted);
+    let transforms = of(TopicRole::Transforms, TRANSFORMS, None).into_iter().filter(is_wanted);
     let odometry = topics.and_then(|topics| topics.odometry.as_deref());
     let pose = topics.and_then(|topics| topics.pose.as_deref());
     let roles = maps

@@ -2,18 +2,13 @@
 //! scenarios use, and the estimates are compared with the poses of a SLAM program.
 //!
 //! [`replay`] returns a [`Course`]: the estimated and the correct pose at each scan. A [`Score`] contains the errors of
-//! the estimates. [`mapping`] makes a map from a log, and [`fit`] checks whether a map shows the place where a log was
-//! recorded. [`trajectory`] and [`live_pose`] read the poses of robots from bags and from running robots.
+//! the estimates, and [`starts`] tries many beginnings. [`fit`] checks whether a map shows the place where a log was
+//! recorded.
 
-pub mod accuracy;
-pub mod bag;
 pub mod drive;
 pub mod fit;
-pub mod live_pose;
-pub mod mapping;
 mod score;
 pub mod starts;
-pub mod trajectory;
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -10,7 +10,7 @@ use maps::{OccupancyGrid, Point, Pose};
 use robot::LaserSpec;
 use ros_messages::{Decoder, Layout, Structure, Want};
 
-use super::bag::{BagReader, TopicRole, frame, pose_in};
+use crate::bag::{BagReader, TopicRole, frame, pose_in};
 
 /// The current pose, scan and path of a running robot, from the last messages of its topics.
 pub struct LivePose {

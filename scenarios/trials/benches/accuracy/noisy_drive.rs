@@ -8,8 +8,7 @@ use nav::{Atlas, InitialPose, Localization, LocalizationParameters};
 use rand::RngExt;
 use robot::{Reading, RobotModel, Streams};
 use sim::{DriftNoise, LaserConfig, OdometryConfig, SimConfig};
-
-use super::drive::{Drive, route};
+use trials::localize::drive::{Drive, route};
 
 /// Distance between the true pose and the initial pose given to localization, in meters.
 const INITIAL_OFFSET_M: f64 = 0.2;
@@ -19,30 +18,29 @@ const LASER_SIGMA_M: f64 = 0.01;
 
 /// The results of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Accuracy {
+pub(crate) struct Accuracy {
     /// The distance driven, in meters.
-    pub driven_m: f64,
+    pub(crate) driven_m: f64,
     /// Error of odometry at the end, in meters.
-    pub odometry_off_m: f64,
+    pub(crate) odometry_off_m: f64,
     /// Error of its heading, in radians.
-    pub odometry_off_rad: f64,
+    pub(crate) odometry_off_rad: f64,
     /// Root mean square of the distances between estimates and truth, over all scans, in meters.
-    pub rmse_m: f64,
+    pub(crate) rmse_m: f64,
     /// The same for headings, in radians.
-    pub rmse_rad: f64,
+    pub(crate) rmse_rad: f64,
     /// The greatest distance, in meters.
-    pub max_m: f64,
+    pub(crate) max_m: f64,
     /// Mean of the squared errors in units of the estimate's own covariance. Three is ideal; a larger number means that
     /// the estimate is overconfident, a smaller one that it is underconfident.
-    pub normalized_squared: f64,
+    pub(crate) normalized_squared: f64,
     /// How often localization updated its estimate.
-    pub updates: u64,
+    pub(crate) updates: u64,
 }
 
 /// The settings of the drive: an odometry that reports 2 % too much distance and drifts slightly to the left, with
 /// noise; and lasers with noise.
-#[must_use]
-pub fn config() -> SimConfig {
+fn config() -> SimConfig {
     let noise = DriftNoise {
         angle_per_sqrt_rad: 0.01,
         angle_per_sqrt_m: 0.015,
@@ -63,21 +61,13 @@ pub fn config() -> SimConfig {
 }
 
 /// The map of the drive: the house that comes with the project.
-///
-/// # Panics
-/// Never: the house has free floor.
-#[must_use]
-pub fn floor() -> Arc<Atlas> {
-    let atlas = Atlas::new(Arc::new(maps::house::draw()), &RobotModel::default(), LocalizationParameters::default());
+pub(crate) fn floor() -> Arc<Atlas> {
+    let atlas = Atlas::new(Arc::new(maps::house::map()), &RobotModel::default(), LocalizationParameters::default());
     Arc::new(atlas.expect("the house has free floor"))
 }
 
 /// The path of the drive: from the start to the kitchen, and back via the charging station.
-///
-/// # Panics
-/// Never: all places of the house can be reached.
-#[must_use]
-pub fn path(atlas: &Atlas) -> Vec<Point> {
+fn path(atlas: &Atlas) -> Vec<Point> {
     let places = maps::house::places();
     let at = |name: &str| places.get(name).map(Place::goal_position).expect("the house has that place");
     let stops = ["start", "Destination", "RechargingStation", "start"].map(at);
@@ -86,10 +76,7 @@ pub fn path(atlas: &Atlas) -> Vec<Point> {
 
 /// Drives and localizes with the random numbers of a root seed. `update` is called for every reading and may measure
 /// its time.
-///
-/// # Panics
-/// If the atlas does not belong to the project's [`floor`].
-pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
+pub(crate) fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
     let streams = Streams::new(seed);
     let mut drive = Drive::along(path(atlas), atlas.map(), &config(), &streams).expect("the path begins on free floor");
     let initial = offset(&drive.pose(), &streams);

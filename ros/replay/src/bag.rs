@@ -42,9 +42,9 @@ pub struct RecordedBag {
 }
 
 const SCAN: &str = "sensor_msgs/msg/LaserScan";
-pub(super) const ODOMETRY: &str = "nav_msgs/msg/Odometry";
-pub(super) const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
-pub(super) const MAP: &str = "nav_msgs/msg/OccupancyGrid";
+pub(crate) const ODOMETRY: &str = "nav_msgs/msg/Odometry";
+pub(crate) const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
+pub(crate) const MAP: &str = "nav_msgs/msg/OccupancyGrid";
 const POSES: [&str; 3] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/msg/PoseStamped", ODOMETRY];
 
 /// The maximum number of frames. A robot has fewer, but every detected object may have a frame.
@@ -54,7 +54,7 @@ const MOST_FRAMES: usize = 1000;
 const BASES: [&str; 2] = ["base_footprint", "base_link"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TopicRole {
+pub(crate) enum TopicRole {
     Scan,
     Odometry,
     Pose,
@@ -95,7 +95,7 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
 type Decoders = BTreeMap<usize, (TopicRole, Decoder, Arc<Layout>)>;
 
 /// The topics to read, by their index, each with its role and decoder.
-pub(super) fn decoders(bag: &Bag, roles: Vec<(TopicRole, usize)>) -> Result<Decoders, NoRobot> {
+pub(crate) fn decoders(bag: &Bag, roles: Vec<(TopicRole, usize)>) -> Result<Decoders, NoRobot> {
     let all = &bag.survey().topics;
     // Only definitions in the bag and built-in ones: all these types are common.
     let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
@@ -138,7 +138,7 @@ fn roles(all: &[Topic], topics: &Topics) -> Result<Vec<(TopicRole, usize)>, NoRo
     Ok(roles)
 }
 
-pub(super) fn of_kind(all: &[Topic], kinds: &[&str]) -> Vec<usize> {
+pub(crate) fn of_kind(all: &[Topic], kinds: &[&str]) -> Vec<usize> {
     (0..all.len()).filter(|topic| kinds.contains(&all[*topic].kind.as_str())).collect()
 }
 
@@ -162,7 +162,7 @@ fn at_most_one(all: &[Topic], found: Vec<usize>) -> Result<Vec<usize>, NoRobot> 
 
 /// The data read so far.
 #[derive(Default)]
-pub(super) struct BagReader {
+pub(crate) struct BagReader {
     /// Each frame's parent frame, and its pose in the parent.
     frames: BTreeMap<String, (String, Pose)>,
     /// The frames of odometry and of the robot.
@@ -170,10 +170,10 @@ pub(super) struct BagReader {
     odometry: Option<(Pose, VelocityCommand)>,
     /// The odometry's frame in the map, from published poses.
     correction: Option<Pose>,
-    pub(super) laser: Option<LaserSpec>,
+    pub(crate) laser: Option<LaserSpec>,
     /// The scan read last, until it is part of a record.
-    pub(super) ranges_m: Option<Vec<f32>>,
-    pub(super) map: Option<OccupancyGrid>,
+    pub(crate) ranges_m: Option<Vec<f32>>,
+    pub(crate) map: Option<OccupancyGrid>,
     start_ns: Option<i64>,
     last: Duration,
     records: Vec<Record>,
@@ -182,7 +182,7 @@ pub(super) struct BagReader {
 
 impl BagReader {
     /// Takes a message; none if it cannot be used.
-    pub(super) fn take(&mut self, role: TopicRole, message: Structure<'_>) -> Option<()> {
+    pub(crate) fn take(&mut self, role: TopicRole, message: Structure<'_>) -> Option<()> {
         match role {
             TopicRole::Transforms => {
                 for transform in message.parts("transforms") {
@@ -232,20 +232,20 @@ impl BagReader {
     }
 
     /// The newest odometry in the `map` frame, by the newest correction.
-    pub(super) fn corrected(&mut self) -> Option<Pose> {
+    pub(crate) fn corrected(&mut self) -> Option<Pose> {
         let (odometry, _) = self.odometry()?;
         let correction = self.correction.or_else(|| self.pose_of(&self.names.as_ref()?.0, "map"))?;
         Some(correction * odometry)
     }
 
     /// The newest pose of the robot in the `map` frame, by the transforms or by odometry with the newest correction.
-    pub(super) fn pose(&mut self) -> Option<Pose> {
+    pub(crate) fn pose(&mut self) -> Option<Pose> {
         let by_transforms = BASES.iter().find_map(|base| self.pose_of(base, "map"));
         by_transforms.or_else(|| self.corrected())
     }
 
     /// The newest odometry in its own frame.
-    pub(super) fn odometry_pose(&mut self) -> Option<Pose> {
+    pub(crate) fn odometry_pose(&mut self) -> Option<Pose> {
         self.odometry().map(|(pose, _)| pose)
     }
 
@@ -260,7 +260,7 @@ impl BagReader {
     }
 
     /// The pose of a frame in a frame above it.
-    pub(super) fn pose_of(&self, child: &str, above: &str) -> Option<Pose> {
+    pub(crate) fn pose_of(&self, child: &str, above: &str) -> Option<Pose> {
         let (mut at, mut found) = (child, Pose::identity());
         for _ in 0..self.frames.len() {
             let (parent, in_parent) = self.frames.get(at)?;
@@ -309,11 +309,11 @@ impl BagReader {
 }
 
 /// A frame's name. In ROS 1, names could begin with a slash.
-pub(super) fn frame(name: &str) -> String {
+pub(crate) fn frame(name: &str) -> String {
     name.trim_start_matches('/').to_owned()
 }
 
-pub(super) fn pose_in(message: Structure<'_>) -> Option<Pose> {
+pub(crate) fn pose_in(message: Structure<'_>) -> Option<Pose> {
     plane(message.part("position")?, message.part("orientation")?)
 }
 

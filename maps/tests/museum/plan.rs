@@ -1,4 +1,4 @@
-//! The map of a small museum of about 12 m × 9 m, through which a robot guides visitors.
+//! The plan of a small museum of about 12 m × 9 m, through which a robot guides visitors.
 //!
 //! ```text
 //!  ┌────────────────┬──────────────┐
@@ -12,23 +12,11 @@
 //!
 //! The only way into the treasury is a door. The sculpture room and the treasury are dead ends, where the robot has to
 //! get past its visitors.
-//!
-//! A test checks that the map's files are up to date; `STEWARD_BLESS=1 cargo test -p steward-maps` draws them.
 
-use crate::OccupancyGrid;
 use crate::pen::{Rect, rect};
 use crate::plan::{Plan, Position};
 
-/// File name of the map.
-pub const YAML_NAME: &str = "museum.yaml";
-
-/// Draws the map. The result equals the map loaded from its files.
-#[must_use]
-pub fn draw() -> OccupancyGrid {
-    MUSEUM.draw()
-}
-
-const MUSEUM: Plan = Plan {
+pub(super) const MUSEUM: Plan = Plan {
     sheet: rect((-1.0, 13.0), (-1.0, 10.0)),
     rooms: &ROOMS,
     doorways: &DOORWAYS,

@@ -1,7 +1,11 @@
 //! A plan of a floor: rooms, doorways and furniture, in meters in the `map` frame.
 
+use std::path::Path;
+
+use diagnostics::from_disk;
+use maps::{Cell, ImageFormat, OccupancyGrid, load_map, map_files, save_map};
+
 use crate::pen::{Pen, Rect};
-use crate::{Cell, OccupancyGrid};
 
 /// Side of a cell.
 const RESOLUTION_M: f64 = 0.05;
@@ -30,6 +34,22 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// Fails if the files of the map with this name are not what the plan draws; with `STEWARD_BLESS`, writes them
+    /// instead.
+    pub(crate) fn compare_files(&self, name: &str) {
+        let (drawn, path) = (self.draw(), Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
+        let (yaml, image) = (path.with_extension("yaml"), path.with_extension("pgm"));
+        if std::env::var_os("STEWARD_BLESS").is_some() {
+            return save_map(&drawn, &yaml, ImageFormat::Pgm).expect("the folder can be written");
+        }
+        let files = map_files(&drawn, &format!("{name}.pgm"), ImageFormat::Pgm).expect("a map has files");
+        let is_committed = |path: &Path, content: &[u8]| std::fs::read(path).is_ok_and(|bytes| bytes == content);
+        let are_up_to_date = is_committed(&yaml, files.yaml.as_bytes()) && is_committed(&image, &files.image);
+        let advice = "run `STEWARD_BLESS=1 cargo test -p steward-maps`";
+        assert!(are_up_to_date, "the map's files are out of date: {advice}");
+        assert_eq!(load_map(&yaml, &from_disk).expect("the map is complete"), drawn);
+    }
+
     pub(crate) fn draw(&self) -> OccupancyGrid {
         let mut pen = Pen::new(self.sheet, RESOLUTION_M);
         for &room in self.rooms {

@@ -1,8 +1,7 @@
 //! Drawing on a grid in meters.
 
+use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
 use nalgebra::Vector2;
-
-use crate::{Cell, CellIndex, OccupancyGrid, Point, pose};
 
 /// An axis-aligned rectangle from (`x_m.0`, `y_m.0`) to (`x_m.1`, `y_m.1`).
 #[derive(Clone, Copy, Debug)]
