@@ -4,9 +4,9 @@ use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 use campaigns::Error;
+use checks::named_files;
 use clap::Args;
 use diagnostics::Disk;
-use editor::named_files;
 use recording::{BagTree, Recording};
 use reports::html::quoted;
 

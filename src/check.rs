@@ -4,9 +4,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use campaigns::Error;
+use checks::{Checked, examine};
 use clap::Args;
 use diagnostics::{Disk, counted, parts};
-use editor::check::{Checked, examine};
 use reports::results::{Case, CaseResult, FileFinding, Suite};
 use scenarios::files::shipped_campaigns;
 use scenarios::scenario::find;

@@ -2,6 +2,8 @@
 
 use clap::{Args, Parser, ValueEnum};
 #[cfg(feature = "dds")]
+use network::Options;
+#[cfg(feature = "dds")]
 use scenarios::Error;
 
 /// The message of a program that cannot join one, and its help.
@@ -9,10 +11,6 @@ use scenarios::Error;
 pub(crate) const WITHOUT: &str = "this program cannot join a DDS domain: it was built without the feature `dds`";
 #[cfg(not(feature = "dds"))]
 pub(crate) const HOW: &str = "build it with `cargo build --release --features dds`";
-
-/// The last domain. Higher numbers would need ports that do not exist.
-#[cfg(feature = "dds")]
-const LAST_DOMAIN: u16 = 232;
 
 /// Which DDS domain is joined, and how far it reaches.
 #[derive(Clone, Debug, Args)]
@@ -56,12 +54,13 @@ impl Default for DomainArgs {
 impl DomainArgs {
     /// The options for joining it. Notes what may prevent discovery.
     #[cfg(feature = "dds")]
-    pub(crate) fn options(&self) -> Result<network::Options, Error> {
+    pub(crate) fn options(&self) -> Result<Options, Error> {
         // An empty environment variable counts as unset.
         let number = if self.number.is_empty() { Ok(0) } else { self.number.parse() };
-        let Some(domain) = number.ok().filter(|number| *number <= LAST_DOMAIN) else {
+        let last = Options::LARGEST_DOMAIN;
+        let Some(domain) = number.ok().filter(|number| *number <= last) else {
             let message = format!("there is no DDS domain `{}`", self.number);
-            return Err(Error::refused(message, format!("the domains are 0 to {LAST_DOMAIN}")));
+            return Err(Error::refused(message, format!("the domains are 0 to {last}")));
         };
         if self.discovery_range == Range::Off {
             let help = "without discovery, no node is found: `--discovery-range localhost`";
@@ -71,7 +70,7 @@ impl DomainArgs {
             || std::env::var("ROS_LOCALHOST_ONLY").is_ok_and(|only| only == "1");
         let (variable, read) = (|name: &str| std::env::var(name).ok(), |path: &str| std::fs::read_to_string(path).ok());
         network::obstacles(&variable, &read).iter().for_each(|text| crate::output::note(text));
-        Ok(network::Options { domain, is_local })
+        Ok(Options { domain, is_local })
     }
 
     /// The domain as options of a command.

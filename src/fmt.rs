@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use campaigns::Error;
+use checks::Language;
 use clap::Args;
 use diagnostics::{counted, from_disk, read_text, rewrite_whole, text_from_disk, xml};
-use editor::Language;
 use similar::TextDiff;
 
 use crate::output::{complain, print, print_exactly};

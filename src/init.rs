@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use campaigns::Error;
+use checks::Toml;
 use clap::{Args, ValueEnum};
 use diagnostics::Staging;
-use editor::Toml;
 use scenarios::files::{shipped_campaigns, shipped_paths};
 use scenarios::scenario::{Found, Scenario, ScenarioFile, find};
 

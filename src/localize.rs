@@ -2,17 +2,15 @@
 
 mod log;
 
-use diagnostics::Disk;
-use diagnostics::seconds;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use campaigns::Error;
+use checks::named_files;
 use clap::Args;
-use diagnostics::Staging;
+use diagnostics::{Disk, Staging, seconds};
 use drawing::{MapPicture, Renderer, Trajectories};
-use editor::named_files;
 use maps::OccupancyGrid;
 use nav::Atlas;
 use robot::recorded::Recording;

@@ -3,12 +3,12 @@
 
 mod new;
 
-use editor::System;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use campaigns::Error;
 use channels::Monitor as _;
+use checks::System;
 use clap::{Args, Subcommand, ValueEnum};
 use monitors::{Format, Method, Property, ScopeMonitor, explain};
 use reports::file_name;

@@ -1,15 +1,14 @@
 //! `steward navigate`: how well the robot drives from anywhere to anywhere.
 
-use diagnostics::Disk;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use campaigns::Error;
+use checks::named_files;
 use clap::{Args, ValueEnum};
-use diagnostics::Staging;
+use diagnostics::{Disk, Staging};
 use drawing::Renderer;
-use editor::named_files;
 use reports::file_name;
 use scenarios::Complaints;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};

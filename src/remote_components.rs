@@ -17,10 +17,7 @@ use runs::{Delivery, RemoteComponents};
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
-use crate::domain::DomainArgs;
-use crate::interrupt;
 use crate::moment::moment;
-use crate::output::note;
 use losses::Losses;
 use time::{CLOCK, Time};
 
@@ -33,60 +30,81 @@ const PATIENCE: Duration = Duration::from_millis(10);
 /// The time before the run begins in which publishers can discover the node.
 const SETTLING: Duration = Duration::from_millis(700);
 
-/// Joins the domain of a scenario's components. The time is that of `/clock` if `use_sim_time` is set, or if the topic
-/// has a publisher when the run begins; otherwise, it is real time.
-pub(crate) fn join(
-    domain: &DomainArgs,
-    use_sim_time: bool,
-    remapped: &[Remapping],
-    scenario: &Scenario,
-) -> Result<Box<dyn RemoteComponents>, Error> {
-    let (mut topics, mut services, mut names) = (BTreeMap::new(), BTreeMap::new(), Names::default());
-    for component in scenario.components.values() {
-        if let Runs::Remote(component) = &component.runs {
-            topics.extend(component.topics().map(|(name, kind)| (names.resolve(name, remapped), kind)));
-            services.extend(component.services().map(|(name, kind)| (names.resolve(name, remapped), kind)));
+/// The components of a scenario that are nodes of ROS 2, before the run joins their domain.
+pub(crate) struct ComponentNodes {
+    names: Names,
+    /// The types of topics and services, by their names in the domain.
+    topics: BTreeMap<String, String>,
+    services: BTreeMap<String, String>,
+}
+
+impl ComponentNodes {
+    /// The components of a scenario, with other names for some topics, services and actions.
+    ///
+    /// # Errors
+    /// If no component has a name that is to be another.
+    pub(crate) fn of(scenario: &Scenario, remapped: &[Remapping]) -> Result<Self, Error> {
+        let (mut topics, mut services, mut names) = (BTreeMap::new(), BTreeMap::new(), Names::default());
+        for component in scenario.components.values() {
+            if let Runs::Remote(component) = &component.runs {
+                topics.extend(component.topics().map(|(name, kind)| (names.resolve(name, remapped), kind)));
+                services.extend(component.services().map(|(name, kind)| (names.resolve(name, remapped), kind)));
+            }
         }
+        if let Some((_, rule)) = remapped.iter().enumerate().find(|(rule, _)| !names.used.contains(rule)) {
+            let message = format!("`--remap`: no component has `{}`, or an earlier one is about it", rule.from);
+            return Err(Error::refused(message, "names are those of the interface, in the component's namespace"));
+        }
+        Ok(Self { names, topics, services })
     }
-    if let Some((_, rule)) = remapped.iter().enumerate().find(|(rule, _)| !names.used.contains(rule)) {
-        let message = format!("`--remap`: no component has `{}`, or an earlier one is about it", rule.from);
-        return Err(Error::refused(message, "names are those of the interface, in the component's namespace"));
+
+    /// Joins their domain. The time is that of `/clock` if `use_sim_time` is set, or if the topic has a publisher now;
+    /// otherwise, it is real time. `note` is called with what a user should know, then and later.
+    ///
+    /// # Errors
+    /// If DDS fails.
+    pub(crate) fn join(
+        self,
+        domain: network::Options,
+        use_sim_time: bool,
+        note: fn(&str),
+    ) -> Result<Box<dyn RemoteComponents>, Error> {
+        let wanted = self.topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
+        let mut node = Domain::nodes(domain, vec![NAME.to_owned()], true, wanted);
+        node.ask(self.services, self.topics);
+        node.begin().map_err(|error| Error::refused(error.to_string(), error.help()))?;
+        let publisher = node.publisher().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
+        let mut nodes = Nodes {
+            time: Time::Steady(None),
+            now: Duration::ZERO,
+            node,
+            publisher,
+            names: self.names,
+            run: RandomState::new().build_hasher().finish(),
+            open: BTreeMap::new(),
+            failures: 0,
+            messages: Vec::new(),
+            notes: Vec::new(),
+            losses: Losses::default(),
+            noted: BTreeSet::new(),
+            node_notes: 0,
+            node_losses: 0,
+            body: Vec::new(),
+            note,
+        };
+        let since = moment();
+        while since.elapsed() < SETTLING {
+            nodes.poll(PATIENCE);
+        }
+        nodes.losses.begin_run();
+        let has_clock = use_sim_time || nodes.node.robot().publishers.contains_key(CLOCK);
+        if has_clock {
+            nodes.time = Time::of_clock(use_sim_time);
+        }
+        let time = if has_clock { "that of /clock" } else { "real time" };
+        note(&format!("the run is the node {NAME}, and its time is {time}: another run need not be the same"));
+        Ok(Box::new(nodes))
     }
-    let wanted = topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
-    let mut node = Domain::nodes(domain.options()?, vec![NAME.to_owned()], true, wanted);
-    node.ask(services, topics);
-    let refused = |error: network::Error| Error::refused(error.to_string(), error.help());
-    node.begin().map_err(refused)?;
-    let publisher = node.publisher().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
-    let mut nodes = Nodes {
-        time: Time::Steady(None),
-        now: Duration::ZERO,
-        node,
-        publisher,
-        names,
-        run: RandomState::new().build_hasher().finish(),
-        open: BTreeMap::new(),
-        failures: 0,
-        messages: Vec::new(),
-        notes: Vec::new(),
-        losses: Losses::default(),
-        noted: BTreeSet::new(),
-        node_notes: 0,
-        node_losses: 0,
-        body: Vec::new(),
-    };
-    let since = moment();
-    while since.elapsed() < SETTLING && interrupt::flow().is_continue() {
-        nodes.poll(PATIENCE);
-    }
-    nodes.losses.begin_run();
-    let has_clock = use_sim_time || nodes.node.robot().publishers.contains_key(CLOCK);
-    if has_clock {
-        nodes.time = Time::of_clock(use_sim_time);
-    }
-    let time = if has_clock { "that of /clock" } else { "real time" };
-    note(&format!("the run is the node {NAME}, and its time is {time}: another run need not be the same"));
-    Ok(Box::new(nodes))
 }
 
 /// The names of topics and services: in the run, as the components' interfaces have them, and in the domain.
@@ -135,6 +153,8 @@ struct Nodes {
     node_losses: usize,
     /// The last message, whose memory is reused.
     body: Vec<u8>,
+    /// Called with what a user should know.
+    note: fn(&str),
 }
 
 impl RemoteComponents for Nodes {
@@ -163,7 +183,7 @@ impl RemoteComponents for Nodes {
         let (notes, lost) = (self.node.notes(), self.node.lost());
         self.notes.extend(notes.iter().skip(self.node_notes).chain(lost.iter().skip(self.node_losses)).cloned());
         (self.node_notes, self.node_losses) = (notes.len(), lost.len());
-        self.notes.iter().for_each(|what| note(what));
+        self.notes.iter().for_each(|what| (self.note)(what));
         let (losses, resumed) = self.losses.take();
         self.node.now_ns().into_iter().for_each(|at_ns| self.losses.end_step(now, at_ns));
         let (messages, notes) = (std::mem::take(&mut self.messages), std::mem::take(&mut self.notes));
@@ -227,7 +247,7 @@ impl Nodes {
             if request.is_repeatable() {
                 let why = format!("the response of {service} may have been lost when DDS failed: it is asked again");
                 if self.noted.insert(why.clone()) {
-                    note(&why);
+                    (self.note)(&why);
                 }
                 self.losses.lose(what, Flaw::Missing, sent, why);
                 self.open.insert(request.number, (request.clone(), sent));
@@ -238,7 +258,7 @@ impl Nodes {
                 let counts = if is_lost { "failed" } else { "accepted" };
                 let why =
                     format!("the response of {service} was lost when DDS failed: what was asked counts as {counts}");
-                note(&why);
+                (self.note)(&why);
                 // The lost response may differ from the presumed one.
                 self.losses.lose(what.clone(), Flaw::Mixed, sent, why);
                 self.losses.resume(&what);
@@ -297,7 +317,7 @@ impl Nodes {
         }
         let lost = format!("messages on {name} were lost on their way: verdicts that they could change are unsure");
         if self.noted.insert(lost.clone()) {
-            note(&lost);
+            (self.note)(&lost);
         }
     }
 

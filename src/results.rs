@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bt::Tree;
 use campaigns::Error;
 use clap::Args;
-use diagnostics::{Disk, PartsOfText, Span, parts_by_text};
+use diagnostics::{PartsOfText, Span, parts_by_text};
 use judging::node_places;
 use miette::{Diagnostic, Severity};
 use monitors::Property;
@@ -171,7 +171,7 @@ fn place(span: &Span) -> Option<FilePlace> {
 /// Whether nobody wrote a text, although it has the name of a file: it is that of the scenario of a RoAML model.
 fn is_made(name: &str, text: &str) -> bool {
     let file = Path::new(name);
-    find::is_model(&Disk::default(), file) && diagnostics::text_from_disk(file).is_ok_and(|written| written != text)
+    diagnostics::text_from_disk(file).is_ok_and(|written| written != text && find::is_model(file, &written))
 }
 
 /// The parts of a diagnostic with their places; an assignment on the command line, or a text without a name, is none.

@@ -33,3 +33,16 @@ pub(crate) fn renaming(text: &str) -> Result<(String, String), String> {
         .map(|(from, to)| (from.to_owned(), to.to_owned()))
         .ok_or_else(|| "FROM:=TO, such as odom:=r1/odom, each without `/` at its beginning".to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_renamed_to_names_without_a_slash_at_their_beginning() {
+        assert_eq!(renaming("odom:=r1/odom"), Ok(("odom".to_owned(), "r1/odom".to_owned())));
+        for wrong in ["odom", "odom:=", ":=odom", "odom:=/odom", "odom:=a b"] {
+            assert!(renaming(wrong).is_err(), "{wrong}");
+        }
+    }
+}

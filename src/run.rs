@@ -25,12 +25,18 @@ use monitors::Warnings;
 use crate::domain::DomainArgs;
 use crate::names::ScenarioName;
 use crate::out_file::OutFile;
+#[cfg(feature = "dds")]
+use crate::output::note;
 use crate::output::{note_elsewhere, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
+#[cfg(feature = "dds")]
+use crate::remote_components::ComponentNodes;
 use crate::results::{self, ResultsArgs};
 use crate::ros_names::remapping;
 use crate::run::table::RunsTable;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
+#[cfg(feature = "dds")]
+use crate::sim::BoxedController;
 use crate::{browser, interrupt, summary};
 
 /// The command's name in results.
@@ -145,18 +151,14 @@ impl BesideArgs {
             }
             #[cfg(feature = "dds")]
             Some(_) => {
-                let joined = crate::remote_components::join(&self.domain, self.use_sim_time, &self.remapped, scenario);
-                joined.map(Partners::Components)
+                let nodes = ComponentNodes::of(scenario, &self.remapped)?;
+                nodes.join(self.domain.options()?, self.use_sim_time, note).map(Partners::Components)
             }
             #[cfg(not(feature = "dds"))]
             Some(_) => Err(scenarios::Error::refused(crate::domain::WITHOUT, crate::domain::HOW)),
         }
     }
 }
-
-/// The controller of a robot, for the thread of its run.
-#[cfg(feature = "dds")]
-pub(crate) type BoxedController = Box<dyn runs::Controller + Send>;
 
 /// Runs a scenario with a controller of its robot; or several times at once, for robots in these namespaces, with
 /// consecutive seeds.

@@ -2,13 +2,13 @@
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
+use std::time::Instant;
 
 use campaigns::Error;
 use clap::Args;
 use groot::{PORT, Server, Value};
 use recording::{EntryValue, Header, RunView, logged_transitions};
 
-use crate::moment::moment;
 use crate::output::note;
 
 /// Where clients of Groot2's protocol are answered.
@@ -102,11 +102,11 @@ fn told(value: &EntryValue) -> Value {
 /// Lets a run go on no faster than in real time.
 #[expect(clippy::disallowed_methods, reason = "people watch in real time")]
 pub(crate) fn real_time() -> impl FnMut(&RunView) {
-    let began = moment();
+    let began = Instant::now();
     move |view| {
         // Partners that take part set the pace.
         if !view.header().has_partners() {
-            std::thread::sleep((began + view.time()).saturating_duration_since(moment()));
+            std::thread::sleep((began + view.time()).saturating_duration_since(Instant::now()));
         }
     }
 }

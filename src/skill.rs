@@ -1,14 +1,14 @@
 //! `steward skill`: machines without a robot.
 
-use diagnostics::Disk;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 use campaigns::Error;
+use checks::{FileKind, named_files};
 use clap::{Subcommand, ValueEnum};
-use editor::named_files;
+use diagnostics::Disk;
 use reports::pictures;
 use runs::machine_record;
 use scenarios::files::Kind;
@@ -78,7 +78,7 @@ pub(crate) enum Format {
 pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
     match command {
         SkillCommand::Check { files, scenario } => check::each(files, false, &ResultsArgs::default(), |file| {
-            editor::check::machine(&Disk::default(), file, scenario.as_deref()).map(|(_, checked)| checked)
+            FileKind::Machine.examine(&Disk::default(), file, scenario.as_deref()).result
         }),
         SkillCommand::Show { file, scenario, format } => show(file, scenario.as_deref(), *format),
         SkillCommand::Mutants { files } => mutants(files),

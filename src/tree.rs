@@ -1,16 +1,15 @@
 //! `steward tree`: behavior trees without a robot.
 
-use diagnostics::Disk;
-use diagnostics::seconds;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use bt::{Outcome, Rehearsal, RehearsedTick, Request, Status, Tree};
 use campaigns::Error;
+use checks::{FileKind, named_files};
 use clap::{Subcommand, ValueEnum};
+use diagnostics::{Disk, seconds};
 use drawing::FoldedTree;
-use editor::named_files;
 use reports::pictures;
 use serde_json::json;
 
@@ -68,7 +67,7 @@ pub(crate) enum Format {
 pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
     match command {
         TreeCommand::Check { files } => check::each(files, false, &ResultsArgs::default(), |file| {
-            editor::check::tree(&Disk::default(), file).map(|(_, checked)| checked)
+            FileKind::Tree.examine(&Disk::default(), file, None).result
         }),
         TreeCommand::Show { file, format } => show(&named_files::tree(&Disk::default(), file)?, *format),
         TreeCommand::Run { file, leaves, ticks, json } => run(file, leaves, *ticks, *json),

@@ -498,7 +498,7 @@ fn the_program_prints_the_schemas_that_the_repository_has() {
     for (name, file) in [
         ("scenario", "scenarios/scenario.schema.json"),
         ("campaign", "scenarios/campaigns/campaign.schema.json"),
-        ("interface", "channels/interfaces/interface.schema.json"),
+        ("interface", "components/interfaces/interface.schema.json"),
         ("mapping", "ros/bags/mapping.schema.json"),
         ("places", "maps/places.schema.json"),
     ] {

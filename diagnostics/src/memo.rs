@@ -2,6 +2,7 @@
 
 use std::any::{Any, TypeId};
 use std::collections::BTreeMap;
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -28,9 +29,17 @@ const KEPT: usize = 2;
 /// # Ok::<(), Infallible>(())
 /// ```
 #[derive(Debug, Default)]
-pub struct Memo(Mutex<BTreeMap<(TypeId, PathBuf), Vec<Kept>>>);
+pub struct Memo(Mutex<Slots>);
 
-type Kept = Box<dyn Any + Send + Sync>;
+type Slots = BTreeMap<(TypeId, PathBuf), Slot>;
+
+/// The values of one type and name.
+#[derive(Debug, Default)]
+struct Slot {
+    /// The one used last comes first.
+    kept: Vec<Box<dyn Any + Send + Sync>>,
+    is_used: bool,
+}
 
 /// A shared value, equal to its clones only. Comparing it is cheap, whatever the value.
 #[derive(Clone, Debug)]
@@ -64,13 +73,14 @@ impl Memo {
     /// A kept value of this type and name for which `is_current` holds.
     pub fn find<V: Clone + 'static>(&self, name: &Path, is_current: impl Fn(&V) -> bool) -> Option<V> {
         let slot = (TypeId::of::<V>(), name.to_owned());
-        let kept: Vec<V> =
-            self.slots().get(&slot).into_iter().flatten().filter_map(|one| one.downcast_ref().cloned()).collect();
+        let kept = |slot: &Slot| slot.kept.iter().filter_map(|one| one.downcast_ref().cloned()).collect();
+        let kept: Vec<V> = self.slots().get(&slot).map(kept).unwrap_or_default();
         // Not under the lock: this may read files.
         let place = kept.iter().position(is_current)?;
-        if let Some(slot) = self.slots().get_mut(&slot).filter(|slot| place < slot.len()) {
-            // The one used last comes first, unless another thread has just replaced it.
-            slot.swap(0, place);
+        // Another thread may just have replaced it.
+        if let Some(slot) = self.slots().get_mut(&slot).filter(|slot| place < slot.kept.len()) {
+            slot.kept.swap(0, place);
+            slot.is_used = true;
         }
         kept.into_iter().nth(place)
     }
@@ -78,12 +88,18 @@ impl Memo {
     /// Keeps a value, in place of the one of this type and name that was not used for longest.
     pub fn keep<V: Send + Sync + 'static>(&self, name: &Path, value: V) {
         let mut slots = self.slots();
-        let kept = slots.entry((TypeId::of::<V>(), name.to_owned())).or_default();
-        kept.insert(0, Box::new(value));
-        kept.truncate(KEPT);
+        let slot = slots.entry((TypeId::of::<V>(), name.to_owned())).or_default();
+        slot.kept.insert(0, Box::new(value));
+        slot.kept.truncate(KEPT);
+        slot.is_used = true;
     }
 
-    fn slots(&self) -> MutexGuard<'_, BTreeMap<(TypeId, PathBuf), Vec<Kept>>> {
+    /// Forgets the values whose type and name were not used since this was called last.
+    pub fn forget_unused(&self) {
+        self.slots().retain(|_, slot| mem::take(&mut slot.is_used));
+    }
+
+    fn slots(&self) -> MutexGuard<'_, Slots> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -127,6 +143,17 @@ mod tests {
         assert_eq!([number("a", 1), number("b", 2), number("a", 3)], [Ok(1), Ok(2), Ok(1)]);
         assert_eq!(memo.get(Path::new("a"), (), || Ok::<u64, ()>(4)), Ok(4));
         assert_eq!(memo.get(Path::new("a"), 'c', || Ok::<u32, ()>(5)), Ok(5));
+    }
+
+    #[test]
+    fn a_name_is_forgotten_once_it_is_no_longer_used() {
+        let memo = Memo::default();
+        let number = |name: &str, value: u32| memo.get(Path::new(name), (), || Ok::<_, ()>(value));
+        assert_eq!([number("a", 1), number("b", 2)], [Ok(1), Ok(2)]);
+        memo.forget_unused();
+        assert_eq!(number("a", 3), Ok(1));
+        memo.forget_unused();
+        assert_eq!([number("a", 4), number("b", 5)], [Ok(1), Ok(5)]);
     }
 
     #[test]

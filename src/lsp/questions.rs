@@ -5,10 +5,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use checks::Language;
+use checks::findings::{Finding, Findings};
 use diagnostics::normal;
-use editor::findings::{Finding, Findings};
 use editor::proposal::{Proposal, ProposalKind};
-use editor::{Documents, EditedFile, FileContext, Language, Mention, NameIndex, NameKind, Project, TextLines, Unit};
+use editor::{Documents, EditedFile, FileContext, Mention, NameIndex, NameKind, Project, TextLines, Unit};
 use lsp_types as lsp;
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionParams, CompletionItem, CompletionItemKind, CompletionParams,

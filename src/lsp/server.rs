@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 
+use checks::findings::Findings;
 use diagnostics::normal;
-use editor::findings::Findings;
 use editor::{Documents, FileContext, TextLines, Unit};
 use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::{

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use editor::findings::{Finding, InText};
+use checks::findings::{Finding, InText};
 use editor::{TextLines, Unit};
 use lsp_types as lsp;
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, Uri};

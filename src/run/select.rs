@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use campaigns::Error;
-use editor::Toml;
+use checks::Toml;
 use glob::Pattern;
 use scenarios::files::{Files, scenario_names};
 use scenarios::scenario::{Found, RunsEntry, ScenarioFile, find};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use checks::named_files;
 use diagnostics::Disk;
-use editor::named_files;
 use recording::InputFile;
 use scenarios::files::Kind;
 

@@ -36,6 +36,8 @@ pub(super) const RULES: &[(Never, &str)] = &[
     ),
     (Reach(&["recording", "reports"], &["nav", "runs", "scenarios", "sim", "skills"]), "pages are made from records"),
     (Reach(&["proofs", "runs", "scenarios"], &["drawing", "network"]), "a run draws nothing and opens no socket"),
+    (Reach(&["checks"], &["cockpit", "editor", "network"]), "files are checked without an editor and without a robot"),
+    (Reach(&["judging"], &["cockpit", "network"]), "it judges what any source gives"),
     (Reach(&["trials"], &["bt", "monitors", "scenarios", "skills"]), "navigation is measured without a tree"),
     (DependUnless(&["runs", "scenarios", "trials"], &["sim"]), "the others see a robot or its records"),
     (

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use checks::Toml;
 use diagnostics::Disk;
-use editor::{CheckedDocuments, Documents, EditedFile, Project, Toml};
+use editor::{CheckedDocuments, Documents, EditedFile, Project};
 use serde_json::{Value, json};
 
 use super::Editor;
@@ -142,8 +143,8 @@ fn edit_at_random(count: usize, seed: u64, compared_every: usize) {
 }
 
 /// What a check of a file on disk finds in it is what is shown.
-fn same_as_on_disk(root: &Path, found: &editor::findings::Findings, documents: &Documents) {
-    let checked = editor::check::examine(&Disk::default(), root.to_str().unwrap(), None);
+fn same_as_on_disk(root: &Path, found: &checks::findings::Findings, documents: &Documents) {
+    let checked = checks::examine(&Disk::default(), root.to_str().unwrap(), None);
     let mut messages: Vec<String> = match &checked {
         Ok(checked) => {
             let parts = checked.concerns.iter().flat_map(|concern| diagnostics::parts(concern.as_ref()));

@@ -11,7 +11,7 @@ import jsonschema_rs
 
 root = pathlib.Path(__file__).parents[2]
 files = [
-    "scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface", "ros/bags/mapping",
+    "scenarios/scenario", "scenarios/campaigns/campaign", "components/interfaces/interface", "ros/bags/mapping",
     "maps/places",
 ]
 validators = {}

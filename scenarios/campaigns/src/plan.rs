@@ -93,14 +93,12 @@ impl Plan {
             None if is_name => return Err(no_campaign(&name)),
             None => {}
         }
-        if find::is_model(disk, path) {
-            return Self::parse_on(disk, &name, &of_model(path));
-        }
         let text = disk.read_text(path).map_err(|error| {
             let message = format!("cannot read the campaign {name}: {error}");
             let help = "a campaign is a TOML file that names a scenario and the parameters to vary";
             Error::refused(message, format!("{help}, or one of {}", campaign_names()))
         })?;
+        let text = if find::is_model(path, &text) { of_model(path) } else { text };
         Self::parse_on(disk, &name, &text)
     }
 

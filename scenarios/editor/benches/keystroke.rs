@@ -55,10 +55,7 @@ fn write_application(folder: &Path) {
              components.Speaker = {{ machine = \"Speaker.scxml\", interface = \"speaker.toml\" }}\n"
         ),
     );
-    assert!(
-        editor::check::examine(&diagnostics::Disk::default(), &folder.join("main.toml").to_string_lossy(), None)
-            .is_ok()
-    );
+    assert!(checks::examine(&diagnostics::Disk::default(), &folder.join("main.toml").to_string_lossy(), None).is_ok());
 }
 
 /// The times from a keystroke in this file, at its end, until everything is checked.

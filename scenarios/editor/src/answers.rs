@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
+use checks::{FileKind, Toml};
 use diagnostics::Disk;
 use diagnostics::document::Referent;
 
-use crate::file_kind::FileKind;
 use crate::knowledge::Knowledge;
 use crate::project::FileContext;
 use crate::proposal::{Explanation, Proposal, ProposalKind};
-use crate::toml_keys::Blank;
-use crate::toml_subject::Toml;
+use crate::toml_keys::{Blank, keys_at};
 use crate::{leaf_words, machine_words, paths, scope_words, toml_keys, tree_words};
 
 /// A file, and what belongs to it.
@@ -35,7 +34,7 @@ impl EditedFile<'_> {
             Some(FileKind::Properties) => scope_words::proposals(text, at, &known),
             Some(FileKind::Toml(kind)) => {
                 let names = |blank: Blank<'_>| self.named(blank, text, &known);
-                toml_keys::proposals(text, at, &kind.keys_at(text, at), &names)
+                toml_keys::proposals(text, at, &keys_at(kind, text, at), &names)
             }
             Some(FileKind::Model | FileKind::Map | FileKind::PlacesIni) | None => Vec::new(),
         };
@@ -88,7 +87,7 @@ impl EditedFile<'_> {
             FileKind::Tree => tree_words::explanation(text, at, &known),
             FileKind::Machine => machine_words::explanation(text, at, &known, &known.vocabulary(self.file)),
             FileKind::Properties => scope_words::explanation(text, at, &known),
-            FileKind::Toml(kind) => toml_keys::explanation(text, at, &kind.keys_at(text, at)),
+            FileKind::Toml(kind) => toml_keys::explanation(text, at, &keys_at(kind, text, at)),
             FileKind::Model | FileKind::Map | FileKind::PlacesIni => None,
         }
     }
@@ -128,7 +127,7 @@ mod tests {
             let Some(FileKind::Toml(kind)) = FileKind::of_document(&disk, file) else { continue };
             let subject = EditedFile { disk: &disk, file, context: &checked.contexts[file] };
             for written in contents(text).1 {
-                let keys = kind.keys_at(text, written.range.start);
+                let keys = keys_at(kind, text, written.range.start);
                 let Some(what) = key_at(&keys, &written.key).and_then(|key| key.refers_to) else { continue };
                 let name = written.value.split('=').next().unwrap();
                 let proposals = subject.proposals(text, written.range.start + name.len());

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use bt::Tree;
 use channels::{FieldKind, Topology};
+use checks::System;
 use diagnostics::document::Referent;
 use maps::Place;
 use monitors::syntax::{Item, parse_file};
@@ -15,7 +16,6 @@ use scenarios::scenario::{BehaviorEntry, Scenario, ScenarioFile, Skill};
 use skills::Vocabulary;
 
 use crate::project::FileContext;
-use crate::system::System;
 use crate::toml_keys::is_chosen;
 
 /// What the scenarios of a file define.

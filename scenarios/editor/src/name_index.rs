@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bt::Kind;
+use checks::{FileKind, Toml};
 use diagnostics::{Disk, normal};
 use monitors::syntax::{Item, parse_file};
 use roxmltree::{Attribute, Document, Node, ParsingOptions};
 
-use crate::file_kind::FileKind;
 use crate::machine_words::STATES;
 use crate::toml_place::{Text, contents};
-use crate::toml_subject::Toml;
 
 /// The kinds of names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use checks::{FileKind, Toml};
 use diagnostics::{Disk, normal};
 use scenarios::files::{scenario_names, shipped_paths};
 
-use crate::file_kind::FileKind;
 use crate::proposal::{Proposal, ProposalKind};
-use crate::toml_subject::Toml;
 
 /// The files with one of these endings, and the folders, that a text may name in a file of this folder: those beside
 /// the part of the path that is written, and those that come with the program. Without endings, only folders.

@@ -5,15 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use checks::findings::{self, Findings};
+use checks::{Examined, FileKind, System, Toml};
 use diagnostics::{Disk, FileStamp, Memo, Reads, normal};
 use scenarios::scenario::{Scenario, find};
 
-use crate::check::{examine, examine_scenario, examine_text};
-use crate::file_kind::FileKind;
-use crate::findings::{self, Findings};
-use crate::system::System;
 use crate::text::{MARK, TextLines};
-use crate::toml_subject::Toml;
 
 /// The texts that are open in an editor.
 #[derive(Clone, Debug, Default)]
@@ -58,6 +55,17 @@ impl Documents {
         if self.marked.contains(path) { lines.after_mark() } else { lines }
     }
 
+    /// The kinds of these documents, and of the saved files in the folders where their scenarios may be.
+    fn kinds(&self) -> Kinds {
+        let folders: BTreeSet<&Path> = self.open.keys().flat_map(|document| self.around(document)).collect();
+        let entries = folders.into_iter().flat_map(fs::read_dir).flatten().flatten();
+        let paths: BTreeSet<PathBuf> =
+            entries.map(|entry| normal(&entry.path())).chain(self.open.keys().cloned()).collect();
+        let disk = self.disk();
+        let with_kind = |path: PathBuf| FileKind::of_document(&disk, &path).map(|kind| (path, kind));
+        paths.into_iter().filter_map(with_kind).collect()
+    }
+
     /// The folders in which the scenarios of an open file may be.
     fn around<'p>(&self, file: &'p Path) -> impl Iterator<Item = &'p Path> {
         let below = |file: &Path, folder: &Path| file.strip_prefix(folder).ok().map(|below| below.components().count());
@@ -70,6 +78,9 @@ impl Documents {
         file.ancestors().skip(1).take(as_named.or_else(real).unwrap_or(1))
     }
 }
+
+/// Files by [normal] path, with the kind of each. Those of other programs are left out.
+type Kinds = BTreeMap<PathBuf, FileKind>;
 
 /// Checks open documents after every edit. What has not changed since is not checked again.
 ///
@@ -154,34 +165,35 @@ impl Stamp {
 impl Project {
     /// What is wrong with the open documents and with the scenarios that read them, and what belongs to them.
     pub fn check(&mut self, documents: &Documents) -> CheckedDocuments {
-        let (roots, unread) = self.sorted(documents);
+        let kinds = documents.kinds();
+        let (roots, unread) = self.sorted(documents, &kinds);
         let mut findings = Findings::new();
         roots
             .iter()
             .filter_map(|root| self.known.get(root))
             .for_each(|root| findings::merge(&mut findings, &root.findings));
-        for path in unread {
+        for (path, kind) in unread {
             let disk = documents.disk().remembering();
-            let checked = examine_text(&disk, path);
+            let checked = kind.examine_alone(&disk, path);
             let found = findings::of_check(path, &documents.open[path], &checked, &disk.reads());
             findings::merge(&mut findings, &found);
         }
         let open = documents.open.keys();
-        let contexts = open.map(|document| (document.clone(), self.context(document, &roots, documents))).collect();
+        let context = |document: &PathBuf| (document.clone(), self.context(document, kinds.get(document), &roots));
+        let contexts = open.map(context).collect();
         let scenarios = self.known.values().map(|root| root.reads.paths.keys().cloned().collect()).collect();
         CheckedDocuments { findings, contexts, scenarios }
     }
 
-    fn context(&mut self, document: &Path, roots: &BTreeSet<PathBuf>, documents: &Documents) -> FileContext {
+    fn context(&mut self, document: &Path, kind: Option<&FileKind>, roots: &BTreeSet<PathBuf>) -> FileContext {
         let roots = roots.iter().filter_map(|root| self.known.get(root));
         let reads: Vec<&Root> = roots.filter(|root| root.reads.paths.contains_key(document)).collect();
         let files = reads.iter().flat_map(|root| root.reads.paths.keys().cloned());
         let files = files.chain([document.to_owned()]).collect();
         let mut scenarios: Vec<Arc<Scenario>> = reads.iter().filter_map(|root| root.scenario.clone()).collect();
         let mapped = reads.iter().find_map(|root| root.mapped.clone());
-        let needs_scenario =
-            || FileKind::of_document(&documents.disk(), document).is_some_and(FileKind::needs_scenario);
-        if scenarios.is_empty() && reads.iter().all(|root| root.mappings.is_empty()) && needs_scenario() {
+        let needs_scenario = kind.is_some_and(needs_scenario);
+        if scenarios.is_empty() && reads.iter().all(|root| root.mappings.is_empty()) && needs_scenario {
             // As `steward check` does.
             let nominal = self.nominal.get_or_insert_with(|| {
                 let found = find::find("nominal").ok()?;
@@ -194,29 +206,33 @@ impl Project {
 
     /// The files to check for the open documents. They have been checked.
     pub fn roots(&mut self, documents: &Documents) -> BTreeSet<PathBuf> {
-        self.sorted(documents).0
+        self.sorted(documents, &documents.kinds()).0
     }
 
     /// The files to check, which have been checked, and the documents that these do not read, or may not have looked at
     /// to the end: they belong to a scenario that is refused.
-    fn sorted<'d>(&mut self, documents: &'d Documents) -> (BTreeSet<PathBuf>, Vec<&'d PathBuf>) {
-        let disk = documents.disk();
+    fn sorted<'d>(
+        &mut self,
+        documents: &'d Documents,
+        kinds: &Kinds,
+    ) -> (BTreeSet<PathBuf>, Vec<(&'d PathBuf, FileKind)>) {
         let (mut roots, mut unread, mut used) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
         for document in documents.open.keys() {
             // A part of a scenario may be too broken to have a kind.
-            let kind = FileKind::of_document(&disk, document);
-            let needs_scenario = kind.is_some_and(FileKind::needs_scenario);
-            let scenarios = self.scenarios_of(document, needs_scenario, documents, &mut used);
+            let kind = kinds.get(document).copied();
+            let dependent = kind.filter(needs_scenario);
+            let scenarios = self.scenarios_of(document, dependent.is_some(), documents, kinds, &mut used);
             if scenarios.is_empty() {
                 let Some(kind) = kind else { continue };
-                self.refresh(document, documents, mappings_of(document, kind, documents));
+                self.refresh(document, kind, documents, mappings_of(document, kind, documents, kinds));
                 roots.insert(document.clone());
-            } else if scenarios
-                .iter()
-                .map(|scenario| &self.known[*scenario])
-                .all(|root| !root.reads.paths.contains_key(document) || needs_scenario && root.is_refused)
+            } else if let Some(kind) = dependent
+                && scenarios
+                    .iter()
+                    .map(|scenario| &self.known[*scenario])
+                    .all(|root| !root.reads.paths.contains_key(document) || root.is_refused)
             {
-                unread.push(document);
+                unread.push((document, kind));
             }
             roots.extend(scenarios.into_iter().cloned());
         }
@@ -232,58 +248,48 @@ impl Project {
         document: &Path,
         needs_scenario: bool,
         documents: &Documents,
+        kinds: &Kinds,
         used: &'u mut BTreeSet<PathBuf>,
     ) -> Vec<&'u PathBuf> {
-        let candidates: Vec<PathBuf> =
-            documents.around(document).flat_map(|folder| files_in(folder, documents, is_scenario)).collect();
         let mut belongs_to = Vec::new();
-        for candidate in candidates {
-            let root = self.refresh(&candidate, documents, Vec::new());
+        for (candidate, kind) in documents.around(document).flat_map(|folder| files_in(folder, kinds, is_scenario)) {
+            let root = self.refresh(candidate, kind, documents, Vec::new());
             let may_read = || needs_scenario && root.is_refused && mentions(&root.text, document);
             if root.reads.paths.contains_key(document) || may_read() {
-                belongs_to.push(candidate.clone());
+                belongs_to.push(candidate);
             }
-            used.insert(candidate);
+            used.insert(candidate.clone());
         }
         used.iter().filter(|path| belongs_to.contains(path)).collect()
     }
 
     /// The result of a check of this file, as it is now.
-    fn refresh(&mut self, path: &Path, documents: &Documents, mappings: Vec<PathBuf>) -> &Root {
+    fn refresh(&mut self, path: &Path, kind: FileKind, documents: &Documents, mappings: Vec<PathBuf>) -> &Root {
         let is_same = |(path, stamp): (&PathBuf, &Stamp)| Stamp::of(path, documents) == *stamp;
         let is_fresh = |root: &Root| root.mappings == mappings && root.stamps.iter().all(is_same);
         if !self.known.get(path).is_some_and(is_fresh) {
             let before = self.known.remove(path);
-            self.known.insert(path.to_owned(), Root::check(path, documents, mappings, before));
+            self.known.insert(path.to_owned(), Root::check(path, kind, documents, mappings, before));
         }
         &self.known[path]
     }
 }
 
 impl Root {
-    fn check(path: &Path, documents: &Documents, mappings: Vec<PathBuf>, before: Option<Self>) -> Self {
+    fn check(path: &Path, kind: FileKind, documents: &Documents, mappings: Vec<PathBuf>, before: Option<Self>) -> Self {
         let memo = before.as_ref().map(|before| Arc::clone(&before.memo)).unwrap_or_default();
         let disk = documents.disk().remembering().with_memo(&memo);
         let text: Arc<str> = disk.read_text(path).unwrap_or_default().into();
-        let name = path.to_string_lossy();
-        let names = mappings.iter().map(|mapping| mapping.to_string_lossy());
+        let with_mapping = |mapping: &PathBuf| kind.examine(&disk, path, Some(&mapping.to_string_lossy()));
         // Of several mappings, the first with which nothing is wrong.
-        let tried = names.map(|mapping| (examine(&disk, &name, Some(&mapping)), System::on(&disk, &mapping).ok()));
-        let mut tried: Vec<_> = tried.collect();
-        let best = tried.iter().position(|(checked, _)| checked.is_ok()).unwrap_or(0);
-        let of_scenario = FileKind::of_document(&disk, path).is_some_and(is_scenario);
-        let ((checked, scenario), mapped) = match tried.is_empty() {
-            true if of_scenario => (examine_scenario(&disk, &name), None),
-            true => {
-                let is_mapping = FileKind::of_document(&disk, path) == Some(FileKind::Toml(Toml::Mapping));
-                let mapped = is_mapping.then(|| System::on(&disk, &name).ok()).flatten();
-                ((examine(&disk, &name, None), None), mapped)
-            }
-            false => {
-                let (checked, mapped) = tried.swap_remove(best);
-                ((checked, None), mapped)
-            }
-        };
+        let mut tried: Vec<Examined> = mappings.iter().map(with_mapping).collect();
+        let best = tried.iter().position(|examined| examined.result.is_ok()).unwrap_or(0);
+        let examined = if tried.is_empty() { kind.examine(&disk, path, None) } else { tried.swap_remove(best) };
+        let Examined { result: checked, scenario, system: mapped } = examined;
+        if checked.is_ok() {
+            // What is refused may not have used all of its files.
+            memo.forget_unused();
+        }
         let scenario = scenario.map(|scenario| match before.as_ref().and_then(|before| before.scenario.as_deref()) {
             Some(before) if checked.is_err() => Arc::new(Scenario::clone(&scenario).with_machines_of(before)),
             _ => scenario,
@@ -302,33 +308,40 @@ impl Root {
             is_refused: checked.is_err(),
             reads,
             text,
-            scenario: scenario
-                .or(checked.ok().and_then(|checked| checked.scenario))
-                .or(before.and_then(|before| before.scenario)),
+            scenario: scenario.or(before.and_then(|before| before.scenario)),
             memo,
         }
     }
 }
 
-/// The files of some kinds in a folder, open or not, in alphabetical order.
-fn files_in(folder: &Path, documents: &Documents, is_wanted: fn(FileKind) -> bool) -> BTreeSet<PathBuf> {
-    let saved = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| normal(&entry.path()));
-    let open = documents.open.keys().filter(|path| path.parent() == Some(folder)).cloned();
-    let disk = documents.disk();
-    saved.chain(open).filter(|path| FileKind::of_document(&disk, path).is_some_and(is_wanted)).collect()
+/// The files of some kinds in a folder, in alphabetical order.
+fn files_in<'k>(
+    folder: &Path,
+    kinds: &'k Kinds,
+    is_wanted: impl Fn(FileKind) -> bool,
+) -> impl Iterator<Item = (&'k PathBuf, FileKind)> {
+    let here = kinds.iter().filter(move |(path, kind)| path.parent() == Some(folder) && is_wanted(**kind));
+    here.map(|(path, kind)| (path, *kind))
 }
 
 fn is_scenario(kind: FileKind) -> bool {
     matches!(kind, FileKind::Model | FileKind::Toml(Toml::Scenario))
 }
 
+/// Whether what is wrong with such a file depends on the scenario to which it belongs.
+fn needs_scenario(kind: &FileKind) -> bool {
+    matches!(kind, FileKind::Machine | FileKind::Properties | FileKind::Toml(Toml::Interface))
+}
+
 /// The mappings to which properties without a scenario may belong: those in the nearest folder that has any.
-fn mappings_of(document: &Path, kind: FileKind, documents: &Documents) -> Vec<PathBuf> {
+fn mappings_of(document: &Path, kind: FileKind, documents: &Documents, kinds: &Kinds) -> Vec<PathBuf> {
     let is_mapping = |kind| kind == FileKind::Toml(Toml::Mapping);
     let mut folders = documents.around(document).filter(|_| kind == FileKind::Properties);
-    let found =
-        folders.find_map(|folder| Some(files_in(folder, documents, is_mapping)).filter(|found| !found.is_empty()));
-    found.into_iter().flatten().collect()
+    let found = folders.find_map(|folder| {
+        let found: Vec<PathBuf> = files_in(folder, kinds, is_mapping).map(|(path, _)| path.clone()).collect();
+        Some(found).filter(|found| !found.is_empty())
+    });
+    found.unwrap_or_default()
 }
 
 /// Whether the text of a scenario has the name of a file or of its folder.

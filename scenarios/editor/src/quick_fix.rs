@@ -4,15 +4,15 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use checks::FileKind;
+use checks::findings::{Finding, Findings};
 use diagnostics::document::Key;
 use diagnostics::{Disk, nearest};
 
 use crate::answers::EditedFile;
-use crate::file_kind::FileKind;
-use crate::findings::{Finding, Findings};
 use crate::project::{Documents, FileContext, Project};
 use crate::proposal::{Proposal, ProposalKind};
-use crate::toml_keys::{header, key_at, name_of, simplest};
+use crate::toml_keys::{header, key_at, keys_at, name_of, simplest};
 use crate::toml_place::{TomlPlace, place};
 use crate::xml_place::end_name;
 
@@ -105,7 +105,7 @@ fn missing_keys(text: &str, disk: &Disk, file: &Path, finding: &Finding) -> Opti
     let space = Space::in_table(text, &finding.range)?;
     let begun = format!("{}{}", &text[..space.at], space.before);
     let Some((TomlPlace::Key { table, .. }, _)) = place(&begun, begun.len()) else { return None };
-    let known = kind.keys_at(text, space.at);
+    let known = keys_at(kind, text, space.at);
     let names = named.split('`').skip(1).step_by(2);
     let keys: Option<Vec<&Key>> =
         names.map(|name| key_at(&known, &[table.as_slice(), &[name.to_owned()]].concat())).collect();

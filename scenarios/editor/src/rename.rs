@@ -5,7 +5,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::findings::Findings;
+use checks::findings::Findings;
+
 use crate::name_index::{Mention, NameIndex, NameKind};
 use crate::project::{Documents, Project};
 

@@ -1,13 +1,37 @@
 //! Keys and values of TOML files, from what their readers declare.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::sync::LazyLock;
 
+use checks::Toml;
 use diagnostics::document::{Key, Referent};
+use scenarios::faults::{KINDS, Parameter};
 use serde_json::{Value, json};
 
 use crate::proposal::{Explanation, Proposal, ProposalKind};
-use crate::toml_place::{Present, TomlPlace, place};
+use crate::toml_place::{Present, TomlPlace, beside, place};
+
+/// The keys of each kind of file, also those that only their rules describe.
+static ALL_KEYS: LazyLock<BTreeMap<Toml, Vec<Key>>> = LazyLock::new(|| {
+    let kinds = [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places, Toml::Mapping];
+    let all = |kind: Toml| {
+        let keys = kind.keys();
+        let within = within(&keys);
+        (kind, [keys, within].concat())
+    };
+    kinds.map(all).into()
+});
+
+/// The keys of such a file at a byte of its text: a fault has the parameters of its kind, too.
+pub(crate) fn keys_at(file: Toml, text: &str, at: usize) -> Vec<Key> {
+    let mut keys = ALL_KEYS[&file].clone();
+    let kind = beside(text, at, &["faults", "kind"]).filter(|_| file == Toml::Scenario);
+    let fault = KINDS.iter().find(|known| Some(known.name) == kind.as_deref());
+    let parameters = fault.into_iter().flat_map(|fault| fault.parameters).map(Parameter::key);
+    keys.extend(parameters.map(|key| Key { path: format!("faults[].{}", key.path), ..key }));
+    keys
+}
 
 /// A text that stands for something, or a key that the file chooses.
 #[derive(Clone, Copy, Debug)]
@@ -196,7 +220,7 @@ fn of_key(key: &Key, insert: String, replaces: &Range<usize>) -> Proposal {
 
 /// The keys of tables whose readers ask for none of them one by one, as the rules of these keys describe them: the
 /// fields of a message, whose names the file chooses, and what they take.
-pub(crate) fn within(keys: &[Key]) -> Vec<Key> {
+fn within(keys: &[Key]) -> Vec<Key> {
     let mut found = Vec::new();
     for key in keys {
         collect(key, &key.path, &key.takes, &mut found);
@@ -328,7 +352,6 @@ fn as_key(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toml_subject::Toml;
 
     /// The names that are proposed at the `|` of a text.
     fn proposed(marked: &str, keys: &[Key]) -> Vec<String> {

@@ -12,8 +12,8 @@ use std::time::Duration;
 use bags::{Bag, Found};
 use campaigns::Error;
 use channels::{ChannelId, Event, EventKind, Flaw, Gap, Ground, Topology};
+use checks::System;
 use diagnostics::counted;
-use editor::System;
 use monitors::{Channels, EventLog, GapMark, Property};
 use recording::{Doubts, Header, Origin, Recording, RecordingError, RunView};
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use channels::Topology;
-use editor::System;
+use checks::System;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
 use recording::{Detail, Header, Recording, RunView, conduct};

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bags::Found;
 use campaigns::Error;
 use channels::Topology;
-use editor::System;
+use checks::System;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{
     Certainty, Doubts, Evidence, Header, InputFile, Judge, Monitor, Origin, Provenance, RunView, ShownVerdict,

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use bags::{Events, Mapping, Received, Remapping, Source, Survey, Through};
 use campaigns::Error;
+use checks::System;
 use diagnostics::from_disk;
-use editor::System;
 use monitors::{Property, Violation};
 use recording::{Doubts, Header, Origin};
 use replay::live_pose::LivePose;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use campaigns::Error;
 use channels::Ground;
-use editor::System;
+use checks::System;
 use groot::{Blackboards, Client, GrootError, TreeSnapshot, TreeUpdate, TreeWatch};
 use monitors::Property;
 use recording::{Detail, Doubts, Ended, Header, Next, Origin, RecordSource, RunView, Step, TreeRun, fitting};

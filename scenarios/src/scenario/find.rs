@@ -80,7 +80,7 @@ fn on_disk(disk: &Disk, path: &Path) -> Result<Found, Error> {
         let message = format!("cannot read the scenario {}: {error}", path.display());
         Error::refused(message, help(path, "a scenario is a TOML file, or one of", ""))
     })?;
-    if is_model_with(path, &text) {
+    if is_model(path, &text) {
         return Ok(of_model(path));
     }
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
@@ -91,13 +91,9 @@ fn on_disk(disk: &Disk, path: &Path) -> Result<Found, Error> {
     Ok(Found { name, kind, path: argument.clone(), argument, text, files })
 }
 
-/// Whether a file on this disk is the main file of a RoAML model, which can be used directly as a scenario.
+/// Whether a file with this text is the main file of a RoAML model, which can be used directly as a scenario.
 #[must_use]
-pub fn is_model(disk: &Disk, path: &Path) -> bool {
-    disk.read_text(path).is_ok_and(|text| is_model_with(path, &text))
-}
-
-fn is_model_with(path: &Path, text: &str) -> bool {
+pub fn is_model(path: &Path, text: &str) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) && roaml::is_model(text)
 }
 

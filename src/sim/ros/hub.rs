@@ -10,8 +10,6 @@ use std::time::Duration;
 use bags::{Received, Source as _};
 use network::{Domain, IncomingRequest, Live as _, Publisher};
 
-use crate::output::note;
-
 /// The longest wait for a message in one call.
 const PATIENCE: Duration = Duration::from_millis(10);
 
@@ -47,6 +45,8 @@ struct Shared {
     arrivals: Vec<Condvar>,
     /// The last robot has completed a step.
     steps: Condvar,
+    /// Called with what a user should know.
+    note: fn(&str),
 }
 
 #[derive(Default)]
@@ -84,8 +84,9 @@ impl Shared {
     }
 }
 
-/// A station for each robot, in this order, in a domain that has begun. `None` if the domain has been left.
-pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Station>> {
+/// A station for each robot, in this order, in a domain that has begun. `None` if the domain has been left. `note` is
+/// called with what a user should know.
+pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>, note: fn(&str)) -> Option<Vec<Station>> {
     let publishers = wanted.iter().map(|_| node.publisher()).collect::<Option<Vec<Publisher>>>()?;
     let robot = |Wanted { topics, services }| {
         let (messages, requests) = (VecDeque::new(), VecDeque::new());
@@ -96,7 +97,7 @@ pub(super) fn stations(mut node: Domain, wanted: Vec<Wanted>) -> Option<Vec<Stat
     let state = Mutex::new(Traffic { robots, ..Traffic::default() });
     let arrivals = (0..count).map(|_| Condvar::new()).collect();
     let (left, thread) = (AtomicUsize::new(count), Mutex::new(None));
-    let shared = Arc::new(Shared { left, thread, state, arrivals, steps: Condvar::new() });
+    let shared = Arc::new(Shared { left, thread, state, arrivals, steps: Condvar::new(), note });
     let thread = std::thread::spawn({
         let shared = Arc::clone(&shared);
         move || {
@@ -127,7 +128,9 @@ impl Shared {
                 let (name, size) = (topic.clone(), body.len());
                 let incoming = Incoming { topic, kind, body: std::mem::take(body) };
                 let Traffic { robots, left_out, .. } = &mut *state;
-                keep(&mut robots[place].messages, incoming, &name, size, left_out);
+                if let Some(text) = keep(&mut robots[place].messages, incoming, &name, size, left_out) {
+                    (self.note)(&text);
+                }
                 self.arrivals[place].notify_one();
             }
         }
@@ -136,7 +139,9 @@ impl Shared {
             if let Some(place) = place {
                 let (name, size) = (request.service.clone(), request.body.len());
                 let Traffic { robots, left_out, .. } = &mut *state;
-                keep(&mut robots[place].requests, request, &name, size, left_out);
+                if let Some(text) = keep(&mut robots[place].requests, request, &name, size, left_out) {
+                    (self.note)(&text);
+                }
             }
         }
         if state.read != *node.read() {
@@ -179,9 +184,15 @@ impl Shared {
     }
 }
 
-/// Queues what has come under a name, unless it is too large. The oldest is left out if there is too much. Either is
-/// noted once per name, which `left_out` remembers.
-fn keep<T>(waiting: &mut VecDeque<T>, new: T, name: &str, size: usize, left_out: &mut BTreeSet<String>) {
+/// Queues what has come under a name, unless it is too large. The oldest is left out if there is too much. Returns
+/// either in words, once per name, which `left_out` remembers.
+fn keep<T>(
+    waiting: &mut VecDeque<T>,
+    new: T,
+    name: &str,
+    size: usize,
+    left_out: &mut BTreeSet<String>,
+) -> Option<String> {
     let why = if size > LARGEST {
         format!("{size} bytes are too many")
     } else {
@@ -191,13 +202,11 @@ fn keep<T>(waiting: &mut VecDeque<T>, new: T, name: &str, size: usize, left_out:
         }
         waiting.push_back(new);
         if !is_full {
-            return;
+            return None;
         }
         "more comes than is taken".to_owned()
     };
-    if left_out.insert(name.to_owned()) {
-        note(&format!("some of what comes on {name} is left out: {why}"));
-    }
+    left_out.insert(name.to_owned()).then(|| format!("some of what comes on {name} is left out: {why}"))
 }
 
 impl Station {
@@ -233,6 +242,11 @@ impl Station {
     /// the first to notice, which is to publish the time; `None` if a robot is still behind.
     pub(super) fn keep_step(&self, now: Duration) -> Option<bool> {
         self.shared.keep_step(self.place, now)
+    }
+
+    /// Reports what a user should know.
+    pub(super) fn note(&self, text: &str) {
+        (self.shared.note)(text);
     }
 
     /// Leaves the other robots. The last one leaves the domain.
@@ -272,6 +286,7 @@ mod tests {
             state: Mutex::new(state),
             arrivals: (0..count).map(|_| Condvar::new()).collect(),
             steps: Condvar::new(),
+            note: |_| {},
         })
     }
 

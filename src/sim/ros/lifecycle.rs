@@ -5,7 +5,7 @@ use ros_messages::RosType as _;
 use ros_messages::standard::LifecycleState;
 use runs::ControllerInput;
 
-use crate::sim::SimArgs;
+use super::config::RobotConfig;
 
 /// The type of the service that returns a node's state.
 pub(super) const KIND: &str = "lifecycle_msgs/srv/GetState";
@@ -35,10 +35,10 @@ impl ManagedNode {
     }
 
     /// Whether the robot's own software does its work.
-    pub(super) fn is_there(self, args: &SimArgs) -> bool {
+    pub(super) fn is_there(self, config: &RobotConfig) -> bool {
         match self {
-            Self::Localizer => args.localize,
-            Self::Navigator => args.navigate,
+            Self::Localizer => config.localizes,
+            Self::Navigator => config.navigates,
         }
     }
 

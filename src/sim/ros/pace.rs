@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use robot::VelocityCommand;
+use scenarios::Error;
 
 use super::commands::Command;
+use super::config::PaceConfig;
 use crate::moment::moment;
-use crate::sim::SimArgs;
 
 /// The base stops if no command has come for this long. A command is too old if its stamp is older.
 pub(super) const STALE: Duration = Duration::from_millis(500);
@@ -19,7 +20,7 @@ const MOST_WAITING: usize = 1000;
 const BEHIND: Duration = Duration::from_millis(200);
 
 /// How time passes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Pace {
     /// `speed` simulated seconds per second, since a moment. That moment is moved if the simulation falls behind.
     Steady { speed: f64, since: Option<Instant>, is_late: bool },
@@ -28,12 +29,23 @@ pub(super) enum Pace {
 }
 
 impl Pace {
-    pub(super) fn of(args: &SimArgs) -> Self {
+    /// The pace of a simulation whose steps take this long.
+    ///
+    /// # Errors
+    /// If a period is no multiple of the step.
+    pub(super) fn of(config: PaceConfig, step: Duration) -> Result<Self, Error> {
         // A span longer than any run counts as infinite.
         let span = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
-        match args.lock_step {
-            true => Self::LockStep { period: span(args.period), deadline: span(args.deadline) },
-            false => Self::Steady { speed: args.speed, since: None, is_late: false },
+        match config {
+            PaceConfig::Steady { speed } => Ok(Self::Steady { speed, since: None, is_late: false }),
+            PaceConfig::LockStep { period_s, deadline_s } => {
+                let period = span(period_s);
+                if period.is_zero() || !period.as_nanos().is_multiple_of(step.as_nanos()) {
+                    let message = format!("a period of {period_s} s is no multiple of the step");
+                    return Err(Error::refused(message, format!("a step takes {} s", step.as_secs_f64())));
+                }
+                Ok(Self::LockStep { period, deadline: span(deadline_s) })
+            }
         }
     }
 

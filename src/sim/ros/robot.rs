@@ -4,27 +4,25 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use maps::Pose;
-use network::{Domain, Live as _, Publication};
+use network::Publication;
 use recording::ros;
 use remote::NodeMessage;
 use robot::{LaserSpec, Reading, VelocityCommand};
 use ros_messages::RosMessage;
 use runs::{Controller, ControllerInput, ControllerOutput, Touched};
 use scenarios::Error;
-use scenarios::scenario::{OfferedComponents, Scenario};
+use scenarios::scenario::Scenario;
 
 use super::commands::{self, Command};
+use super::config::RobotConfig;
 use super::exchange::Exchange;
 use super::frames::Frames;
-use super::hub::{Incoming, Station, Wanted, stations};
+use super::hub::{Incoming, Station};
 use super::lifecycle::{self, ManagedNode};
 use super::navigation::NavigationServer;
 use super::pace::{Commands, Oddity, Pace, STALE};
 use super::topics::Topics;
 use crate::moment::moment;
-use crate::output::note;
-use crate::run::BoxedController;
-use crate::sim::SimArgs;
 
 /// The longest wait for a message in one call.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -41,95 +39,38 @@ const MOST: usize = 1000;
 /// Whether a late subscriber gets the last estimated pose at once, as from AMCL: clients of Nav2 request it.
 const POSE_IS_LATCHED: bool = true;
 
-/// Joins the domain as a scenario's robot, or as one in each namespace, in their order.
-pub(super) fn join(args: &SimArgs, scenario: &Scenario) -> Result<Vec<BoxedController>, Error> {
-    let spaces = spaces(args)?;
-    let OfferedComponents { offered, left_out } = scenario.offered();
-    let topics = spaces.iter().map(|space| Topics::of(args, space, &offered)).collect::<Result<Vec<_>, _>>()?;
-    Topics::check(&topics)?;
-    check_period(args, scenario)?;
-    let model = FixedParts::of(args, scenario)?;
-    let names: Vec<String> = spaces.iter().map(|space| format!("{space}/steward")).collect();
-    let stations = enter(args, &names, &topics)?;
-    left_out.iter().for_each(|why| note(why));
-    let mut robots: Vec<BoxedController> = Vec::new();
-    for ((station, topics), name) in stations.into_iter().zip(topics).zip(names) {
-        note(&format!("the robot is the node {name}; commands are read from {}", topics.command));
-        let robot = RosRobot::new(args, station, topics, &model);
-        robot.offer_all();
-        if !args.no_map {
-            robot.publish(&robot.topics.map, true, &model.map);
-        }
-        robot.publish(&robot.topics.tf_static, true, &robot.frames.fixed(&robot.lasers));
-        robots.push(Box::new(robot));
-    }
-    Ok(robots)
-}
-
-/// The namespaces of the robots.
-fn spaces(args: &SimArgs) -> Result<Vec<&str>, Error> {
-    let spaces =
-        if args.namespaces.is_empty() { vec![""] } else { args.namespaces.iter().map(String::as_str).collect() };
-    match spaces.iter().enumerate().find(|(place, space)| spaces[..*place].contains(space)) {
-        Some((_, twice)) => {
-            Err(Error::refused(format!("two robots would be in the namespace {twice}"), "give each its own"))
-        }
-        None => Ok(spaces),
-    }
-}
-
-fn check_period(args: &SimArgs, scenario: &Scenario) -> Result<(), Error> {
-    let step = scenario.file.execution.step();
-    if let Pace::LockStep { period, .. } = Pace::of(args)
-        && (period.is_zero() || !period.as_nanos().is_multiple_of(step.as_nanos()))
-    {
-        let message = format!("a period of {} s is no multiple of the step", args.period);
-        return Err(Error::refused(message, format!("a step takes {} s", step.as_secs_f64())));
-    }
-    Ok(())
-}
-
-/// The parts of a scenario's robot and its world that do not change.
-struct FixedParts {
+/// What the robots of a scenario have in common. It does not change.
+pub(super) struct RobotSetup {
+    pub(super) config: RobotConfig,
+    pace: Pace,
     map: ros::OccupancyGrid,
     lasers: Vec<LaserSpec>,
     frames: Frames,
 }
 
-impl FixedParts {
-    fn of(args: &SimArgs, scenario: &Scenario) -> Result<Self, Error> {
+impl RobotSetup {
+    /// # Errors
+    /// If a period is no multiple of the scenario's step, the scenario has no robot that can be driven, its map is too
+    /// large, or frames cannot be renamed so.
+    pub(super) fn of(config: RobotConfig, scenario: &Scenario) -> Result<Self, Error> {
+        let pace = Pace::of(config.pace, scenario.file.execution.step())?;
         let premises = scenario.premises.as_ref().filter(|_| scenario.schedule.is_none()).ok_or_else(|| {
             let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
             Error::refused(message, "name one with a map, and without a schedule")
         })?;
         let (mut map, lasers) = (ros::occupancy_grid(&premises.map), premises.entry.sim.model.lasers.clone());
-        let frames = Frames::of(&lasers, &args.frames)?;
+        let frames = Frames::of(&lasers, &config.frames)?;
         map.header.frame_id = frames.map.clone().into();
         if map.data.len() > MOST_CELLS {
             let message = format!("the map has {} cells, which is too much for a message", map.data.len());
             return Err(Error::refused(message, format!("{MOST_CELLS} are possible")));
         }
-        Ok(Self { map, lasers, frames })
+        Ok(Self { config, pace, map, lasers, frames })
     }
 }
 
-/// Enters the domain with nodes of these names, which subscribe to topics and offer services.
-fn enter(args: &SimArgs, names: &[String], topics: &[Topics]) -> Result<Vec<Station>, Error> {
-    let wanted = topics.iter().map(|topics| {
-        let read = [Some(&topics.command), args.localize.then_some(&topics.initial_pose)];
-        let services = topics.offered.services.keys().cloned().collect();
-        Wanted { topics: read.into_iter().flatten().cloned().collect(), services }
-    });
-    let wanted: Vec<Wanted> = wanted.collect();
-    let all = wanted.iter().flat_map(|wanted| wanted.topics.iter().cloned()).collect();
-    let mut node = Domain::nodes(args.domain.options()?, names.to_vec(), false, all);
-    let services = topics.iter().flat_map(|topics| &topics.offered.services);
-    node.serve(services.map(|(name, (_, kind))| (name.clone(), kind.clone())).collect());
-    node.begin().map_err(|error| Error::refused(error.to_string(), error.help()))?;
-    stations(node, wanted).ok_or_else(|| Error::refused("the domain has been left", "start it again"))
-}
-
-struct RosRobot {
+/// The node. In [`drive`](Controller::drive), it publishes what the robot senses, and takes commands.
+pub(super) struct RosRobot {
     station: Station,
     topics: Topics,
     /// The requests of other nodes to its action and the scenario's components.
@@ -219,17 +160,18 @@ impl Controller for RosRobot {
 }
 
 impl RosRobot {
-    fn new(args: &SimArgs, station: Station, topics: Topics, model: &FixedParts) -> Self {
-        let (frames, lasers) = (model.frames.clone(), model.lasers.clone());
-        Self {
+    /// Announces all topics, and publishes what does not change.
+    pub(super) fn begin(setup: &RobotSetup, station: Station, topics: Topics) -> Self {
+        let RobotSetup { config, pace, map, lasers, frames } = setup;
+        let robot = Self {
             station,
             exchange: Exchange::of(topics.offered.clone()),
             topics,
-            navigation: args.navigate.then(|| NavigationServer::new(frames.map.clone())),
-            frames,
-            pace: Pace::of(args),
-            lasers,
-            is_localized: args.localize,
+            navigation: config.navigates.then(|| NavigationServer::new(frames.map.clone())),
+            frames: frames.clone(),
+            pace: pace.clone(),
+            lasers: lasers.clone(),
+            is_localized: config.localizes,
             found: None,
             has_begun: false,
             shown: None,
@@ -240,7 +182,13 @@ impl RosRobot {
             held: VelocityCommand::STOP,
             noted: BTreeSet::new(),
             doors: Vec::new(),
+        };
+        robot.offer_all();
+        if config.publishes_map {
+            robot.publish(&robot.topics.map, true, map);
         }
+        robot.publish(&robot.topics.tf_static, true, &frames.fixed(lasers));
+        robot
     }
 
     /// Handles the requests of other nodes to its navigation, and takes those to components.
@@ -513,7 +461,7 @@ impl RosRobot {
             return;
         }
         let Topics { command, clock, initial_pose, .. } = &self.topics;
-        note(&match oddity {
+        self.station.note(&match oddity {
             Oddity::Unreadable => format!(
                 "a message on {command} or {initial_pose} is left out: it is of another type or frame, too short, or not \
                  finite"

@@ -6,9 +6,9 @@ use bags::{Remapping, resolve};
 use remote::{Offered, action};
 use scenarios::Error;
 
+use super::config::RobotConfig;
 use super::lifecycle::{self, ManagedNode};
 use super::navigation;
-use crate::sim::SimArgs;
 
 /// The names, resolved in a namespace and remapped.
 #[derive(Debug)]
@@ -112,10 +112,10 @@ impl Topics {
     ///
     /// # Errors
     /// If a remapping applies to none of them, or if two would have the same name.
-    pub(super) fn of(args: &SimArgs, space: &str, components: &[Offered]) -> Result<Self, Error> {
-        let [tf, tf_static] = if args.namespaces.len() > 1 { ["tf", "tf_static"] } else { ["/tf", "/tf_static"] };
-        let is_used = vec![false; args.remapped.len()];
-        let mut names = UsedNames { space, remapped: &args.remapped, is_used, all: Vec::new() };
+    pub(super) fn of(config: &RobotConfig, space: &str, components: &[Offered]) -> Result<Self, Error> {
+        let [tf, tf_static] = if config.namespaces.len() > 1 { ["tf", "tf_static"] } else { ["/tf", "/tf_static"] };
+        let is_used = vec![false; config.remapped.len()];
+        let mut names = UsedNames { space, remapped: &config.remapped, is_used, all: Vec::new() };
         let mut topics = Self {
             clock: names.topic("/clock"),
             tf: names.topic(tf),
@@ -138,12 +138,12 @@ impl Topics {
         names.resolve(navigation::NAME);
         for node in ManagedNode::ALL {
             let name = names.resolve(node.service());
-            if node.is_there(args) {
+            if node.is_there(config) {
                 let within = format!("/{}", node.service());
                 topics.offered.services.insert(name, (within, lifecycle::KIND.to_owned()));
             }
         }
-        if args.navigate {
+        if config.navigates {
             let (name, kind) = (format!("/{}", navigation::NAME), navigation::KIND);
             let services = action::services(&name, kind).into_iter();
             let feedback = (action::feedback(&name), action::feedback_kind(kind));
@@ -157,7 +157,7 @@ impl Topics {
         if let Some((_, name)) = all.iter().enumerate().find(|(place, name)| all[..*place].contains(name)) {
             return Err(twice(name));
         }
-        match args.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
+        match config.remapped.iter().zip(is_used).find(|(_, is_used)| !is_used) {
             Some((rule, _)) => {
                 let message = format!("`--remap`: there is no `{}`, or an earlier one is about it", rule.from);
                 Err(Error::refused(
@@ -193,31 +193,35 @@ impl Topics {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
     use scenarios::scenario::{Scenario, find};
 
+    use super::super::config::PaceConfig;
+    use super::ManagedNode::{Localizer, Navigator};
     use super::*;
 
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        args: SimArgs,
-    }
-
-    fn topics(options: &[&str]) -> Result<Vec<Topics>, String> {
-        let line = ["sim", "parcel"].iter().chain(options);
-        let args = Line::try_parse_from(line).expect("its options").args;
+    /// The names of a robot in each of these namespaces, some of them remapped, which does the work of these nodes.
+    fn topics(spaces: &[&str], remapped: &[[&str; 2]], nodes: &[ManagedNode]) -> Result<Vec<Topics>, String> {
+        let rule = |[from, to]: &[&str; 2]| Remapping { from: (*from).to_owned(), to: (*to).to_owned() };
+        let config = RobotConfig {
+            namespaces: spaces.iter().map(|space| (*space).to_owned()).collect(),
+            remapped: remapped.iter().map(rule).collect(),
+            frames: Vec::new(),
+            localizes: nodes.contains(&Localizer),
+            navigates: nodes.contains(&Navigator),
+            publishes_map: true,
+            pace: PaceConfig::Steady { speed: 1.0 },
+        };
         let found = find::find("parcel").expect("a shipped scenario");
         let scenario = Scenario::load(&found, &[]).expect("a sound scenario");
-        let spaces = if args.namespaces.is_empty() { vec![String::new()] } else { args.namespaces.clone() };
-        let robots = spaces.iter().map(|space| Topics::of(&args, space, &scenario.offered().offered));
+        let offered = scenario.offered().offered;
+        let robots = config.spaces().into_iter().map(|space| Topics::of(&config, space, &offered));
         let robots = robots.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
         Topics::check(&robots).map_err(|error| error.to_string()).map(|()| robots)
     }
 
     #[test]
     fn components_have_their_names_in_the_namespace_unless_they_are_remapped() {
-        let [robot] = &topics(&["--namespace", "/r1", "--remap", "Door/open:=gate/open"]).expect("names")[..] else {
+        let [robot] = &topics(&["/r1"], &[["Door/open", "gate/open"]], &[]).expect("names")[..] else {
             panic!("one robot")
         };
         let kind = || "std_srvs/srv/Trigger".to_owned();
@@ -230,8 +234,8 @@ mod tests {
         };
         assert_eq!(robot.offered.topics["/Door/moved"], moved);
         assert!(!robot.offered.services.contains_key("/r1/navigate_to_pose/_action/send_goal"));
-        let options = ["--localize", "--navigate", "--remap", "navigate_to_pose:=go"];
-        let [robot] = &topics(&options).expect("names")[..] else { panic!("one robot") };
+        let robots = topics(&[], &[["navigate_to_pose", "go"]], &[Localizer, Navigator]);
+        let [robot] = &robots.expect("names")[..] else { panic!("one robot") };
         let (within, _) = &robot.offered.services["/go/_action/send_goal"];
         assert_eq!(within, "/navigate_to_pose/_action/send_goal");
         assert!(robot.offered.topics["/navigate_to_pose/_action/status"].is_latched);
@@ -239,40 +243,34 @@ mod tests {
 
     #[test]
     fn the_states_of_those_nodes_of_nav2_are_offered_whose_work_the_robot_does() {
-        let offered = |options: &[&str]| {
-            let [robot] = &topics(options).expect("names")[..] else { panic!("one robot") };
+        let offered = |spaces: &[&str], remapped: &[[&str; 2]], nodes: &[ManagedNode]| {
+            let [robot] = &topics(spaces, remapped, nodes).expect("names")[..] else { panic!("one robot") };
             let states = robot.offered.services.iter().filter(|(_, (_, kind))| kind == lifecycle::KIND);
             states.map(|(name, (within, _))| (name.clone(), within.clone())).collect::<Vec<_>>()
         };
         let state = |name: &str, within: &str| (name.to_owned(), within.to_owned());
-        assert_eq!(offered(&[]), []);
-        assert_eq!(offered(&["--localize"]), [state("/amcl/get_state", "/amcl/get_state")]);
-        let options = ["--namespace", "/r1", "--localize", "--navigate", "--remap", "amcl/get_state:=where/get_state"];
+        assert_eq!(offered(&[], &[], &[]), []);
+        assert_eq!(offered(&[], &[], &[Localizer]), [state("/amcl/get_state", "/amcl/get_state")]);
         let expected = [
             state("/r1/bt_navigator/get_state", "/bt_navigator/get_state"),
             state("/r1/where/get_state", "/amcl/get_state"),
         ];
-        assert_eq!(offered(&options), expected);
+        let remapped = [["amcl/get_state", "where/get_state"]];
+        assert_eq!(offered(&["/r1"], &remapped, &[Localizer, Navigator]), expected);
     }
 
     #[test]
     fn names_that_are_used_twice_are_refused() {
-        for (options, why) in [
-            (&["--remap", "Door/open:=Door/close"][..], "two of them would have the name /Door/close"),
-            (&["--remap", "Door/moved:=odom"], "two of them would have the name /odom"),
-            (&["--remap", "Gate/open:=gate"], "there is no `Gate/open`"),
-            (
-                &["--namespace", "/a", "--namespace", "/b", "--remap", "Door/open:=/gate"],
-                "two robots would have the name /gate",
-            ),
-            (
-                &["--namespace", "/a", "--namespace", "/b", "--remap", "Door/moved:=/gate"],
-                "two robots would have the name /gate",
-            ),
+        for (spaces, rule, why) in [
+            (&[] as &[&str], ["Door/open", "Door/close"], "two of them would have the name /Door/close"),
+            (&[], ["Door/moved", "odom"], "two of them would have the name /odom"),
+            (&[], ["Gate/open", "gate"], "there is no `Gate/open`"),
+            (&["/a", "/b"], ["Door/open", "/gate"], "two robots would have the name /gate"),
+            (&["/a", "/b"], ["Door/moved", "/gate"], "two robots would have the name /gate"),
         ] {
-            let refused = topics(options).expect_err(why);
+            let refused = topics(spaces, &[rule], &[]).expect_err(why);
             assert!(refused.contains(why), "{refused}");
         }
-        assert_eq!(topics(&["--namespace", "/a", "--namespace", "/b"]).map(|robots| robots.len()), Ok(2));
+        assert_eq!(topics(&["/a", "/b"], &[], &[]).map(|robots| robots.len()), Ok(2));
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnostics::Disk;
 use roxmltree::{Document, ParsingOptions};
-use scenarios::files::shipped_campaigns;
+use scenarios::files::{Files, shipped_campaigns};
 use scenarios::scenario::find;
 
 use crate::toml_subject::Toml;
@@ -32,15 +32,35 @@ impl FileKind {
     /// The kind of a file on this disk, or of the shipped file with this name; nothing for other files.
     #[must_use]
     pub fn of(disk: &Disk, file: &Path) -> Option<Self> {
+        Self::with_text(file, || Files::beside("").on(disk).read_text(file).unwrap_or_default())
+    }
+
+    /// The kind of an open document; nothing for those of other programs.
+    #[must_use]
+    pub fn of_document(disk: &Disk, file: &Path) -> Option<Self> {
+        file.extension()?;
+        let text = disk.read_text(file).ok()?;
+        Self::with_text(file, || &text).filter(|kind| match kind {
+            Self::Tree => is_tree(&text),
+            Self::Properties => !text.lines().any(|line| matches!(line.trim_end(), "[Unit]" | "[Scope]")),
+            Self::Map => text.is_empty() || text.contains("resolution") || text.contains("image"),
+            Self::PlacesIni => text.contains("position"),
+            Self::Toml(kind) => Toml::of(&text) == Some(*kind),
+            _ => true,
+        })
+    }
+
+    /// The kind of the file with this name; if the name alone does not tell, that of its text.
+    fn with_text<T: AsRef<str>>(file: &Path, text: impl Fn() -> T) -> Option<Self> {
         let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         Some(match ending.as_deref() {
-            Some("xml") if find::is_model(disk, file) => Self::Model,
+            Some("xml") if find::is_model(file, text().as_ref()) => Self::Model,
             Some("xml") => Self::Tree,
             Some("scxml") => Self::Machine,
             Some("scope") => Self::Properties,
             Some("yaml" | "yml") => Self::Map,
             Some("ini") => Self::PlacesIni,
-            Some("toml") => Self::Toml(Toml::of_file(disk, file)),
+            Some("toml") => Self::Toml(Toml::meant(text().as_ref())),
             Some(_) => return None,
             None => {
                 let name = file.to_string_lossy();
@@ -52,27 +72,6 @@ impl FileKind {
                 })
             }
         })
-    }
-
-    /// The kind of an open document; nothing for those of other programs.
-    #[must_use]
-    pub fn of_document(disk: &Disk, file: &Path) -> Option<Self> {
-        file.extension()?;
-        let text = disk.read_text(file).ok()?;
-        Self::of(disk, file).filter(|kind| match kind {
-            Self::Tree => is_tree(&text),
-            Self::Properties => !text.lines().any(|line| matches!(line.trim_end(), "[Unit]" | "[Scope]")),
-            Self::Map => text.is_empty() || text.contains("resolution") || text.contains("image"),
-            Self::PlacesIni => text.contains("position"),
-            Self::Toml(kind) => Toml::of(&text) == Some(*kind),
-            _ => true,
-        })
-    }
-
-    /// Whether what is wrong with such a file depends on the scenario to which it belongs.
-    #[must_use]
-    pub fn needs_scenario(self) -> bool {
-        matches!(self, Self::Machine | Self::Properties | Self::Toml(Toml::Interface))
     }
 }
 

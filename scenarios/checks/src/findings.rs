@@ -9,7 +9,7 @@ use campaigns::Error;
 use diagnostics::{PartsOfText, Reads, parts_by_text};
 use miette::{Diagnostic, LabeledSpan, MietteDiagnostic, Severity};
 
-use crate::check::Checked;
+use crate::checked::Checked;
 
 /// One thing that is wrong with a file, or looks wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -39,7 +39,7 @@ pub struct InText {
 pub type Findings = BTreeMap<PathBuf, InText>;
 
 /// The findings of a check of `root`, in which these files were read.
-pub(crate) fn of_check(root: &Path, root_text: &Arc<str>, checked: &Result<Checked, Error>, reads: &Reads) -> Findings {
+pub fn of_check(root: &Path, root_text: &Arc<str>, checked: &Result<Checked, Error>, reads: &Reads) -> Findings {
     let mut found = Collector { root, root_text, reads, found: Findings::new() };
     match checked {
         Ok(checked) => checked.concerns.iter().for_each(|concern| found.add(concern.as_ref())),
@@ -53,7 +53,7 @@ pub(crate) fn of_check(root: &Path, root_text: &Arc<str>, checked: &Result<Check
 }
 
 /// Adds the findings of another check.
-pub(crate) fn merge(into: &mut Findings, from: &Findings) {
+pub fn merge(into: &mut Findings, from: &Findings) {
     for (path, other) in from {
         match into.get_mut(path) {
             None => drop(into.insert(path.clone(), other.clone())),

@@ -1,21 +1,17 @@
 //! What a TOML file describes, judging by its keys.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 use std::sync::LazyLock;
 
 use bags::Mapping;
 use campaigns::CampaignFile;
 use diagnostics::document::Key;
-use diagnostics::{Disk, MAX_HINTS, nearest};
+use diagnostics::{MAX_HINTS, nearest};
 use interfaces::Interface;
 use maps::PlacesFile;
-use scenarios::faults::{KINDS, Parameter};
 use scenarios::scenario::ScenarioFile;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-use crate::{named_files, toml_keys, toml_place};
 
 /// The subject of a TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,21 +44,10 @@ static OWNERS: LazyLock<BTreeMap<String, BTreeSet<Toml>>> = LazyLock::new(|| {
 /// What every place has one of.
 const OF_PLACE: [&str; 2] = ["position_m", "corners_m"];
 
-/// The keys of each kind of file, also those that only their rules describe.
-static ALL_KEYS: LazyLock<BTreeMap<Toml, Vec<Key>>> = LazyLock::new(|| {
-    let kinds = [Toml::Scenario, Toml::Campaign, Toml::Interface, Toml::Places, Toml::Mapping];
-    let all = |kind: Toml| {
-        let keys = kind.keys();
-        let within = toml_keys::within(&keys);
-        (kind, [keys, within].concat())
-    };
-    kinds.map(all).into()
-});
-
 impl Toml {
     /// The keys that the reader of such a file asks for.
     #[must_use]
-    pub(crate) fn keys(self) -> Vec<Key> {
+    pub fn keys(self) -> Vec<Key> {
         match self {
             Self::Scenario => ScenarioFile::keys().to_vec(),
             Self::Campaign => CampaignFile::keys(),
@@ -72,21 +57,9 @@ impl Toml {
         }
     }
 
-    /// The same at a byte of a text: a fault has the parameters of its kind, too.
-    pub(crate) fn keys_at(self, text: &str, at: usize) -> Vec<Key> {
-        let mut keys = ALL_KEYS[&self].clone();
-        let kind = toml_place::beside(text, at, &["faults", "kind"]).filter(|_| self == Self::Scenario);
-        let fault = KINDS.iter().find(|known| Some(known.name) == kind.as_deref());
-        let parameters = fault.into_iter().flat_map(|fault| fault.parameters).map(Parameter::key);
-        keys.extend(parameters.map(|key| Key { path: format!("faults[].{}", key.path), ..key }));
-        keys
-    }
-
-    /// A file's most probable kind; one that cannot be read is rejected as a scenario.
-    #[must_use]
-    pub fn of_file(disk: &Disk, path: &Path) -> Self {
-        let text = named_files::text(disk, path).unwrap_or_default();
-        Self::of(&text).or_else(|| meant_by(&text)).unwrap_or(Self::Scenario)
+    /// A text's most probable kind; one of none is rejected as a scenario.
+    pub(crate) fn meant(text: &str) -> Self {
+        Self::of(text).or_else(|| meant_by(text)).unwrap_or(Self::Scenario)
     }
 
     /// A text's kind, whose keys need not be complete: that of which it has the most keys that no other kind has.

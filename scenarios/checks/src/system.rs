@@ -1,18 +1,20 @@
 //! The subject of properties: a scenario, or a robot whose messages a mapping describes.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::Described;
+use bags::{Described, Mapping};
 use channels::Topology;
-use diagnostics::{Disk, Source};
+use diagnostics::{Disk, Source, counted};
 use monitors::PropertyFile;
 use runs::{topology, topology_for_properties};
 use scenarios::Error;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
 
+use crate::checked::Checked;
 use crate::file_kind::FileKind;
 use crate::named_files;
 use crate::toml_subject::Toml;
@@ -51,7 +53,7 @@ impl System {
         if FileKind::of(disk, Path::new(subject)) != Some(FileKind::Toml(Toml::Mapping)) {
             return Self::with(disk, subject, topology_for_properties);
         }
-        let (mapping, Described { topology, open, .. }) = named_files::mapping(disk, Path::new(subject))?;
+        let (mapping, Described { topology, open, .. }) = mapping(disk, Path::new(subject))?;
         if open.is_empty() {
             return Ok(Self { topology, tick: mapping.tick, disk: disk.clone() });
         }
@@ -102,4 +104,44 @@ impl System {
     pub fn read(&self, name: &str, text: &str) -> Result<PropertyFile, Error> {
         monitors::load(name, text, &self.topology, self.tick).map_err(Error::bad_input)
     }
+}
+
+/// Loads a mapping, and what is known of it without a bag or a robot.
+fn mapping(disk: &Disk, path: &Path) -> Result<(Mapping, Described), Error> {
+    let read = |path: &Path| named_files::files(disk).read(path);
+    let mapping = Mapping::load(path, &read).map_err(Error::bad_input)?;
+    let described = mapping.describe(&read).map_err(Error::bad_input)?;
+    Ok((mapping, described))
+}
+
+/// Checks a mapping. With what it describes, unless it leaves types open.
+pub(crate) fn check_mapping(disk: &Disk, file: &Path) -> (Result<Checked, Error>, Option<System>) {
+    let (mapping, Described { topology, open, misspelled }) = match mapping(disk, file) {
+        Ok(loaded) => loaded,
+        Err(error) => return (Err(error), None),
+    };
+    let topics: BTreeSet<&str> = mapping.topics().collect();
+    let mut summary = format!("a mapping of {}", counted(topics.len(), "topic"));
+    let system = open.is_empty().then(|| System { topology, tick: mapping.tick, disk: disk.clone() });
+    if !open.is_empty() {
+        let open = open.into_iter().collect::<Vec<_>>().join(" and ");
+        summary += &format!(", without the types of {open}, which only a bag or a robot tells");
+    }
+    (Ok(Checked::of(summary, misspelled)), system)
+}
+
+/// Checks properties of a scenario or a mapping. With its system, if it was named.
+pub(crate) fn check_properties(
+    disk: &Disk,
+    file: &Path,
+    subject: Option<&str>,
+) -> (Result<Checked, Error>, Option<System>) {
+    let system = match System::on(disk, subject.unwrap_or("nominal")) {
+        Ok(system) => system,
+        Err(error) => return (Err(error), None),
+    };
+    let checked = system.load(file).map(|PropertyFile { properties, warnings }| {
+        Checked::of(counted(properties.len(), "property"), (!warnings.is_empty()).then_some(warnings))
+    });
+    (checked, subject.map(|_| system))
 }
