@@ -8,13 +8,13 @@ use campaigns::Error;
 use campaigns::compare::CampaignComparison;
 use campaigns::run_and_report;
 use campaigns::statistics::{Confidence, Count};
-use campaigns::{Estimate, GoalReport, Named, Outcomes, Plan, Ran, Shard, Share, Summary, Unmet};
+use campaigns::{Named, Plan, Ran, Shard, Summary};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
 use diagnostics::counted;
 use recording::Detail;
 use reports::report::{OutcomeReport, Report};
-use reports::results::{Case, CaseResult, FileFinding, FindingKind, Suite};
+use reports::results::{Suite, WrittenPlaces};
 use reports::{Outputs, file_name};
 use runs::Run;
 use scenarios::scenario::Scenario;
@@ -234,67 +234,12 @@ fn status(summary: &Summary) -> ExitCode {
     ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
 
-/// The results as test cases: that runs finished as expected, and for each property whether it was violated in any. A
-/// campaign asks how often, so one that was violated is skipped.
+/// The results as test cases, with places in the files of the scenario, if that is known.
 fn suite(summary: &Summary, folder: &Path, base: Option<&Arc<Scenario>>) -> Suite {
     let places = base.map(|scenario| places(scenario)).unwrap_or_default();
     let argument = base.map_or("", |scenario| &scenario.origin.argument);
-    let Summary { runs, outcomes, .. } = summary;
-    let mut words =
-        format!("{} as expected, {} not, {} failed", outcomes.as_expected, outcomes.not_as_expected, outcomes.failed);
-    if let Some(named) = summary.failures.first() {
-        words += &format!("; run {}: {}", named.k, named.why.as_deref().unwrap_or_default());
-    }
-    if !summary.expects {
-        words += "; nothing was expected of them";
-    }
-    let unmet = summary.unmet.iter().take(MOST_REASONS).map(unmet_in_words);
-    words.extend(unmet.map(|words| format!("; not met {words}")));
-    let result = match outcomes {
-        Outcomes { failed, .. } if failed == runs => CaseResult::Error(words.clone()),
-        Outcomes { failed: 0, not_as_expected: 0, .. } if summary.expects => CaseResult::Passed,
-        _ => CaseResult::Skipped(words.clone()),
-    };
-    let name = format!("{} of {}", counted(runs, "run"), summary.scenario);
-    let of_runs = Case { group: "campaign", name, result, found: words, ..Case::default() };
-    let of_property = |estimate: &Estimate| {
-        let found = [Some(rate(estimate, summary.of_roaml)), open(estimate)];
-        let found = found.into_iter().flatten().collect::<Vec<_>>().join("; ");
-        let result = if estimate.count.runs() == 0 {
-            CaseResult::Skipped("no run has finished".to_owned())
-        } else if estimate.is_fine() {
-            CaseResult::Passed
-        } else if estimate.count.happened() == 0 && estimate.inconclusive == Some(0) {
-            CaseResult::Skipped("a condition in it never occurred".to_owned())
-        } else {
-            CaseResult::Skipped("a campaign only counts it".to_owned())
-        };
-        let place = places.properties.get(&estimate.of).cloned();
-        Case { group: "campaign", name: estimate.of.clone(), result, found, place, ..Case::default() }
-    };
-    let of_goal = summary.goal.as_ref().map(|goal| {
-        let found = answer(goal);
-        let result = if goal.reached { CaseResult::Passed } else { CaseResult::Skipped(found.clone()) };
-        Case { group: "campaign", name: "goal".to_owned(), result, found, ..Case::default() }
-    });
-    let violated = summary.properties.iter().filter(|estimate| estimate.count.happened() > 0);
-    let finding = |estimate: &Estimate| FileFinding {
-        kind: FindingKind::Rate,
-        message: format!("{}: {}", estimate.of, rate(estimate, summary.of_roaml)),
-        help: None,
-        place: places.properties.get(&estimate.of).cloned(),
-    };
-    Suite {
-        name: summary.campaign.clone(),
-        provenance: Some(summary.provenance.clone()),
-        facts: vec![("runs", runs.to_string())],
-        cases: std::iter::once(of_runs).chain(summary.properties.iter().map(of_property)).chain(of_goal).collect(),
-        findings: violated.map(finding).collect(),
-        file: file_of(&summary.campaign),
-        page: Some(folder.join("report.html")),
-        ..Suite::default()
-    }
-    .with_paths(on_disk(&[&summary.campaign, argument]))
+    let places = WrittenPlaces { file: file_of(&summary.campaign), ..places };
+    summary.suite(folder, &places).with_paths(on_disk(&[&summary.campaign, argument]))
 }
 
 /// Repeats one run alone, and writes and shows its results.
@@ -339,9 +284,6 @@ fn in_words(summary: &Summary, folder: &Path) -> Text {
     text
 }
 
-/// Why runs were not as expected. If there are more reasons than this, only the most frequent ones are named.
-const MOST_REASONS: usize = 5;
-
 fn write_outcomes(text: &mut Text, summary: &Summary) {
     let Summary { runs, outcomes, .. } = summary;
     text.paint(HEAD, &counted(runs, "run"), 0);
@@ -363,30 +305,29 @@ fn write_outcomes(text: &mut Text, summary: &Summary) {
     *text += "\n";
 }
 
-fn unmet_in_words(Unmet { expected, runs }: &Unmet) -> String {
-    format!("in {}: expected {expected}", counted(runs, "run"))
-}
-
 /// One line per subject, with what there is to report about it.
 fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let mut line = |name: &str, words: String| lines.push((name.to_owned(), words));
-    summary.unmet.iter().take(MOST_REASONS).for_each(|unmet| line("not met", unmet_in_words(unmet)));
-    match summary.unmet.len().saturating_sub(MOST_REASONS) {
+    summary.often_unmet().iter().for_each(|unmet| line("not met", unmet.to_string()));
+    match summary.unmet.len() - summary.often_unmet().len() {
         0 => {}
         more => line("", format!("and {more} more, each in fewer runs")),
     }
     let (listed, groups) = summary.by_rate();
     for estimate in listed {
-        line(&estimate.of, rate(estimate, summary.of_roaml));
-        open(estimate).into_iter().for_each(|open| line("", open));
+        line(&estimate.of, estimate.in_words(summary.of_roaml));
+        estimate.open_in_words().into_iter().for_each(|open| line("", open));
     }
     for group in groups {
         let names: Vec<&str> = group.iter().map(|estimate| estimate.of.as_str()).collect();
-        line(&format!("{} properties", group.len()), format!("{}, each: {}", rate(group[0], false), names.join(", ")));
+        line(
+            &format!("{} properties", group.len()),
+            format!("{}, each: {}", group[0].in_words(false), names.join(", ")),
+        );
     }
     if let Some(goal) = &summary.goal {
-        line("goal", answer(goal));
+        line("goal", goal.to_string());
     }
     for (place, part) in summary.frontier.iter().flat_map(|frontier| frontier.split("; ")).enumerate() {
         line(if place == 0 { "frontier" } else { "" }, part.to_owned());
@@ -398,38 +339,6 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     shown.first().into_iter().for_each(|run| line("repeat", run.command.clone()));
     line("wrote", folder.join("report.html").display().to_string());
     lines
-}
-
-/// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
-fn rate(estimate: &Estimate, of_roaml: bool) -> String {
-    let Estimate { count, rate, interval, vacuous, .. } = estimate;
-    let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
-    if of_roaml {
-        let (held, interval) = (runs - happened, interval.complement());
-        let rate = held as f64 / runs.max(1) as f64;
-        return format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})");
-    }
-    let repeated = estimate.repeated().map_or_else(String::new, |all| format!("; {all}"));
-    let vacuous = vacuous.filter(|runs| *runs > 0).map_or_else(String::new, |runs| format!("; vacuous in {runs}"));
-    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}{vacuous}")
-}
-
-/// How often a property was inconclusive, in the form of how often it was violated; none if it never was.
-fn open(estimate: &Estimate) -> Option<String> {
-    let Share { count, rate, interval } = estimate.open()?;
-    let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
-    Some(format!("inconclusive in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})"))
-}
-
-/// The answer to the campaign's question.
-fn answer(goal: &GoalReport) -> String {
-    let answer = match (goal.interval, goal.side) {
-        (Some(interval), _) => format!("the probability lies in {interval:.4}"),
-        (None, Some(side)) => format!("the probability is {} the bound", side.name()),
-        (None, None) => "undecided".to_owned(),
-    };
-    let reached = if goal.reached { "reached" } else { "not reached" };
-    format!("{reached} for {} after {}: {answer}", goal.of, counted(goal.count.runs(), "run"))
 }
 
 /// The runs to look at first: one that failed, then those that show most. A run may be among several of these.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use campaigns::Error;
 use checks::{Checked, examine};
 use clap::Args;
-use diagnostics::{Disk, counted, parts};
+use diagnostics::{Disk, counted};
 use reports::results::{Case, CaseResult, FileFinding, Suite};
 use scenarios::files::shipped_campaigns;
 use scenarios::scenario::find;
@@ -85,10 +85,7 @@ pub(crate) fn each<F: AsRef<Path>>(
             }
             Err(error) => {
                 complain(error);
-                counted(
-                    error.diagnostics().into_iter().map(|error| parts(error).len()).sum::<usize>().max(1),
-                    "problem",
-                )
+                counted(results::findings_of(error).len(), "problem")
             }
         };
         print_wrapped(format!("{file}: {words}\n"))?;
@@ -151,7 +148,7 @@ fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {
     })
 }
 
-/// Everything that an error says.
+/// Everything that an error reports.
 fn problems(error: &Error) -> Vec<Finding> {
     match error.diagnostics() {
         none if none.is_empty() => vec![Finding::of_message(error.to_string())],

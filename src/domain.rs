@@ -12,6 +12,10 @@ pub(crate) const WITHOUT: &str = "this program cannot join a DDS domain: it was 
 #[cfg(not(feature = "dds"))]
 pub(crate) const HOW: &str = "build it with `cargo build --release --features dds`";
 
+/// The last domain. Higher numbers would need ports that do not exist.
+#[cfg(feature = "dds")]
+const LAST_DOMAIN: u16 = 232;
+
 /// Which DDS domain is joined, and how far it reaches.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DomainArgs {
@@ -57,10 +61,9 @@ impl DomainArgs {
     pub(crate) fn options(&self) -> Result<Options, Error> {
         // An empty environment variable counts as unset.
         let number = if self.number.is_empty() { Ok(0) } else { self.number.parse() };
-        let last = Options::LARGEST_DOMAIN;
-        let Some(domain) = number.ok().filter(|number| *number <= last) else {
+        let Some(domain) = number.ok().filter(|number| *number <= LAST_DOMAIN) else {
             let message = format!("there is no DDS domain `{}`", self.number);
-            return Err(Error::refused(message, format!("the domains are 0 to {last}")));
+            return Err(Error::refused(message, format!("the domains are 0 to {LAST_DOMAIN}")));
         };
         if self.discovery_range == Range::Off {
             let help = "without discovery, no node is found: `--discovery-range localhost`";

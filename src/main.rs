@@ -44,7 +44,6 @@ mod sim;
 mod skill;
 mod summary;
 mod tree;
-mod tree_script;
 mod verify;
 mod watch;
 

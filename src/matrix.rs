@@ -1,18 +1,16 @@
 //! `steward matrix`: which property detects which fault.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use campaigns::Error;
-use campaigns::matrix::{AboutFault, Alarm, FaultFree, Matrix, Row, table};
+use campaigns::matrix::{Matrix, table};
 use clap::Args;
 use cockpit::{Board, Tally};
-use diagnostics::counted;
 use monitors::Outcome;
 use reports::report::Report;
-use reports::results::{Case, CaseResult, Suite};
 use runs::topology;
 use scenarios::faults::KINDS;
 use scenarios::scenario::{Scenario, find};
@@ -36,91 +34,6 @@ fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Ve
         interval: None,
     };
     counts.iter().map(tally).collect()
-}
-
-/// A suite per scenario: whether its run was as expected, and which verdicts say what about its fault. The last one
-/// is about the runs without a fault.
-fn suites(matrix: &Matrix, page: Option<&Path>, scenarios: &[Arc<Scenario>], fault_free: &Scenario) -> Vec<Suite> {
-    let about = |scenario: &Scenario, suite: Suite| {
-        let provenance = Some(scenario.origin.provenance(recording::commit()));
-        let suite = Suite { provenance, file: places(scenario).file, page: page.map(Path::to_owned), ..suite };
-        suite.with_paths(on_disk(&[&scenario.origin.argument]))
-    };
-    let rows = matrix.rows.iter().zip(scenarios).map(|(row, scenario)| about(scenario, of_row(matrix, row, scenario)));
-    rows.chain([about(fault_free, of_fault_free(matrix, fault_free))]).collect()
-}
-
-/// The run of a scenario with faults.
-fn of_row(matrix: &Matrix, row: &Row, scenario: &Scenario) -> Suite {
-    let (expected, places) = (scenario.expected(), places(scenario));
-    let verdict = |(property, words, about): (&str, String, AboutFault)| {
-        let monitor = row.monitors.iter().find(|monitor| monitor.name == property)?;
-        let case = Case::of_property(monitor, &expected, &places);
-        let result = match about {
-            AboutFault::FalseAlarm => CaseResult::failed(format!("{property} is {words}"), monitor),
-            _ if case.result.is_bad() => case.result,
-            AboutFault::Something => CaseResult::Passed,
-            AboutFault::Nothing => CaseResult::Skipped("it says nothing about the fault".to_owned()),
-        };
-        Some(Case { result, found: words, ..case })
-    };
-    let result = match (row.as_expected, &row.fault) {
-        (false, _) => CaseResult::Failed { message: row.differences.join("; "), details: String::new() },
-        (true, Some(_)) => CaseResult::Passed,
-        (true, None) => CaseResult::Skipped("no fault took effect".to_owned()),
-    };
-    let run = Case {
-        group: "runs",
-        name: "as expected".to_owned(),
-        result,
-        found: row.fault.clone().unwrap_or_else(|| "no fault took effect".to_owned()),
-        is_repeated: !row.differs_otherwise,
-        ..Case::default()
-    };
-    Suite {
-        name: row.scenario.clone(),
-        facts: vec![("seed", row.seed.to_string())],
-        cases: std::iter::once(run).chain(matrix.verdicts(row).filter_map(verdict)).collect(),
-        ..Suite::default()
-    }
-}
-
-/// The runs without a fault: whether there was a false alarm, and the first run in which each property gave one.
-fn of_fault_free(matrix: &Matrix, scenario: &Scenario) -> Suite {
-    let FaultFree { scenario: name, runs, alarms, .. } = &matrix.fault_free;
-    let (expected, places) = (scenario.expected(), places(scenario));
-    let false_alarm = |property: &String| {
-        let of = |alarm: &Alarm| {
-            let monitor = alarm.monitors.iter().find(|monitor| monitor.name == *property)?;
-            let case = Case::of_property(monitor, &expected, &places);
-            let message = format!("{property} is {} without a fault, with seed {}", monitor.verdict, alarm.seed);
-            let is_alarm = monitor.verdict == Outcome::Violated || case.result.is_bad();
-            is_alarm.then(|| Case { result: CaseResult::failed(message, monitor), ..case })
-        };
-        alarms.iter().find_map(of)
-    };
-    let details: Vec<String> =
-        alarms.iter().map(|alarm| format!("seed {}: {}", alarm.seed, alarm.what.join("; "))).collect();
-    let result = match alarms.len() {
-        0 => CaseResult::Passed,
-        count => {
-            let message = format!("in {count} of {}, something was violated or not as expected", counted(runs, "run"));
-            CaseResult::Failed { message, details: details.join("\n") }
-        }
-    };
-    let all = Case {
-        group: "runs",
-        name: format!("no false alarm in {} without a fault", counted(runs, "run")),
-        result,
-        is_repeated: !alarms.iter().any(|alarm| alarm.differs_otherwise),
-        ..Case::default()
-    };
-    Suite {
-        name: name.clone(),
-        notes: matrix.unnoticed().map(|row| format!("no property detects the fault of {}", row.scenario)).collect(),
-        cases: std::iter::once(all).chain(matrix.properties.iter().filter_map(false_alarm)).collect(),
-        ..Suite::default()
-    }
 }
 
 /// Which scenarios to run.
@@ -194,7 +107,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
         let page = written.is_ok().then_some(page.as_path());
         let unwritten =
             written.as_ref().err().map(|error| refused(&args.out.display().to_string(), error, on_disk::<&str>(&[])));
-        suites(&matrix, page, &scenarios, &fault_free).into_iter().chain(unwritten).collect()
+        matrix.suites(page, &scenarios, &fault_free, places).into_iter().chain(unwritten).collect()
     })?;
     written?;
     if args.json {

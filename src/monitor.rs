@@ -12,6 +12,7 @@ use checks::System;
 use clap::{Args, Subcommand, ValueEnum};
 use monitors::{Format, Method, Property, ScopeMonitor, explain};
 use reports::file_name;
+use reports::pictures::diagram;
 use scenarios::Complaints;
 
 use new::NewProperty;
@@ -180,27 +181,15 @@ fn export(property: &Property, format: ExportFormat, out: Option<&Path>) -> Resu
     Ok(diagnostics::write_whole(&format.file(folder, property), text)?)
 }
 
-/// The monitor as a picture.
+/// The monitor as a picture, with all transitions as they are written.
 fn svg(monitor: &ScopeMonitor) -> Option<String> {
     let (graph, active) = monitor.graph()?;
-    let is_failure = |index: usize| monitor.failures().iter().any(|failure| failure.index() == index);
-    let locations = graph.locations().iter().enumerate();
-    let transition = |transition: &channels::GraphTransition| drawing::Transition {
+    let transition = |transition: &channels::GraphTransition| recording::Transition {
         from: transition.from.index(),
         to: transition.to.index(),
         label: graph.caption(transition, monitor.topology()),
     };
-    let diagram = drawing::Diagram {
-        locations: locations
-            .map(|(index, name)| drawing::Location {
-                name: name.clone(),
-                about: monitors::location_meaning(name).unwrap_or_default().to_owned(),
-                error: is_failure(index),
-            })
-            .collect(),
-        initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
-        active: active.index(),
-        transitions: graph.transitions().iter().map(transition).collect(),
-    };
-    Some(drawing::diagram_svg(&diagram))
+    let transitions = graph.transitions().iter().map(transition).collect();
+    let whole = recording::Graph { transitions, ..recording::Graph::of(monitor, monitor.topology())? };
+    Some(drawing::diagram_svg(&diagram(&whole, active.index())))
 }

@@ -163,15 +163,8 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             Err(unwritten) => Some(together(error, unwritten)),
         };
     }
-    args.write(all.iter().map(|it| (it.suite(args.unreached), it.as_json())))?;
-    if let Some(error) = refused {
-        return Err(error);
-    }
-    if interrupt::flow().is_break() {
-        return Ok(ExitCode::from(interrupt::STATUS));
-    }
     let is_as_expected = all.iter().flat_map(|it| &it.findings).all(Finding::is_as_expected);
-    Ok(ExitCode::from(u8::from(!is_as_expected)))
+    args.conclude(all.iter().map(|it| (it.suite(args.unreached), it.as_json())), refused, is_as_expected)
 }
 
 /// What a scenario writes to a folder that it shares with others is in this one, or begins like it.
@@ -214,19 +207,14 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
         }
         let limits = args.limits(&proof, stop);
         args.print(table::head(&proof))?;
-        let (mutants, error) = Mutants::of(proof, &limits, args.quiet, stop);
+        let (mutants, error) = Mutants::of(proof, &limits, args.quiet);
         if error.is_none() {
             args.print(mutants.in_words())?;
         }
         all.push(mutants);
         refused = error;
     }
-    args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
-    match refused {
-        Some(error) => Err(error),
-        None if interrupt::flow().is_break() => Ok(ExitCode::from(interrupt::STATUS)),
-        None => Ok(ExitCode::SUCCESS),
-    }
+    args.conclude(all.iter().map(|it| (it.suite(), it.as_json())), refused, true)
 }
 
 impl ProveArgs {
@@ -301,8 +289,14 @@ impl ProveArgs {
         refused.map_or(Ok(()), Err)
     }
 
-    /// Writes the results for CI systems and JSON, if they were requested.
-    fn write(&self, results: impl Iterator<Item = (Suite, serde_json::Value)>) -> Result<(), Error> {
+    /// Writes the results for CI systems and JSON, if they were requested. Returns the exit status, or the error that
+    /// has ended the command.
+    fn conclude(
+        &self,
+        results: impl Iterator<Item = (Suite, serde_json::Value)>,
+        refused: Option<Error>,
+        is_as_expected: bool,
+    ) -> Result<ExitCode, Error> {
         let (suites, reports): (Vec<Suite>, Vec<serde_json::Value>) = results.unzip();
         if interrupt::flow().is_break() {
             self.results.none_yet("the proof");
@@ -310,9 +304,14 @@ impl ProveArgs {
             self.results.write("prove", || suites)?;
         }
         match reports.as_slice() {
-            _ if !self.json => Ok(()),
-            [report] => print_json(report),
-            reports => print_json(&reports),
+            _ if !self.json => {}
+            [report] => print_json(report)?,
+            reports => print_json(&reports)?,
+        }
+        match refused {
+            Some(error) => Err(error),
+            None if interrupt::flow().is_break() => Ok(ExitCode::from(interrupt::STATUS)),
+            None => Ok(ExitCode::from(u8::from(!is_as_expected))),
         }
     }
 

@@ -5,17 +5,18 @@ use std::sync::Arc;
 
 use bt::Tree;
 use campaigns::Error;
+use campaigns::findings::place;
+pub(crate) use campaigns::findings::{findings, findings_of, refused};
 use clap::Args;
-use diagnostics::{PartsOfText, Span, parts_by_text};
 use judging::node_places;
-use miette::{Diagnostic, Severity};
 use monitors::Property;
 use recording::{Header, Origin};
-use reports::file_place::{FilePlace, FileText};
-use reports::results::{FileFinding, FindingKind, Results, Suite, WrittenPlaces};
+use reports::file_place::FilePlace;
+use reports::results::{FileFinding, Results, Suite, WrittenPlaces};
 use reports::{ResultsFile, ResultsFormat};
 use runs::topology;
-use scenarios::files::{shipped_campaigns, shipped_paths};
+use scenarios::files::shipped_campaigns;
+pub(crate) use scenarios::scenario::find::on_disk;
 use scenarios::scenario::{Monitoring, Scenario, find};
 
 use crate::output::{complain, complain_of, note};
@@ -145,59 +146,6 @@ impl ResultsArgs {
     }
 }
 
-/// What could not be carried out because of an error. `path` finds the files that its places name.
-pub(crate) fn refused(subject: &str, error: &Error, path: impl Fn(&str) -> Option<String>) -> Suite {
-    let findings: Vec<FileFinding> = findings_of(error).into_iter().map(|finding| finding.with_path(&path)).collect();
-    let reasons: Vec<String> = findings.iter().map(FileFinding::one_line).collect();
-    Suite { findings, ..Suite::of_error(subject, reasons.join("; ")) }
-}
-
-/// Everything that an error says.
-pub(crate) fn findings_of(error: &Error) -> Vec<FileFinding> {
-    match error.diagnostics() {
-        none if none.is_empty() => {
-            vec![FileFinding { kind: FindingKind::Error, message: error.to_string(), help: None, place: None }]
-        }
-        diagnostics => diagnostics.into_iter().flat_map(findings).collect(),
-    }
-}
-
-/// The place of a span; none if its text is an assignment on the command line.
-fn place(span: &Span) -> Option<FilePlace> {
-    let (name, text) = (span.source().name(), span.source().text());
-    FilePlace::of(span).map(|place| if is_made(name, text) { FilePlace::whole(name) } else { place })
-}
-
-/// Whether nobody wrote a text, although it has the name of a file: it is that of the scenario of a RoAML model.
-fn is_made(name: &str, text: &str) -> bool {
-    let file = Path::new(name);
-    diagnostics::text_from_disk(file).is_ok_and(|written| written != text && find::is_model(file, &written))
-}
-
-/// The parts of a diagnostic with their places; an assignment on the command line, or a text without a name, is none.
-pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<FileFinding> {
-    let mut found = Vec::new();
-    for PartsOfText { text, parts } in parts_by_text(diagnostic) {
-        let text = text.as_ref().filter(|(name, _)| name != diagnostics::ASSIGNMENT);
-        let is_made = text.is_some_and(|(name, text)| is_made(name, text));
-        let text = text.map(|(name, text)| FileText::new(name.clone(), text));
-        found.extend(parts.into_iter().map(|part| {
-            let label = part.labels().and_then(|mut labels| labels.next());
-            let in_text = |text: &FileText<'_>| match &label {
-                Some(label) if !is_made => text.place(label.offset()..label.offset() + label.len()),
-                _ => text.whole(),
-            };
-            let kind = match part.severity() {
-                None | Some(Severity::Error) => FindingKind::Error,
-                Some(Severity::Warning | Severity::Advice) => FindingKind::Warning,
-            };
-            let help = part.help().map(|help| help.to_string()).filter(|help| !help.is_empty());
-            FileFinding { kind, message: part.to_string(), help, place: text.as_ref().map(in_text) }
-        }));
-    }
-    found
-}
-
 /// The file that an argument names, as a whole: on disk, or one that comes with the program. A file that is missing is
 /// no place.
 pub(crate) fn file_of(argument: &str) -> Option<FilePlace> {
@@ -205,24 +153,6 @@ pub(crate) fn file_of(argument: &str) -> Option<FilePlace> {
     let campaign = || is_campaign().then(|| format!("scenarios/campaigns/{argument}.toml"));
     let shipped = find::shipped(argument).map(str::to_owned).or_else(campaign);
     shipped.or_else(|| Path::new(argument).exists().then(|| argument.to_owned())).map(FilePlace::whole)
-}
-
-/// Finds these files themselves, and those that they name, by their names in diagnostics: beside the file that names
-/// them, or in the current folder; `None` for those that come with the program.
-pub(crate) fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> + use<S> {
-    let given: Vec<String> = files.iter().map(|file| file.as_ref().to_owned()).collect();
-    move |name| {
-        // So a path of `--set` is written, which is relative to the current folder.
-        if name.starts_with("./") && Path::new(name).is_file() && !given.iter().any(|file| file == name) {
-            return Some(name.to_owned());
-        }
-        let on_disk = || given.iter().filter(|file| find::shipped(file).is_none()).map(Path::new);
-        let itself = on_disk().filter(|file| *file == Path::new(name)).map(Path::to_owned);
-        let beside = on_disk().filter_map(|file| Some(file.parent()?.join(name)));
-        let found = itself.chain(beside).find(|path| path.is_file()).map(|path| path.display().to_string());
-        let here = || shipped_paths().all(|shipped| shipped != name) && Path::new(name).exists();
-        found.or_else(|| here().then(|| name.to_owned()))
-    }
 }
 
 /// Where the parts of the scenario of an earlier run are written now, as far as its texts are still the same, and a

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anstyle::Style;
 use campaigns::Error;
+use diagnostics::counted;
 use monitors::Outcome;
 use recording::length;
 use reports::html;
@@ -117,13 +118,15 @@ fn robot(report: &Report) -> Vec<Fact<'_>> {
         let ticks = match report.ticks {
             // Those of a recording may be unknown.
             0 if is_recording(report) => String::new(),
-            1 => ", 1 tick".to_owned(),
-            ticks => format!(", {ticks} ticks"),
+            ticks => format!(", {}", counted(ticks, "tick")),
         };
         facts.push(("time", format!("{:.0} s{ticks}", report.sim_time_s)));
         return facts;
     };
-    let collisions = collisions(robot.collisions);
+    let collisions = match robot.collisions {
+        0 => "no collisions".to_owned(),
+        count => counted(count, "collision"),
+    };
     facts.push(("robot", format!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s)));
     if let Some(error) = robot.localization {
         let [rmse, worst] = [error.rmse_m, error.max_m].map(length);
@@ -151,14 +154,6 @@ fn style(verdict: Outcome) -> Style {
         Outcome::Satisfied => GOOD,
         Outcome::Violated => BAD,
         Outcome::Inconclusive => OPEN,
-    }
-}
-
-fn collisions(count: u64) -> String {
-    match count {
-        0 => "no collisions".to_owned(),
-        1 => "1 collision".to_owned(),
-        count => format!("{count} collisions"),
     }
 }
 

@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use bt::{Outcome, Rehearsal, RehearsedTick, Request, Status, Tree};
+use bt::{Outcome, RehearsedTick, Request, Status, Tree};
 use campaigns::Error;
 use checks::{FileKind, named_files};
 use clap::{Subcommand, ValueEnum};
 use diagnostics::{Disk, seconds};
 use drawing::FoldedTree;
 use reports::pictures;
+use scenarios::tree_script::{MOST_TICKS, TreeScript};
 use serde_json::json;
 
 use crate::check;
 use crate::output::{print, print_json};
 use crate::results::ResultsArgs;
-use crate::tree_script::{MOST_TICKS, TreeScript};
 
 /// The commands for a tree.
 #[derive(Debug, Subcommand)]
@@ -92,11 +92,11 @@ fn nodes(tree: &Tree) -> Vec<recording::Node> {
 /// Exit status 1 if there was an error in a node: a script that could not be evaluated, or a port without a value.
 fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<ExitCode, Error> {
     let written = TreeScript::open(leaves)?;
-    let (named, constants) = (TreeScript::leaves(leaves), written.constants()?);
-    let tree = Arc::new(named_files::tree_with(&Disk::default(), file, named, constants)?);
+    let tree = named_files::tree_with(&Disk::default(), file, written.leaves(), written.constants()?)?;
+    let tree = Arc::new(tree);
     let script = written.read(&tree)?;
     let (mut moments, mut boards) = (Vec::new(), Vec::new());
-    rehearse(&tree, &script, ticks, |rehearsal, moment| {
+    script.rehearse(&tree, ticks, |rehearsal, moment| {
         if as_json {
             boards.push(to_entries(&tree, rehearsal.execution().blackboard()));
         }
@@ -123,34 +123,6 @@ fn legend(moments: &[RehearsedTick]) -> String {
     ];
     let has = |outcome| moments.iter().flat_map(|moment| &moment.nodes).any(|node| node.outcome == outcome);
     signs.into_iter().filter(|(outcome, _)| has(*outcome)).map(|(_, words)| words).collect::<Vec<_>>().join(", ")
-}
-
-/// Ticks the tree according to the script; `see` receives every tick and every halt.
-fn rehearse(
-    tree: &Arc<Tree>,
-    script: &TreeScript,
-    ticks: Option<u64>,
-    mut see: impl FnMut(&Rehearsal, RehearsedTick),
-) -> Result<(), Error> {
-    let mut rehearsal = Rehearsal::new(Arc::clone(tree), script.behaviors.iter().cloned());
-    for tick in 0..ticks.unwrap_or(script.ticks) {
-        let now = script.period.saturating_mul(u32::try_from(tick).unwrap_or(u32::MAX));
-        let writes = script.writes.iter().filter(|(before, _)| *before == tick + 1);
-        for (key, value) in writes.flat_map(|(_, entries)| entries) {
-            let board = rehearsal.execution_mut().blackboard_mut();
-            board.set(key, value.clone()).map_err(|error| {
-                let what = format!("`{key}` on the blackboard: {error}");
-                Error::refused(what, "the entry is used as a port of that type")
-            })?;
-        }
-        let moment = rehearsal.tick(now);
-        see(&rehearsal, moment);
-        if script.halts.contains(&(tick + 1)) {
-            let moment = rehearsal.halt(now);
-            see(&rehearsal, moment);
-        }
-    }
-    Ok(())
 }
 
 /// The contents of the blackboard: the entries of the main tree and of its subtrees.

@@ -17,6 +17,8 @@
 //! (`files::Files::load`), and what is computed from a map, `nav::Reach`, `nav::Atlas` and `sim::Building`. So the runs
 //! of a scenario share it, also those with other values, and an editor parses only what was edited.
 //!
+//! `tree_script` is another file that users write: the answers of the leaves of a tree that is ticked without skills.
+//!
 //! Only `scenario/skill.rs` decides which machine implements which leaf, and `scenario/component.rs` makes components
 //! from files.
 
@@ -28,5 +30,6 @@ pub mod names;
 pub mod occurrences;
 pub mod processes;
 pub mod scenario;
+pub mod tree_script;
 
 pub use error::{Complaints, Error};

@@ -48,12 +48,8 @@ pub(crate) struct Findings {
     pub(crate) unwritten: Option<String>,
 }
 
-/// A property whose runs were not searched.
-pub(crate) struct Unsearched {
-    property: String,
-    expected: ProofOutcome,
-    reason: String,
-}
+/// A question whose runs were not searched, and the reason.
+pub(crate) struct Unsearched(Question, String);
 
 impl Unsearched {
     /// The questions that an error has left open: the one that it is about, and those that come after.
@@ -64,30 +60,25 @@ impl Unsearched {
             0 => error.reasons(),
             _ => format!("the proof ended with the error about {}", open[0].property),
         };
-        open.iter().enumerate().map(|(place, question)| Self::of(question, reason(place))).collect()
-    }
-
-    fn of(question: &Question, reason: String) -> Self {
-        Self { property: question.property.clone(), expected: question.expected, reason }
+        open.iter().enumerate().map(|(place, question)| Self(question.clone(), reason(place))).collect()
     }
 
     fn as_json(&self) -> serde_json::Value {
+        let Self(Question { property, expected, .. }, reason) = self;
+        let result = ProofResult::Unsearched.to_string();
         json!({
-            "property": self.property,
-            "result": ProofResult::Unsearched.to_string(),
-            "reason": self.reason,
-            "expected": self.expected.name(),
-            "as_expected": false,
+            "property": property, "result": result, "reason": reason, "expected": expected.name(), "as_expected": false,
         })
     }
 
     fn as_case(&self, places: &WrittenPlaces) -> Case {
+        let Self(Question { property, .. }, reason) = self;
         Case {
             group: "proofs",
-            name: self.property.clone(),
-            result: CaseResult::Error(self.reason.clone()),
+            name: property.clone(),
+            result: CaseResult::Error(reason.clone()),
             found: ProofResult::Unsearched.to_string(),
-            place: places.properties.get(&self.property).cloned(),
+            place: places.properties.get(property).cloned(),
             ..Case::default()
         }
     }
@@ -95,7 +86,7 @@ impl Unsearched {
 
 impl Finding {
     pub(crate) fn is_as_expected(&self) -> bool {
-        let is_replayed = self.violation.as_ref().is_none_or(|violation| violation.is_replayed);
+        let is_replayed = self.violation.as_ref().is_none_or(|violation| violation.run.is_as_found);
         self.answer.outcome() == Some(self.question.expected) && is_replayed
     }
 
@@ -242,7 +233,7 @@ pub(super) fn unreached(answer: &Answer) -> String {
 impl Findings {
     /// Those for a scenario that was not searched at all, and why.
     pub(crate) fn none(proof: Proof, why: &str) -> Self {
-        let unsearched = proof.questions().iter().map(|question| Unsearched::of(question, why.to_owned())).collect();
+        let unsearched = proof.questions().iter().map(|it| Unsearched(it.clone(), why.to_owned())).collect();
         Self { proof, findings: Vec::new(), unsearched, unwritten: None }
     }
 

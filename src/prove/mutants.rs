@@ -1,16 +1,12 @@
 //! `steward prove --mutants`: which property detects which mistake in a skill or in the tree.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, PoisonError};
 
 use anstyle::Style;
 use campaigns::Error;
-use diagnostics::counted;
-use explorer::{Limits, Order, Outcome, Progress, Reduction};
-use proofs::{Answer, Mutant, Proof, Question, Subject};
+use explorer::Limits;
+use proofs::{Fate, Mutant, OpenProperty, Proof};
 use reports::results::{Case, CaseResult, Suite};
-use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 
 use super::violation::words;
@@ -26,72 +22,24 @@ pub(super) struct Mutants {
     unsearched: Option<String>,
 }
 
-/// The result for a mutant.
-enum Fate {
-    /// These properties are violated; those that were not decided soon are not examined any further.
-    Killed(Vec<String>, Vec<Open>),
-    /// It does not fit into the scenario, for this reason.
-    Misfit(String),
-    /// It acts differently, but no property detects it.
-    Survives,
-    /// Under the assumptions, it never acts differently.
-    ChangesNothing,
-    /// These properties are not decided, and none is violated.
-    Undecided(Vec<Open>),
-}
-
-/// A property that is not decided.
-struct Open {
-    property: String,
-    /// How many states were explored, and to what depth; or why none were.
-    reason: String,
-    /// Whether more memory may decide it.
-    is_full: bool,
-}
-
-impl Fate {
-    fn word(&self) -> &'static str {
-        match self {
-            Self::Killed(..) => "killed",
-            Self::Misfit(_) => "does not fit",
-            Self::Survives => "survives",
-            Self::ChangesNothing => "changes nothing",
-            Self::Undecided(_) => "not decided",
-        }
+/// Its column in the table, after the name and the number of all.
+fn column(fate: &Fate) -> usize {
+    match fate {
+        Fate::Killed(..) | Fate::Misfit(_) => 1,
+        Fate::ChangesNothing => 2,
+        Fate::Survives => 3,
+        Fate::Undecided(_) => 4,
     }
-
-    /// Its column in the table, after the name and the number of all.
-    fn column(&self) -> usize {
-        match self {
-            Self::Killed(..) | Self::Misfit(_) => 1,
-            Self::ChangesNothing => 2,
-            Self::Survives => 3,
-            Self::Undecided(_) => 4,
-        }
-    }
-
-    /// The properties that are not decided.
-    fn open(&self) -> &[Open] {
-        match self {
-            Self::Killed(_, open) | Self::Undecided(open) => open,
-            Self::Misfit(_) | Self::Survives | Self::ChangesNothing => &[],
-        }
-    }
-}
-
-/// Whether a mutant can violate it. A property that is violated anyway says nothing about mutants, nor does one about
-/// what is never reached.
-fn counts(question: &&Question) -> bool {
-    question.expected == ProofOutcome::Proved && question.subject != Subject::AllReached
 }
 
 impl Mutants {
     /// Proves the properties about each mutant, on all cores, until it is stopped. Also returns the error that has left
     /// the mutants out, if there is one.
-    pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> (Self, Option<Error>) {
-        match search(&proof, limits, silent, stop) {
+    pub(super) fn of(proof: Proof, limits: &Limits, silent: bool) -> (Self, Option<Error>) {
+        let bar = CountProgress::new(silent, "mutants").or_lines(silent);
+        match proof.fates(limits, |done, all| bar.show(done, all)) {
             Ok(mutants) => (Self { proof, mutants, unsearched: None }, None),
-            Err(error) => (Self::none(proof, error.reasons()), Some(error)),
+            Err(error) => (Self::none(proof, error.reasons()), Some(error.into())),
         }
     }
 
@@ -122,7 +70,7 @@ impl Mutants {
             // The tree comes last.
             let row = rows.entry((mutant.skill().is_none(), place(mutant))).or_default();
             row[0] += 1;
-            row[fate.column()] += 1;
+            row[column(fate)] += 1;
         }
         let width = rows.keys().map(|(_, name)| name.chars().count()).fold(10, usize::max);
         let line = |name: &str, [all, killed, same, survive, open]: [&str; 5]| {
@@ -158,7 +106,7 @@ impl Mutants {
 
     /// The mutants of a fate, with what is open about each; nothing if there are none.
     fn write_list(&self, text: &mut Text, fate: &str, style: Style) {
-        let such: Vec<&(Mutant, Fate)> = self.mutants.iter().filter(|(_, of)| of.word() == fate).collect();
+        let such: Vec<&(Mutant, Fate)> = self.mutants.iter().filter(|(_, of)| of.name() == fate).collect();
         if such.is_empty() {
             return;
         }
@@ -167,7 +115,7 @@ impl Mutants {
         *text += "\n";
         for (mutant, fate) in such {
             *text += format!("  {}\n", in_words(mutant));
-            for Open { property, reason, .. } in fate.open() {
+            for OpenProperty { property, reason, .. } in fate.open() {
                 *text += format!("    {property}: {reason}\n");
             }
         }
@@ -181,13 +129,13 @@ impl Mutants {
             json!({
                 "skill": mutant.skill(),
                 "mutant": mutant.words,
-                "result": fate.word(),
+                "result": fate.name(),
                 "killed_by": killed_by,
                 "not_decided": undecided,
                 "reason": reason,
             })
         };
-        let properties = self.proof.questions().iter().filter(counts).map(|question| &question.property);
+        let properties = self.proof.mutant_questions().map(|question| &question.property);
         json!({
             "scenario": self.proof.scenario().name,
             "version": env!("CARGO_PKG_VERSION"),
@@ -204,11 +152,11 @@ impl Mutants {
         let case = |(mutant, fate): &(Mutant, Fate)| Case {
             group: "mutants",
             name: in_words(mutant),
-            found: fate.word().to_owned(),
+            found: fate.name().to_owned(),
             result: match fate {
                 Fate::Killed(..) | Fate::Misfit(_) => CaseResult::Passed,
                 Fate::Survives | Fate::ChangesNothing | Fate::Undecided(_) => {
-                    CaseResult::Skipped(fate.word().to_owned())
+                    CaseResult::Skipped(fate.name().to_owned())
                 }
             },
             ..Case::default()
@@ -232,37 +180,6 @@ impl Mutants {
     }
 }
 
-/// The fate of each mutant, until it is stopped.
-fn search(proof: &Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Vec<(Mutant, Fate)>, Error> {
-    let mutants = proof.mutants()?;
-    let threads = limits.threads;
-    // There are many mutants, so those that are not decided within these limits are left open. Nobody looks at their
-    // runs.
-    let memory = limits.memory / threads.max(4);
-    let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
-    // The answers about the scenario as it is, which hold for each mutant that never acts differently.
-    let sound = |question| {
-        let answer = proof.prove(question, &limits, &mut |_| ())?;
-        let is_proved = answer.outcome() == Some(ProofOutcome::Proved);
-        Ok(is_proved.then(|| Mutex::new(answer)))
-    };
-    let sound = proof.questions().iter().filter(counts).map(sound).collect::<Result<Vec<_>, Error>>()?;
-    let bar = CountProgress::new(silent, "mutants").or_lines(silent);
-    let mut fates = Vec::with_capacity(mutants.len());
-    batch::in_order(
-        0..mutants.len() as u64,
-        threads,
-        stop,
-        |index| fate(proof, &sound, &mutants[index as usize], &limits),
-        |_, fate| {
-            fates.push(fate);
-            bar.show(fates.len(), mutants.len());
-            Ok::<bool, Error>(true)
-        },
-    )?;
-    Ok(mutants.into_iter().zip(fates).collect())
-}
-
 fn place(mutant: &Mutant) -> &str {
     mutant.skill().unwrap_or("the tree")
 }
@@ -270,76 +187,4 @@ fn place(mutant: &Mutant) -> &str {
 /// The mistake as the fault `skill_mutant` names it.
 fn in_words(mutant: &Mutant) -> String {
     format!("{}: {}", place(mutant), mutant.words)
-}
-
-fn fate(proof: &Proof, sound: &[Option<Mutex<Answer>>], mutant: &Mutant, limits: &Limits) -> Fate {
-    let about = match proof.about(mutant) {
-        Ok(about) => about,
-        Err(error) => return Fate::Misfit(error.to_string()),
-    };
-    let differs = |(_, sound): &(&Question, &Option<Mutex<Answer>>)| {
-        let mut sound = sound.as_ref().map(|answer| answer.lock().unwrap_or_else(PoisonError::into_inner));
-        !sound.as_mut().is_some_and(|answer| about.is_like(proof, mutant, answer))
-    };
-    let questions = about.questions().iter().filter(counts).zip(sound).filter(differs);
-    let mut questions: Vec<&Question> = questions.map(|(question, _)| question).collect();
-    if questions.is_empty() {
-        return Fate::ChangesNothing;
-    }
-    let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
-    // Only properties that had too little memory are tried again, and only if no other has killed the mutant.
-    for effort in [Effort::Little, Effort::Full] {
-        let mut full = Vec::new();
-        for question in questions {
-            match outcome(&about, question, effort, limits) {
-                Ok(ProofOutcome::Proved) => {}
-                Ok(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
-                Err(open) if open.is_full && effort == Effort::Little => full.push((question, open)),
-                Err(open) => undecided.push(open),
-            }
-        }
-        if !killed_by.is_empty() {
-            undecided.extend(full.into_iter().map(|(_, open)| open));
-            return Fate::Killed(killed_by, undecided);
-        }
-        questions = full.into_iter().map(|(question, _)| question).collect();
-    }
-    if undecided.is_empty() { Fate::Survives } else { Fate::Undecided(undecided) }
-}
-
-/// How much memory a proof about a mutant may take. A single property is enough to kill it, so all of them are tried
-/// with little before any is tried with more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Effort {
-    Little,
-    Full,
-}
-
-/// Whether a mutant violates a property, or why this is not decided.
-///
-/// Violations that take many steps, such as missed deadlines, are soon found depth first; most of the others are
-/// decided within the first states. But a depth-first search finds long runs: if no battery can have the levels of such
-/// a run, or messages pile up in it, that says nothing about shorter runs.
-fn outcome(about: &Proof, question: &Question, effort: Effort, limits: &Limits) -> Result<ProofOutcome, Open> {
-    let memory = if effort == Effort::Little { limits.memory / 4 } else { limits.memory };
-    let open = |reason, is_full| Open { property: question.property.clone(), reason, is_full };
-    let search = |order| {
-        let answer = about.prove(question, &Limits { order, memory, ..limits.clone() }, &mut |_| ());
-        let answer = answer.map_err(|error| open(error.reasons(), false))?;
-        let is_full = answer.limit().is_some();
-        answer.outcome().ok_or_else(|| open(undecided(&answer), is_full))
-    };
-    match search(Order::Depth) {
-        Err(open) if !open.is_full || effort == Effort::Little => search(Order::Breadth),
-        outcome => outcome,
-    }
-}
-
-fn undecided(answer: &Answer) -> String {
-    let Progress { states, depth, .. } = answer.exploration.progress;
-    match answer.exploration.outcome {
-        _ if answer.is_spurious => "no battery can have the levels of the run".to_owned(),
-        Outcome::Endless(_) => "messages pile up without end".to_owned(),
-        _ => format!("explored {} to depth {depth}", counted(states, "state")),
-    }
 }

@@ -17,15 +17,18 @@
 //! makes campaigns stop at the same run on many cores as on one. The `runner` writes a record of each run to a
 //! `journal`; `results`, `dataset` and the `page` of the report are made from it alone, so killed, resumed, sharded and
 //! merged campaigns end with the same bytes. The page is computed in passes over the journal, in bins, so that its
-//! memory does not grow with the runs. `compare` reads two journals side by side. `matrix` shows which property detects
+//! memory does not grow with the runs. `suite` makes test cases of a summary, and `compare`
+//! reads two journals side by side. `matrix` shows which property detects
 //! which fault; `reproduce` runs the paper's experiments and checks them against `reproduce/experiments.rs`, the table
 //! of the paper's claims with their sources, separate from this project's own; `reproduce/deviations.rs` lists where
-//! the system differs from the published one. The shipped campaigns are beside the code.
+//! the system differs from the published one. `findings` are what errors and warnings tell of files. The shipped
+//! campaigns are beside the code.
 
 pub mod compare;
 pub mod dataset;
 mod error;
 pub mod file;
+pub mod findings;
 mod formula;
 mod journal;
 pub mod matrix;
@@ -42,6 +45,7 @@ mod runner;
 pub mod sampling;
 mod shard;
 pub mod statistics;
+mod suite;
 mod summary;
 
 pub use error::Error;

@@ -1,12 +1,14 @@
 //! The matrix: which property detects which fault.
 
 mod page;
+mod suites;
 mod table;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use diagnostics::counted;
 use monitors::Outcome;
 use recording::{Detail, Provenance};
 use reports::Outputs;
@@ -121,7 +123,7 @@ enum Sign {
 
 /// Whether a verdict says something about a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AboutFault {
+enum AboutFault {
     /// It does: the fault is detected, or does not violate the property.
     Something,
     /// It is the same without a fault, or open.
@@ -229,8 +231,8 @@ impl Matrix {
 
     /// What each property's verdict says about the fault of a row, in words. Properties that the scenario does not
     /// watch are left out.
-    pub fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, AboutFault)> {
-        let after = |ticks| format!("{ticks} {} after the fault", if ticks == 1 { "tick" } else { "ticks" });
+    fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, AboutFault)> {
+        let after = |ticks: u64| format!("{} after the fault", counted(ticks, "tick"));
         let verdict = move |(name, (sign, notice)): (&'m String, (Option<Sign>, &Option<Notice>))| {
             let words = match sign? {
                 Sign::Detected(ticks) => format!("violated {}, which it detects", after(ticks)),

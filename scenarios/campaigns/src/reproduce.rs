@@ -13,6 +13,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use diagnostics::counted;
 use drawing::ExecutionContext;
 use recording::{Detail, RunView, conduct};
 use reports::{Outputs, Presentation};
@@ -149,11 +150,6 @@ impl Settings {
     }
 }
 
-/// This many runs, in words.
-fn runs(count: u64) -> String {
-    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
-}
-
 /// What the paper says and no run can show here.
 const NOT_CLAIMED: &str = "Not among them is that the safety monitor waits for requests, as the captions of Figure 6 (c) \
                            and (d) say: it watches only the replies, as in Figure 5 (a).";
@@ -224,7 +220,7 @@ impl Reproduction {
         let ours = || self.experiments.iter().flat_map(|experiment| &experiment.ours);
         let (all, failed) = (claims().count(), claims().filter(|claim| !claim.holds()).count());
         let failed_ours = ours().filter(|claim| !claim.holds()).count();
-        let all_runs = runs(self.seeds * self.experiments.len() as u64);
+        let all_runs = counted(self.seeds * self.experiments.len() as u64, "run");
         let simulated = format!(
             "{all_runs} in simulation, {} of the undisturbed scenario and of each of the three experiments",
             self.seeds

@@ -3,10 +3,14 @@
 use std::cmp::Reverse;
 use std::fmt;
 
+use diagnostics::counted;
 use recording::Provenance;
 use serde::Serialize;
 
 use super::statistics::{Count, Interval, SprtDecision};
+
+/// Why runs were not as expected. If there are more reasons than this, only the most frequent ones are named.
+const MOST_REASONS: usize = 5;
 
 /// The summary of a campaign's results: `summary.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -74,6 +78,12 @@ impl Summary {
         (sorted, groups)
     }
 
+    /// The expectations that were not met most often, which are to be named.
+    #[must_use]
+    pub fn often_unmet(&self) -> &[Unmet] {
+        &self.unmet[..self.unmet.len().min(MOST_REASONS)]
+    }
+
     /// The command that repeats only this run, with pictures and report.
     #[must_use]
     pub fn command(&self, k: u64) -> String {
@@ -104,6 +114,12 @@ pub struct Unmet {
     pub expected: String,
     /// How many runs did not meet it.
     pub runs: u64,
+}
+
+impl fmt::Display for Unmet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "in {}: expected {}", counted(self.runs, "run"), self.expected)
+    }
 }
 
 /// How often something happened, and the estimate of its probability.
@@ -141,6 +157,14 @@ pub struct Share {
     pub interval: Interval,
 }
 
+/// `3 of 10: 0.3000 (95 %: 0.0667 to 0.6525)`.
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (happened, runs, rate) = (self.count.happened(), self.count.runs(), self.rate.unwrap_or(0.0));
+        write!(f, "{happened} of {runs}: {rate:.4} (95 %: {:.4})", self.interval)
+    }
+}
+
 /// How often a property was violated, counting every violation of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Frequency {
@@ -175,6 +199,26 @@ impl Estimate {
     pub fn is_fine(&self) -> bool {
         let is_tested = self.vacuous < Some(self.count.runs());
         self.count.happened() == 0 && self.inconclusive == Some(0) && is_tested
+    }
+
+    /// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
+    #[must_use]
+    pub fn in_words(&self, of_roaml: bool) -> String {
+        if of_roaml {
+            let held = Count::new(self.count.runs() - self.count.happened(), self.count.runs());
+            let share = Share { count: held, rate: held.rate(), interval: self.interval.complement() };
+            return format!("true in {share}");
+        }
+        let repeated = self.repeated().map_or_else(String::new, |all| format!("; {all}"));
+        let vacuous = self.vacuous.filter(|runs| *runs > 0);
+        let vacuous = vacuous.map_or_else(String::new, |runs| format!("; vacuous in {runs}"));
+        format!("violated in {}{repeated}{vacuous}", self.happened())
+    }
+
+    /// How often a property was inconclusive; none if it never was.
+    #[must_use]
+    pub fn open_in_words(&self) -> Option<String> {
+        self.open().map(|share| format!("inconclusive in {share}"))
     }
 
     /// All that is counted, from which the rest follows.
@@ -226,4 +270,17 @@ pub struct GoalReport {
     pub interval: Option<Interval>,
     /// The decision of a test.
     pub side: Option<SprtDecision>,
+}
+
+/// The answer to the campaign's question.
+impl fmt::Display for GoalReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reached = if self.reached { "reached" } else { "not reached" };
+        write!(f, "{reached} for {} after {}: ", self.of, counted(self.count.runs(), "run"))?;
+        match (self.interval, self.side) {
+            (Some(interval), _) => write!(f, "the probability lies in {interval:.4}"),
+            (None, Some(side)) => write!(f, "the probability is {} the bound", side.name()),
+            (None, None) => f.write_str("undecided"),
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use channels::{ChannelSystem, EventKind, FieldKind, Value};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
+use diagnostics::counted;
 use explorer::{Path, PathStep, Replay};
 use recording::decimals;
 use runs::Switched;
@@ -58,11 +59,8 @@ pub(super) fn all(scenario: &Scenario, system: &ChannelSystem, faults: &[Switche
         add(About::Messages, words);
     }
     if !faults.is_empty() {
-        let may = match allowed.count {
-            1 => "1 fault may begin, and end again".to_owned(),
-            count => format!("{count} faults may begin, and end again"),
-        };
-        add(About::Faults, format!("At any time, {may}: {}.", faults::in_words(faults)));
+        let count = counted(allowed.count, "fault");
+        add(About::Faults, format!("At any time, {count} may begin, and end again: {}.", faults::in_words(faults)));
     }
     if scenario.premises.is_some() {
         let when = if *drivers_anywhere { "at any time" } else { "between steps" };

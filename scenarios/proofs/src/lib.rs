@@ -9,19 +9,22 @@
 //! has the moves of everything around the processes: trips and a `battery`, whose `levels` are divided into classes at
 //! the `thresholds` with which machines and monitors compare them. `faults` is an environment around that one, in which
 //! components crash, hang or have mistakes. `concrete` gives a run that was found the levels of a possible battery, or
-//! refines the classes. `written` writes it as a schedule with its scenario, and `physics` simulates it. `coverage`
-//! notes what is never reached, and `mutants` are scenarios with a mistake.
+//! refines the classes. `replayed` follows it in the channel system, `written` writes it as a schedule with its
+//! scenario, and `physics` simulates it. `coverage` notes what is never reached. `mutants` are scenarios with a
+//! mistake, and `fates` tells which property detects which.
 
 mod assumptions;
 mod battery;
 mod concrete;
 mod coverage;
 mod environment;
+mod fates;
 mod faults;
 mod levels;
 mod mutants;
 mod physics;
 mod questions;
+mod replayed;
 mod subject;
 mod texts;
 mod thresholds;
@@ -34,8 +37,8 @@ use bt::{Kind, Node};
 use channels::{ChannelId, ChannelSystem, Monitor};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
 use explorer::{
-    Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Path, Progress, Reduction,
-    Refused, Replay, Ticks,
+    Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Reduction, Refused,
+    Ticks,
 };
 use recording::TREE;
 use robot::Streams;
@@ -51,11 +54,13 @@ use self::concrete::Concretized;
 use self::coverage::Coverage;
 pub use self::coverage::{Mistake, Unreachable, Unreached};
 use self::environment::{RobotEnvironment, Trips};
+pub use self::fates::{Fate, OpenProperty};
 use self::faults::WithFaults;
 use self::levels::{Micros, Rates, micros};
 pub use self::mutants::Mutant;
 pub use self::physics::Physical;
 pub use self::questions::{Question, Subject};
+pub use self::replayed::{ReplayedEvent, ReplayedRun, ReplayedStep};
 pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
 
 /// A scenario whose properties can be proved.
@@ -220,12 +225,6 @@ impl Proof {
         all.extend(asked.filter_map(|monitor| self.truths_for(Some(monitor))).next().map(|_| assumptions::told()));
         all.extend(assumptions::left_out(&self.left_out));
         all
-    }
-
-    /// The assumptions of which a run makes use: what they allow happens in it.
-    #[must_use]
-    pub fn assumptions_of(&self, run: &Path, replay: &Replay) -> Vec<Assumption> {
-        assumptions::used(&self.assumptions(), run, replay, &self.faults)
     }
 
     /// An ordinary monitor of a property, at its start; `None` for those that have none.

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use bt::Tree;
-use scenarios::scenario::Behavior;
+use scenarios::scenario::{Behavior, ProofOutcome};
 use scenarios::{Complaints, Error};
 use skills::{Chart, SkillProcess, mutate, mutations};
 
-use super::{Answer, Proof, thresholds};
+use super::{Answer, Proof, Question, Subject, thresholds};
 
 /// One mistake in a skill or in the tree.
 #[derive(Clone, Debug)]
@@ -53,6 +53,13 @@ impl Proof {
         let mutant = |bt::Mutant { words, tree }| Mutant { words, part: MutatedPart::Tree(Arc::new(tree)) };
         mutants.extend(of_tree.map(mutant));
         Ok(mutants)
+    }
+
+    /// The properties that a mutant may violate. One that is violated anyway says nothing about mutants, nor does one
+    /// about what is never reached.
+    pub fn mutant_questions(&self) -> impl Iterator<Item = &Question> {
+        let may = |it: &&Question| it.expected == ProofOutcome::Proved && it.subject != Subject::AllReached;
+        self.questions.iter().filter(may)
     }
 
     /// The proof of the same properties for a mutant.

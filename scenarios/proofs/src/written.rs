@@ -35,8 +35,7 @@ impl Proof {
         let data = self.driver_data(answer, run)?;
         let name = &self.scenario.name;
         let mut about = format!("A run of {name} against {}, found by steward prove", question.property);
-        let replay = run.replay(&answer.model, self.monitor(question)).ok();
-        let rests_on = replay.map(|replay| self.assumptions_of(run, &replay)).unwrap_or_default();
+        let rests_on = self.replay(question, answer)?.map(|run| run.rests_on).unwrap_or_default();
         if !rests_on.is_empty() {
             let words: Vec<&str> = rests_on.iter().map(|assumption| assumption.words.as_str()).collect();
             about += &format!(". It rests on what is assumed: {}", words.join(" "));

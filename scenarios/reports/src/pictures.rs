@@ -279,7 +279,9 @@ pub fn verdict(state: &MonitorState, over: bool) -> drawing::Verdict {
     }
 }
 
-fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
+/// A graph in this location.
+#[must_use]
+pub fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
     let locations = graph.locations.iter();
     let transitions = graph.transitions.iter();
     drawing::Diagram {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use diagnostics::Disk;
 
 use crate::Error;
-use crate::files::{Files, scenario_names, shipped_scenarios};
+use crate::files::{Files, scenario_names, shipped_paths, shipped_scenarios};
 
 /// A scenario's text, and where its other files are looked up.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub fn find_on(disk: &Disk, scenario: &str) -> Result<Found, Error> {
     let path = Path::new(scenario);
     let is_path = path.extension().is_some() || path.components().count() > 1 || disk.is_file(path);
     let name = name_of(scenario).filter(|_| !disk.exists(path)).unwrap_or(scenario);
-    let found = if is_path && shipped(name).is_none() { on_disk(disk, path) } else { by_name(name) }?;
+    let found = if is_path && shipped(name).is_none() { by_path(disk, path) } else { by_name(name) }?;
     Ok(Found { files: found.files.on(disk), ..found })
 }
 
@@ -64,7 +64,26 @@ pub(super) fn name_of(path: &str) -> Option<&str> {
 #[must_use]
 pub fn shipped(name: &str) -> Option<&'static str> {
     let wanted = format!("scenarios/{name}.toml");
-    crate::files::shipped_paths().find(|path| *path == wanted)
+    shipped_paths().find(|path| *path == wanted)
+}
+
+/// Finds these files themselves, and those that they name, by their names in diagnostics: beside the file that names
+/// them, or in the current folder; `None` for those that come with the program.
+#[must_use]
+pub fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> + use<S> {
+    let given: Vec<String> = files.iter().map(|file| file.as_ref().to_owned()).collect();
+    move |name| {
+        // So a path of `--set` is written, which is relative to the current folder.
+        if name.starts_with("./") && Path::new(name).is_file() && !given.iter().any(|file| file == name) {
+            return Some(name.to_owned());
+        }
+        let on_disk = || given.iter().filter(|file| shipped(file).is_none()).map(Path::new);
+        let itself = on_disk().filter(|file| *file == Path::new(name)).map(Path::to_owned);
+        let beside = on_disk().filter_map(|file| Some(file.parent()?.join(name)));
+        let found = itself.chain(beside).find(|path| path.is_file()).map(|path| path.display().to_string());
+        let here = || shipped_paths().all(|shipped| shipped != name) && Path::new(name).exists();
+        found.or_else(|| here().then(|| name.to_owned()))
+    }
 }
 
 fn by_name(name: &str) -> Result<Found, Error> {
@@ -75,7 +94,7 @@ fn by_name(name: &str) -> Result<Found, Error> {
     Ok(Found { name: name.to_owned(), argument: name.to_owned(), kind, path: path.to_owned(), text, files })
 }
 
-fn on_disk(disk: &Disk, path: &Path) -> Result<Found, Error> {
+fn by_path(disk: &Disk, path: &Path) -> Result<Found, Error> {
     let text = disk.read_text(path).map_err(|error| {
         let message = format!("cannot read the scenario {}: {error}", path.display());
         Error::refused(message, help(path, "a scenario is a TOML file, or one of", ""))

@@ -338,7 +338,7 @@ fn again(reproduction: &Reproduction) -> Markup {
     let hashes = |ExperimentResult { scenario, runs, .. }: &ExperimentResult| {
         html! {
             details.again {
-                summary { (scenario) ": trace hashes of " (super::runs(runs.len() as u64)) }
+                summary { (scenario) ": trace hashes of " (diagnostics::counted(runs.len(), "run")) }
                 p.note { code { "steward run " (scenario) " --no-snapshots --json" (settings) " --seed SEED" } }
                 table {
                     thead { tr { th { "seed" } th { "trace hash" } } }

@@ -26,36 +26,49 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
-use bt::{Cue, LeafBehavior, Status, Tree, Value};
-use campaigns::Error;
+use bt::{Cue, LeafBehavior, Rehearsal, RehearsedTick, Status, Tree, Value};
 use diagnostics::Problem;
 use diagnostics::document::{Document, Item, Table};
 
+use crate::Error;
+
 /// The maximum number of ticks: the result of every tick is kept in memory.
-pub(crate) const MOST_TICKS: u64 = 1_000_000;
+pub const MOST_TICKS: u64 = 1_000_000;
 
 /// A rehearsal, as its file describes it.
 #[derive(Clone, Debug)]
-pub(crate) struct TreeScript {
+pub struct TreeScript {
     /// For each leaf of the tree.
-    pub(crate) behaviors: Vec<LeafBehavior>,
-    pub(crate) ticks: u64,
-    pub(crate) period: Duration,
+    behaviors: Vec<LeafBehavior>,
+    ticks: u64,
+    /// The time between ticks.
+    period: Duration,
     /// The tree is halted after these ticks.
-    pub(crate) halts: BTreeSet<u64>,
+    halts: BTreeSet<u64>,
     /// The values written to the blackboard before a tick, from the first on.
-    pub(crate) writes: Vec<(u64, Vec<(String, Value)>)>,
+    writes: Vec<(u64, Vec<(String, Value)>)>,
 }
 
 /// The file of a rehearsal, as it is written.
 #[derive(Debug)]
-pub(crate) struct WrittenScript(Document);
+pub struct WrittenScript(Document);
 
 impl WrittenScript {
+    /// The names of the leaves. They need not be declared in the tree's file.
+    #[must_use]
+    pub fn leaves(&self) -> Vec<String> {
+        let leaves = self.0.value("leaves");
+        leaves.iter().filter_map(|leaves| leaves.as_table()).flatten().map(|(name, _)| name.clone()).collect()
+    }
+
     /// The names for numbers in scripts, with which the tree is to be loaded.
-    pub(crate) fn constants(&self) -> Result<Vec<(String, i64)>, Error> {
+    ///
+    /// # Errors
+    /// Everything that is wrong with them.
+    pub fn constants(&self) -> Result<Vec<(String, i64)>, Error> {
         let read = |table: Table<'_>| {
             table.allow_other_keys();
             constants(&table)
@@ -64,21 +77,20 @@ impl WrittenScript {
     }
 
     /// The rehearsal of this tree: the file must have a behavior for every leaf.
-    pub(crate) fn read(&self, tree: &Tree) -> Result<TreeScript, Error> {
+    ///
+    /// # Errors
+    /// Everything that is wrong in the file, and every leaf without a behavior.
+    pub fn read(&self, tree: &Tree) -> Result<TreeScript, Error> {
         self.0.read(|table| TreeScript::read(&table, tree)).map_err(Error::bad_input)
     }
 }
 
 impl TreeScript {
-    /// The names of the leaves in the file, as far as it can be read. They need not be declared in the tree's file.
-    pub(crate) fn leaves(file: &Path) -> Vec<String> {
-        let table: toml::Table = diagnostics::text_from_disk(file).unwrap_or_default().parse().unwrap_or_default();
-        let leaves = table.get("leaves").and_then(toml::Value::as_table);
-        leaves.into_iter().flatten().map(|(name, _)| name.clone()).collect()
-    }
-
     /// Reads the file.
-    pub(crate) fn open(file: &Path) -> Result<WrittenScript, Error> {
+    ///
+    /// # Errors
+    /// If it cannot be read, or is not TOML.
+    pub fn open(file: &Path) -> Result<WrittenScript, Error> {
         let name = file.display().to_string();
         let text = diagnostics::text_from_disk(file).map_err(|error| {
             Error::refused(format!("cannot read {name}: {error}"), "a TOML file with a table `leaves`")
@@ -105,6 +117,37 @@ impl TreeScript {
         let longest = behaviors.iter().map(LeafBehavior::length).max().unwrap_or(1);
         let ticks = ticks.unwrap_or(u64::try_from(longest).unwrap_or(u64::MAX));
         Some(Self { behaviors, ticks, period, halts, writes })
+    }
+
+    /// Ticks the tree according to the script; `see` receives every tick and every halt.
+    ///
+    /// # Errors
+    /// If a value does not fit the port that has its blackboard entry.
+    pub fn rehearse(
+        &self,
+        tree: &Arc<Tree>,
+        ticks: Option<u64>,
+        mut see: impl FnMut(&Rehearsal, RehearsedTick),
+    ) -> Result<(), Error> {
+        let mut rehearsal = Rehearsal::new(Arc::clone(tree), self.behaviors.iter().cloned());
+        for tick in 0..ticks.unwrap_or(self.ticks) {
+            let now = self.period.saturating_mul(u32::try_from(tick).unwrap_or(u32::MAX));
+            let writes = self.writes.iter().filter(|(before, _)| *before == tick + 1);
+            for (key, value) in writes.flat_map(|(_, entries)| entries) {
+                let board = rehearsal.execution_mut().blackboard_mut();
+                board.set(key, value.clone()).map_err(|error| {
+                    let what = format!("`{key}` on the blackboard: {error}");
+                    Error::refused(what, "the entry is used as a port of that type")
+                })?;
+            }
+            let moment = rehearsal.tick(now);
+            see(&rehearsal, moment);
+            if self.halts.contains(&(tick + 1)) {
+                let moment = rehearsal.halt(now);
+                see(&rehearsal, moment);
+            }
+        }
+        Ok(())
     }
 }
 
