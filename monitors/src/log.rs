@@ -15,21 +15,24 @@
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
 
+mod continuity;
 mod found;
 mod scan;
+mod values;
 
-use std::collections::{BTreeMap, VecDeque};
 use std::io::BufRead;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Flaw, Gap, Message, Monitor, Symbol, Topology, Value};
+use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Flaw, Gap, Message, Monitor, Topology, Value};
 
 use crate::WORLD;
 use crate::monitor::EventTime;
+use continuity::Continuity;
 use found::Found;
 pub use found::GapMark;
 use scan::{JsonToken, Scanner, Unreadable};
+use values::MessageReader;
 
 /// Why an event log cannot be read further.
 #[derive(Debug, thiserror::Error)]
@@ -162,37 +165,22 @@ pub enum Channels {
 pub struct EventLog<R> {
     input: R,
     line: Vec<u8>,
-    number: u64,
     channels: Vec<NamedChannel>,
+    /// The place of the last message's channel: the next one often has the same.
+    recent: usize,
     which: Channels,
-    /// Step, tick and time of the last event.
-    last: (u64, u64, Duration),
-    next_tick: u64,
-    /// How many messages of the world have come, and when a line was the last to say so.
-    of_world: u64,
-    counted: Duration,
-    /// How many lines begin or end gaps.
-    marks: u64,
-    /// What the log says may be missing from it, and the first places where lines are missing, or come again.
-    gaps: VecDeque<GapMark>,
-    /// Of these places, by whether lines come again there: since when verdicts may be wrong, if not from there on.
-    noticed: BTreeMap<bool, Option<Duration>>,
+    continuity: Continuity,
+    values: MessageReader,
     /// Whether the log says that it has a line with the end of the run, whether this has come, and whether nothing is
     /// read after it.
     has_end: bool,
     is_ended: bool,
-    /// Whether the log has ticks: it does not say that they take no time.
-    has_ticks: bool,
     stops_at_end: bool,
     /// When the run ended.
     end: Option<Duration>,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
     is_foreign: bool,
-    /// The place of the last message's channel: the next one often has the same.
-    recent: usize,
-    symbols: Vec<Symbol>,
-    fields: Vec<Value>,
 }
 
 /// A channel by the names of its ends.
@@ -224,9 +212,6 @@ fn breaks_off(line: &[u8]) -> bool {
 /// The longest line allowed. A line is held in memory, and a log without line breaks could be of any size.
 const MAX_LINE: usize = 1 << 20;
 
-/// The most symbols that are kept: chosen, not measured.
-const MAX_SYMBOLS: usize = 256;
-
 impl<R: BufRead> EventLog<R> {
     /// A log over the channels of a topology.
     pub fn new(input: R, topology: &Topology, which: Channels) -> Self {
@@ -239,26 +224,17 @@ impl<R: BufRead> EventLog<R> {
         Self {
             input,
             line: Vec::new(),
-            number: 0,
             channels: channels.collect(),
+            recent: 0,
             which,
-            last: (0, 0, Duration::ZERO),
-            next_tick: 0,
-            of_world: 0,
-            counted: Duration::ZERO,
-            marks: 0,
-            gaps: VecDeque::new(),
-            noticed: BTreeMap::new(),
+            continuity: Continuity::start(),
+            values: MessageReader::default(),
             has_end: false,
             is_ended: false,
-            has_ticks: true,
             stops_at_end: false,
             end: None,
             skipped: 0,
             is_foreign: false,
-            recent: 0,
-            symbols: Vec::new(),
-            fields: Vec::new(),
         }
     }
 
@@ -280,7 +256,7 @@ impl<R: BufRead> EventLog<R> {
             if limited.read_until(b'\n', &mut self.line)? == 0 {
                 return Ok(None);
             }
-            self.number += 1;
+            self.continuity.line += 1;
             if self.line.len() >= MAX_LINE {
                 return Err(self.complaint(MAX_LINE, "this line is longer than 1 MiB"));
             }
@@ -289,8 +265,8 @@ impl<R: BufRead> EventLog<R> {
             if let Err(LogError::Line { .. }) = event
                 && breaks_off(&line)
             {
-                let why = format!("the log breaks off in line {}", self.number);
-                self.gaps.push_back(GapMark::Begins(self.rest(why)));
+                let why = format!("the log breaks off in line {}", self.continuity.line);
+                self.continuity.gaps.push_back(GapMark::Begins(self.rest(why)));
                 (self.is_ended, event) = (true, Ok(None));
             }
             self.line = line;
@@ -318,7 +294,7 @@ impl<R: BufRead> EventLog<R> {
     /// are missing or come twice, where steps or ticks are not consecutive for the first time. Whether the end of the
     /// log is missing, [`lacks_end`](Self::lacks_end) tells.
     pub fn next_gap_mark(&mut self) -> Option<GapMark> {
-        self.gaps.pop_front()
+        self.continuity.gaps.pop_front()
     }
 
     /// The gap from the last event to the end of the run, in a log that breaks off. Without its first tick, anything
@@ -326,7 +302,7 @@ impl<R: BufRead> EventLog<R> {
     #[must_use]
     pub fn rest(&self, why: impl Into<String>) -> Gap {
         // A log that does not say that it has an end may have no ticks either.
-        let since = self.doubted_since().filter(|_| self.has_end);
+        let since = self.continuity.doubted_since().filter(|_| self.has_end);
         let flaw = if since.is_some() { Flaw::Displaced } else { Flaw::Missing };
         Gap { flaw, since, ..Gap::of_anything(why) }
     }
@@ -344,12 +320,12 @@ impl<R: BufRead> EventLog<R> {
     }
 
     fn complaint(&self, at: usize, problem: &str) -> LogError {
-        LogError::Line { line: self.number, column: at + 1, problem: problem.to_owned() }
+        LogError::Line { line: self.continuity.line, column: at + 1, problem: problem.to_owned() }
     }
 
     /// The event of a line, if it has one.
     fn event(&mut self, line: &[u8]) -> Result<Option<Event>, LogError> {
-        let number = self.number;
+        let number = self.continuity.line;
         let unreadable =
             |Unreadable { at, problem }| LogError::Line { line: number, column: at + 1, problem: problem.to_owned() };
         let mut scanner = Scanner::new(line);
@@ -358,12 +334,11 @@ impl<R: BufRead> EventLog<R> {
         }
         let mut found = self.object(&mut scanner).map_err(unreadable)?;
         if let Some(mut gap) = found.gap.take() {
-            self.marks += 1;
             let marked = gap.mark(|from, to| {
                 let place = self.channel(from, to)?;
                 Some(self.channels[place].channel)
             });
-            self.gaps.extend(marked);
+            self.continuity.mark(marked);
         }
         if found.is_end {
             return self.finish(&found).map(|()| None);
@@ -378,102 +353,25 @@ impl<R: BufRead> EventLog<R> {
         let step = found.step.ok_or_else(|| missing("step"))?;
         let tick = found.tick.ok_or_else(|| missing("tick"))?;
         let time = found.time.ok_or_else(|| missing("time_s"))?;
-        // Each is compared by itself: a step can never be later at an earlier time.
-        let last = std::mem::replace(&mut self.last, (step, tick, time));
-        if step < last.0 || tick < last.1 || time < last.2 {
+        if !self.continuity.note((step, tick, time), &found) {
             return Err(LogError::Backwards { line: number, step, tick, time });
-        }
-        // A message is a step; a tick is none, and neither is what is true in the world.
-        let is_of_world = found.from == Some(WORLD.as_bytes());
-        self.of_world += u64::from(is_of_world);
-        let next_step = if found.generated || is_of_world { last.0 } else { last.0.saturating_add(1) };
-        let (next_tick, is_next_tick) = match found.generated {
-            true => (self.next_tick, tick == self.next_tick),
-            false => (self.next_tick.saturating_sub(1), tick <= self.next_tick.saturating_sub(1)),
-        };
-        if step != next_step {
-            self.doubt(("step", step, next_step));
-        } else if !is_next_tick {
-            self.doubt(("tick", tick, next_tick));
-        }
-        self.compare_world(found.world);
-        if found.world.is_some() || self.of_world == 0 {
-            self.counted = time;
-        }
-        if found.generated || !is_next_tick {
-            self.next_tick = tick.saturating_add(1);
         }
         let kind = if found.generated { Some(EventKind::Tick) } else { self.received(found)? };
         Ok(kind.map(|kind| Event { step, tick, time, kind }))
     }
 
-    /// Notes that a number is another than the next one should be.
-    fn doubt(&mut self, numbers: (&str, u64, u64)) {
-        self.doubt_since(self.doubted_since(), numbers);
-    }
-
-    /// Since when anything may be missing, if lines are missing now and that is not from here on: the first tick comes
-    /// before all messages but those of the world.
-    fn doubted_since(&self) -> Option<Duration> {
-        (self.has_ticks && self.next_tick == 0).then_some(Duration::ZERO)
-    }
-
-    /// Compares how many messages of the world there are with those that have come. One that is missing may belong
-    /// anywhere after the last line that told it.
-    fn compare_world(&mut self, count: Option<u64>) {
-        let Some(count) = count else { return };
-        if count != self.of_world {
-            self.doubt_since(Some(self.counted), ("the world's message", count, self.of_world));
-        }
-        self.of_world = count;
-    }
-
-    /// Notes the first number of its kind that is another than the next one should be, and what that means.
-    fn doubt_since(&mut self, since: Option<Duration>, (what, found, next): (&str, u64, u64)) {
-        let is_again = found < next;
-        let is_known = |known: &Option<Duration>| since.is_none_or(|since| known.is_some_and(|known| known <= since));
-        if self.noticed.get(&is_again).is_some_and(is_known) {
-            return;
-        }
-        self.noticed.insert(is_again, since);
-        let (flaw, lines) = match (is_again, since) {
-            (true, _) => (Flaw::Mixed, "lines come again at"),
-            // Verdicts that were reached at that very time may be wrong, too.
-            (false, Some(_)) => (Flaw::Displaced, "lines are missing before"),
-            (false, None) => (Flaw::Missing, "lines are missing before"),
-        };
-        // Only the last line can name the next number, that of a first tick which has not come.
-        let wrong = if found == next {
-            format!("{what} {found} is missing")
-        } else {
-            format!("{what} {found} comes where {next} should")
-        };
-        let why = format!("{lines} line {} of the log: {wrong}", self.number);
-        self.gaps.push_back(GapMark::Begins(Gap { flaw, since, ..Gap::of_anything(why) }));
-    }
-
     /// The line with the end of the run: the numbers that it repeats are those of the last events, or lines are
     /// missing.
     fn finish(&mut self, found: &Found<'_>) -> Result<(), LogError> {
-        let (step, tick, last) = self.last;
+        let (step, tick, last) = self.continuity.last;
         if std::mem::replace(&mut self.is_ended, true) {
-            return Err(LogError::AfterEnd { line: self.number });
+            return Err(LogError::AfterEnd { line: self.continuity.line });
         }
         if let Some(time) = found.time.filter(|time| *time < last) {
-            return Err(LogError::Backwards { line: self.number, step, tick, time });
+            return Err(LogError::Backwards { line: self.continuity.line, step, tick, time });
         }
         self.end = found.time;
-        match (found.step, found.tick) {
-            (Some(count), _) if count != step => self.doubt(("step", count, step)),
-            (_, Some(count)) if count.checked_add(1) != Some(self.next_tick) => {
-                self.doubt(("tick", count, self.next_tick.saturating_sub(1)));
-            }
-            _ => {}
-        }
-        self.compare_world(found.world);
-        if let Some(count) = found.marks.filter(|count| *count != self.marks) {
-            self.doubt_since(Some(Duration::ZERO), ("gap", count, self.marks));
-        }
+        self.continuity.finish(found);
         Ok(())
     }
 
@@ -487,7 +385,7 @@ impl<R: BufRead> EventLog<R> {
             (Some(place), _) => {
                 let NamedChannel { from, to, channel, domain } = &self.channels[place];
                 let admitted = admit(message, (from, to), domain);
-                let admitted = admitted.map_err(|message| LogError::Foreign { line: self.number, message })?;
+                let admitted = admitted.map_err(|message| LogError::Foreign { line: self.continuity.line, message })?;
                 Ok(Some(EventKind::Received { channel: *channel, message: admitted }))
             }
             (None, Channels::Known) => {
@@ -497,7 +395,7 @@ impl<R: BufRead> EventLog<R> {
             }
             (None, Channels::All) => {
                 let [from, to] = [from, to].map(|name| String::from_utf8_lossy(name).into_owned());
-                Err(LogError::UnknownChannel { line: self.number, from, to })
+                Err(LogError::UnknownChannel { line: self.continuity.line, from, to })
             }
         }
     }
@@ -518,7 +416,7 @@ impl<R: BufRead> EventLog<R> {
                 b"from" => found.from = Some(scanner.string()?),
                 b"to" => found.to = Some(scanner.string()?),
                 b"generated" => found.generated = scanner.string()? == b"tick",
-                b"message" => found.message = Some(self.message(scanner)?),
+                b"message" => found.message = Some(self.values.message(scanner)?),
                 b"missing" => match scanner.token()? {
                     JsonToken::Text(why) => found.gap().missing = Some(why.into_owned()),
                     _ => return Err(scanner.unreadable("what is missing must be a string")),
@@ -538,7 +436,7 @@ impl<R: BufRead> EventLog<R> {
                 }
                 // In a log of another program, these may be anything.
                 b"world" => found.world = scanner.value()?.parse().ok(),
-                b"tick_s" => self.has_ticks = scanner.value()?.parse() != Ok(0.0),
+                b"tick_s" => self.continuity.has_ticks = scanner.value()?.parse() != Ok(0.0),
                 b"gaps" => found.marks = scanner.value()?.parse().ok().filter(|_| self.has_end),
                 b"has_end" => self.has_end |= scanner.token()? == JsonToken::Bool(true),
                 b"end" => {
@@ -558,80 +456,6 @@ impl<R: BufRead> EventLog<R> {
         }
         scanner.expect(b'}')?;
         if scanner.at_end() { Ok(found) } else { Err(scanner.unreadable("expected the end of the line")) }
-    }
-
-    fn message(&mut self, scanner: &mut Scanner<'_>) -> Result<Message, Unreadable> {
-        scanner.expect(b'[')?;
-        self.fields.clear();
-        if !scanner.take(b']') {
-            loop {
-                let value = if scanner.take(b'[') { self.list(scanner)? } else { self.value(scanner)? };
-                self.fields.push(value);
-                if !scanner.take(b',') {
-                    break;
-                }
-            }
-            scanner.expect(b']')?;
-        }
-        Ok(Message::new(self.fields.drain(..)))
-    }
-
-    /// The list after its bracket. Its items are no lists.
-    fn list(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
-        let mut items = Vec::new();
-        if scanner.take(b']') {
-            return Ok(Value::List(items.into()));
-        }
-        loop {
-            items.push(self.value(scanner)?);
-            if !scanner.take(b',') {
-                break;
-            }
-        }
-        scanner.expect(b']')?;
-        Ok(Value::List(items.into()))
-    }
-
-    fn value(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
-        Ok(match scanner.token()? {
-            JsonToken::Bool(truth) => Value::Bool(truth),
-            JsonToken::Int(number) => Value::Int(number),
-            JsonToken::Real(number) => Value::Real(number),
-            JsonToken::Text(text) => Value::Text(text.into()),
-            JsonToken::Open => self.tagged(scanner)?,
-        })
-    }
-
-    /// `{"sym": "ok"}` or `{"real": "inf"}`, after its first brace: what JSON has no values for.
-    fn tagged(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
-        let kind = scanner.string()?;
-        if !matches!(kind, b"sym" | b"real") {
-            return Err(scanner.unreadable("a value must be a number, a string, true, false or {\"sym\": …}"));
-        }
-        scanner.expect(b':')?;
-        let value = match (kind, scanner.string()?) {
-            (b"sym", name) => {
-                self.symbol(name).map(Value::Symbol).ok_or_else(|| scanner.unreadable("this is not UTF-8"))?
-            }
-            (_, b"inf") => Value::Real(f64::INFINITY),
-            (_, b"-inf") => Value::Real(f64::NEG_INFINITY),
-            _ => return Err(scanner.unreadable("a real that JSON has no number for is \"inf\" or \"-inf\"")),
-        };
-        scanner.expect(b'}')?;
-        Ok(value)
-    }
-
-    /// The symbol with this name, allocated once for all its occurrences unless there are too many different ones.
-    fn symbol(&mut self, name: &[u8]) -> Option<Symbol> {
-        if let Some(known) = self.symbols.iter().find(|symbol| symbol.name().as_bytes() == name) {
-            return Some(known.clone());
-        }
-        let symbol = Symbol::new(std::str::from_utf8(name).ok()?);
-        // The search is linear. Beyond the limit, symbols are allocated again for each message.
-        if self.symbols.len() < MAX_SYMBOLS {
-            self.symbols.push(symbol.clone());
-        }
-        Some(symbol)
     }
 
     /// The place of the channel between these processes.

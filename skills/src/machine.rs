@@ -1,6 +1,7 @@
 //! A running machine: the interpretation algorithm of SCXML (Appendix D).
 
 mod entry;
+mod events;
 mod execute;
 mod host;
 mod input;
@@ -11,8 +12,7 @@ mod select;
 mod send;
 mod timer;
 
-use std::collections::VecDeque;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use channels::Unobserved;
 use diagnostics::nearest_or_all;
@@ -20,12 +20,13 @@ use diagnostics::nearest_or_all;
 pub use host::{Host, Note, Transcript, Undelivered};
 
 use crate::bit_set::BitSet;
-use crate::chart::{ADDRESS, Chart, EventClass, SCXML_PROCESSOR};
+use crate::chart::{ADDRESS, Chart, SCXML_PROCESSOR};
 use crate::datum::Memory;
 use crate::event::{Event, EventKind, Outgoing};
 use crate::ids::{DataId, StateId, TransitionId};
+use crate::random::RandomSequence;
 use crate::{Datum, SkillError};
-use timer::Timer;
+use events::{MachineEvents, Queued};
 
 /// A machine that runs a [`Chart`]: its active states, its data, and its pending events and timers.
 ///
@@ -66,11 +67,7 @@ pub struct Machine {
     /// States whose data have been initialized; empty with early binding.
     initialised: BitSet,
     data: Memory,
-    event: Option<Event>,
-    event_object: Unobserved<OnceLock<Datum>>,
-    internal: VecDeque<Queued>,
-    external: VecDeque<Queued>,
-    timers: Vec<Timer>,
+    events: MachineEvents,
     generated_ids: u32,
     /// The number of machines it has invoked so far.
     children: u32,
@@ -81,12 +78,8 @@ pub struct Machine {
     under: Option<Arc<str>>,
     /// The number of machines around it.
     generation: u32,
-    /// The position in the sequence of `Math.random`.
-    random: u64,
-    /// The start of that sequence.
-    seed: u64,
-    /// Whether the caller has set it.
-    is_seeded: bool,
+    /// The sequence of `Math.random`.
+    random: RandomSequence,
     /// The data of the final state in which it ended.
     result: Datum,
     scratch: Unobserved<Scratch>,
@@ -140,13 +133,6 @@ pub enum Status {
 /// machine can process more than twice as many before it must be at rest. Chosen, not measured.
 pub(crate) const MAX_WAITING: usize = 4096;
 
-/// An event in a queue, with its class.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Queued {
-    event: Event,
-    class: EventClass,
-}
-
 /// A machine that another one has invoked, and from where. After its end it stays until the state is exited: its events
 /// may still have to be taken and finalized.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -198,9 +184,7 @@ impl Machine {
             ..Scratch::default()
         };
         Self {
-            random: session.seed(),
-            seed: session.seed(),
-            is_seeded: false,
+            random: RandomSequence::of(session.seed()),
             session,
             given: Vec::new(),
             status: Status::Ready,
@@ -209,11 +193,7 @@ impl Machine {
             remembered: if has_history { vec![None; states] } else { Vec::new() },
             initialised: BitSet::new(states),
             data: Memory::new(chart.data.len()),
-            event: None,
-            event_object: Unobserved::default(),
-            internal: VecDeque::new(),
-            external: VecDeque::new(),
-            timers: Vec::new(),
+            events: MachineEvents::default(),
             generated_ids: 0,
             children: 0,
             to_invoke: if invokes { BitSet::new(states) } else { BitSet::default() },
@@ -251,15 +231,12 @@ impl Machine {
     /// Sets `_sessionid`, which is the chart's name otherwise.
     pub(crate) fn set_session(&mut self, session: &str) {
         self.session = Session::new(session);
-        if !self.is_seeded {
-            self.random = self.session.seed();
-            self.seed = self.random;
-        }
+        self.random.restart_unless_set(self.session.seed());
     }
 
     /// Whether it has room for another event. Events from the caller and errors are always accepted.
     fn has_room(&self) -> bool {
-        self.internal.len() + self.external.len() + self.timers.len() < MAX_WAITING
+        self.events.waiting() < MAX_WAITING
     }
 
     /// Another machine before its start, with the same chart, parameters and session.
@@ -270,20 +247,17 @@ impl Machine {
     /// Another machine before its start, with another chart and the same session.
     pub(crate) fn unstarted_with(&self, chart: &Arc<Chart>) -> Self {
         let session = Arc::clone(&self.session);
-        Self { random: session.seed(), seed: session.seed(), session, ..Self::new(Arc::clone(chart)) }
+        Self { random: RandomSequence::of(session.seed()), session, ..Self::new(Arc::clone(chart)) }
     }
 
     /// Sets the seed of `Math.random`; by default it is derived from the session's name.
     pub fn set_seed(&mut self, seed: u64) {
-        (self.random, self.seed) = (seed, seed);
-        self.is_seeded = true;
+        self.random.set_seed(seed);
     }
 
     /// Continues the sequence of a machine whose seed was set.
     pub(crate) fn draw_after(&mut self, other: &Self) {
-        if other.is_seeded {
-            self.set_seed(other.random);
-        }
+        self.random.draw_after(&other.random);
     }
 
     /// Stores a value in the datum of the whole machine with this id, if there is one.

@@ -147,6 +147,8 @@ pub(crate) enum Gap {
     },
 }
 
+/// What a search has met, by numbers: a table for each kind of part of a state, and the parts of the model that they
+/// refer to.
 #[derive(Debug)]
 pub(crate) struct Tables {
     pub(crate) topology: Arc<Topology>,

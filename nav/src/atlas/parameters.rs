@@ -8,6 +8,8 @@ use crate::error::{at_least_zero, check, positive, require, share};
 /// Names and meanings are those of Nav2's AMCL where it has the parameter. Where a default differs from Nav2's, the
 /// reason is given. The sensor model is Nav2's `likelihood_field_prob`, which multiplies the likelihoods of beams.
 /// Nav2's default, `likelihood_field`, adds their cubes, which is less precise.
+///
+/// It is flat, as AMCL's parameters are: a configuration of Nav2 can be compared with it line by line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalizationParameters {
     /// Minimum number of particles. Default 500: enough for tracking, when all of them lie within one or two bins.

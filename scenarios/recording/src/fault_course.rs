@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use maps::Point;
 
-use crate::Fault;
+use crate::inconsistent::Inconsistent;
+use crate::{Fault, Header};
 
 /// A fault that took effect, and where.
 #[derive(Clone, Debug)]
@@ -33,6 +34,53 @@ pub struct UndoneFault {
     pub fault: Arc<Fault>,
     /// Why it could not be injected, in words.
     pub reason: String,
+}
+
+/// The faults of a run so far.
+#[derive(Clone, Debug)]
+pub(crate) struct FaultLog {
+    /// Those that have taken effect.
+    pub(crate) records: Vec<FaultRecord>,
+    pub(crate) undone: Vec<UndoneFault>,
+    /// Whether each fault of the scenario has been due.
+    due: Vec<bool>,
+    /// Whether a person has caused any of them.
+    pub(crate) has_acts: bool,
+}
+
+impl FaultLog {
+    pub(crate) fn of(header: &Header) -> Self {
+        Self { records: Vec::new(), undone: Vec::new(), due: vec![false; header.faults.len()], has_acts: false }
+    }
+
+    /// A person adds a fault to the scenario.
+    pub(crate) fn add(&mut self) {
+        self.due.push(false);
+        self.has_acts = true;
+    }
+
+    /// A fault of the scenario takes effect.
+    pub(crate) fn begin(&mut self, record: FaultRecord) {
+        self.due[record.index] = true;
+        self.records.push(record);
+    }
+
+    pub(crate) fn end(&mut self, index: usize, time: Duration) -> Result<(), Inconsistent> {
+        let latest = self.records.iter_mut().rfind(|record| record.index == index);
+        latest.ok_or(Inconsistent)?.until = Some(time);
+        Ok(())
+    }
+
+    /// A fault of the scenario could not be injected.
+    pub(crate) fn leave_undone(&mut self, index: usize, fault: UndoneFault) {
+        self.due[index] = true;
+        self.undone.push(fault);
+    }
+
+    /// Those of the scenario's faults that have not been due.
+    pub(crate) fn absent<'a>(&'a self, faults: &'a [Arc<Fault>]) -> impl Iterator<Item = &'a Fault> {
+        faults.iter().zip(&self.due).filter(|(_, due)| !**due).map(|(fault, _)| &**fault)
+    }
 }
 
 /// A fault of the scenario with all its occurrences.

@@ -16,6 +16,9 @@ use crate::{Graph, InputFile, Provenance, plain};
 pub const TREE: &str = "BT";
 
 /// What is known about a run before its first step.
+///
+/// It is one record of a file, and each of its fields is looked up by itself. What belongs together is a struct of its
+/// own, such as [`Origin`] and [`Premises`].
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Header {
     /// The version of the program that ran it.

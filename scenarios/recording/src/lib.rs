@@ -100,6 +100,7 @@ mod follower;
 mod grounds;
 mod header;
 mod heard;
+mod inconsistent;
 mod judge;
 mod mcap_file;
 mod monitor;
@@ -142,6 +143,7 @@ pub use header::{
     SettingGroup, SnapshotOccasion, Snapshots, TREE,
 };
 pub use heard::{HeardLevels, LEVEL};
+pub use inconsistent::{Inconsistent, fitting};
 pub use judge::Judge;
 pub use monitor::{Graph, Location, MonitorState, Transition};
 pub use monitor_log::MonitorLog;
@@ -160,5 +162,5 @@ pub use tree_failure::{TreeFailure, Unmet};
 pub use tree_log_writer::logged_transitions;
 pub use tree_logs::{BagTree, LogError};
 pub use tree_run::TreeRun;
-pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError, fitting};
+pub use view::{GivenUp, MonitorView, Moved, RunView, Said, TreeError};
 pub use violations_file::{are_violations, write_violations};

@@ -1,6 +1,9 @@
 //! A run as its readers see it: the state after the records read so far.
 
-use std::collections::BTreeMap;
+mod incidents;
+mod tree_view;
+mod visits;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,21 +12,22 @@ use chrono::{DateTime, TimeDelta, Utc};
 use maps::{Point, Pose};
 use monitors::Outcome;
 
+use crate::fault_course::FaultLog;
 use crate::heard::{Heard, HeardLevels};
-use crate::tree_failure::{self, Failures, TreeFailure};
+use crate::inconsistent::{Inconsistent, check};
+use crate::tree_failure::TreeFailure;
 use crate::{
     Decision, Details, End, EntryValue, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState,
     Navigation, RobotState, Scene, Step, Tally, UndoneFault,
 };
+use incidents::Incidents;
+pub use incidents::{GivenUp, Moved, Said};
+pub use tree_view::TreeError;
+use tree_view::TreeView;
+use visits::Visits;
 
 /// The latest time of a step, which MCAP can still write: after 584 years.
 const LATEST: Duration = Duration::from_nanos(u64::MAX);
-
-/// A record that does not fit those before it: it goes back in time, or refers to a fault, a node or a channel that
-/// does not exist.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a record refers to something that does not exist in the run")]
-pub struct Inconsistent;
 
 /// A run up to the records applied so far: its history, where readers need it, and its current state.
 #[derive(Clone, Debug)]
@@ -34,11 +38,7 @@ pub struct RunView {
     robot: RobotState,
     /// What the last step changed in it, apart from the battery's charge.
     changes: RobotState,
-    outcomes: Vec<Option<bt::Outcome>>,
-    /// For each tick of the last step, the outcomes before it.
-    before_ticks: Vec<Vec<Option<bt::Outcome>>>,
-    /// By the index of the blackboard in the header, and the key.
-    entries: BTreeMap<(usize, String), EntryValue>,
+    tree: TreeView,
     /// By the index of the process in the topology.
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
@@ -51,34 +51,12 @@ pub struct RunView {
     has_new_scene: bool,
     /// Whether the last step may have changed outcomes, locations, monitors or navigation.
     has_new_states: bool,
-    faults: Vec<FaultRecord>,
-    undone: Vec<UndoneFault>,
-    /// Whether each fault of the scenario has been due.
-    due: Vec<bool>,
-    /// Whether a person has caused any of them.
-    has_acts: bool,
-    tree_errors: Vec<TreeError>,
-    lost: Vec<String>,
-    given_up: Vec<GivenUp>,
-    said: Vec<Said>,
-    moves: Vec<Moved>,
-    /// By the index of the place in the header: when the robot first came to rest there.
-    reached: Vec<Option<Duration>>,
-    /// Likewise: when it was first there, at rest or on its way.
-    entered: Vec<Option<Duration>>,
+    faults: FaultLog,
+    incidents: Incidents,
+    visits: Visits,
     tally: Tally,
     heard: Heard,
-    failures: Failures,
     end: Option<End>,
-}
-
-/// What applying a record gives if this program has made the record itself. Unlike those of a file, which may be
-/// damaged, such records refer only to what their header contains and never go back in time.
-///
-/// # Panics
-/// If a record does not fit: this is a mistake in what makes the records.
-pub fn fitting<T>(applied: Result<T, Inconsistent>) -> T {
-    applied.expect("a run's records refer only to what its header contains")
 }
 
 impl RunView {
@@ -91,9 +69,7 @@ impl RunView {
         check_formulas(&header)?;
         let mut view = Self {
             step: Step::default(),
-            outcomes: vec![None; header.tree.len()],
-            before_ticks: Vec::new(),
-            entries: BTreeMap::new(),
+            tree: TreeView::new(&header),
             locations: vec![None; header.topology.processes().count()],
             monitors: vec![MonitorState::default(); header.monitors.len()],
             decisions: vec![None; header.monitors.len()],
@@ -102,20 +78,11 @@ impl RunView {
             seen_from: None,
             has_new_scene: false,
             has_new_states: true,
-            faults: Vec::new(),
-            undone: Vec::new(),
-            due: vec![false; header.faults.len()],
-            has_acts: false,
-            tree_errors: Vec::new(),
-            lost: Vec::new(),
-            given_up: Vec::new(),
-            said: Vec::new(),
-            moves: Vec::new(),
-            reached: vec![None; header.places().len()],
-            entered: vec![None; header.places().len()],
+            faults: FaultLog::of(&header),
+            incidents: Incidents::default(),
+            visits: Visits::of(header.places()),
             tally: Tally::default(),
             heard: Heard::new(&header.topology),
-            failures: Failures::new(&header),
             end: None,
             robot: RobotState::default(),
             changes: RobotState::default(),
@@ -145,12 +112,14 @@ impl RunView {
         let (changes, was_charging) = (self.step.robot, self.robot.is_charging());
         self.robot = self.robot.with(&changes);
         self.tally.note(self.step.time, &self.robot, &changes);
-        self.note_entries(&changes);
+        if let Some(truth) = &changes.truth {
+            self.visits.note_position(&truth.pose.translation.vector.into(), self.header.places(), self.step.time);
+        }
         self.changes = changes;
         self.changes.battery = changes.battery.filter(|battery| battery.charging != was_charging);
         self.has_new_scene = false;
         self.has_new_states = !step.happenings.is_empty();
-        self.before_ticks.clear();
+        self.tree.before_ticks.clear();
         for happening in &step.happenings {
             self.note(happening)?;
         }
@@ -161,17 +130,6 @@ impl RunView {
         Ok(())
     }
 
-    /// Notes the places at which the robot is for the first time.
-    fn note_entries(&mut self, changes: &RobotState) {
-        let Some(truth) = &changes.truth else { return };
-        let position = truth.pose.translation.vector.into();
-        for (place, entered) in self.header.places().iter().zip(&mut self.entered) {
-            if entered.is_none() && place.covers(&position) {
-                *entered = Some(self.step.time);
-            }
-        }
-    }
-
     fn note(&mut self, happening: &Happening) -> Result<(), Inconsistent> {
         // Every index comes from a file that may be damaged. It is checked here, so that readers of the view need not.
         let now = self.step.time;
@@ -179,42 +137,41 @@ impl RunView {
         match happening {
             Happening::FaultAdded(fault) => {
                 Arc::make_mut(&mut self.header).faults.push(Arc::clone(fault));
-                self.due.push(false);
-                self.has_acts = true;
+                self.faults.add();
             }
             Happening::FaultBegan { fault: index, time, tick, position } => {
                 let (fault, position) = (known(*index)?, *position);
-                self.due[*index] = true;
-                self.faults.push(FaultRecord { time: *time, until: None, tick: *tick, fault, index: *index, position });
+                self.faults.begin(FaultRecord {
+                    time: *time,
+                    until: None,
+                    tick: *tick,
+                    fault,
+                    index: *index,
+                    position,
+                });
             }
-            Happening::FaultEnded { fault, time } => {
-                let latest = self.faults.iter_mut().rfind(|record| record.index == *fault);
-                latest.ok_or(Inconsistent)?.until = Some(*time);
-            }
-            Happening::FaultLeftUndone { fault, time, reason } => {
-                self.undone.push(UndoneFault { time: *time, fault: known(*fault)?, reason: reason.clone() });
-                self.due[*fault] = true;
+            Happening::FaultEnded { fault, time } => self.faults.end(*fault, *time)?,
+            Happening::FaultLeftUndone { fault: index, time, reason } => {
+                let fault = known(*index)?;
+                self.faults.leave_undone(*index, UndoneFault { time: *time, fault, reason: reason.clone() });
             }
             Happening::TreeError { node, message, tick } => {
                 check(*node < self.header.tree.len())?;
                 let (node, message) = (*node, message.clone());
-                self.tree_errors.push(TreeError { node, message, tick: *tick, time: now });
+                self.tree.errors.push(TreeError { node, message, tick: *tick, time: now });
             }
-            Happening::GivenUp { reason } => self.given_up.push(GivenUp { time: now, reason: reason.clone() }),
+            Happening::GivenUp { reason } => {
+                self.incidents.given_up.push(GivenUp { time: now, reason: reason.clone() });
+            }
             Happening::Said { by, text } => {
                 let by = self.header.topology.processes().nth(*by).ok_or(Inconsistent)?;
                 let by = self.header.topology.name(by).to_owned();
-                self.said.push(Said { time: now, by, text: text.clone() });
+                self.incidents.said.push(Said { time: now, by, text: text.clone() });
             }
-            Happening::Moved { words } => self.moves.push(Moved { time: now, words: words.clone() }),
+            Happening::Moved { words } => self.incidents.moves.push(Moved { time: now, words: words.clone() }),
             Happening::Lost(gap) => {
                 gap.channel.map_or(Ok(()), |channel| self.check_channel(channel))?;
-                let moved = Moved { time: now, words: gap.why.clone() };
-                // One loss may leave gaps in several channels.
-                if self.moves.last() != Some(&moved) {
-                    self.lost.push(gap.why.clone());
-                    self.moves.push(moved);
-                }
+                self.incidents.lose(gap, now);
             }
             Happening::Resumed(channel) => self.check_channel(*channel)?,
             Happening::Verdict { monitor, decision } => {
@@ -222,37 +179,17 @@ impl RunView {
                 self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
                 self.decisions[*monitor] = Some(decision.clone());
             }
-            Happening::Arrival { place } => {
-                *self.reached.get_mut(*place).ok_or(Inconsistent)? = Some(now);
-            }
+            Happening::Arrival { place } => self.visits.reach(*place, now)?,
         }
         Ok(())
     }
 
     fn take_details(&mut self, details: &Details) -> Result<(), Inconsistent> {
         self.has_new_states |= details.has_new_states();
-        let Details { events, outcomes, before_ticks, transitions, entries, locations, monitors, navigation, scene } =
-            details;
+        let Details { events, locations, monitors, navigation, scene, .. } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
-        let mut before_ticks = before_ticks.iter();
-        for event in events {
-            if let (EventKind::Tick, Some(outcomes)) = (&event.kind, before_ticks.next()) {
-                self.set_outcomes(outcomes, event.tick.saturating_sub(1))?;
-                self.before_ticks.push(self.outcomes.clone());
-            }
-            self.heard.note(event, &self.header.topology);
-            self.failures.note(event);
-        }
-        self.set_outcomes(outcomes, self.step.ticks.saturating_sub(1))?;
-        check(transitions.iter().all(|(node, _)| *node < self.header.tree.len()))?;
-        for (board, key, value) in entries {
-            check(*board < self.header.blackboards.len())?;
-            let entry = (*board, key.clone());
-            match value {
-                Some(value) => drop(self.entries.insert(entry, value.clone())),
-                None => drop(self.entries.remove(&entry)),
-            }
-        }
+        events.iter().for_each(|event| self.heard.note(event, &self.header.topology));
+        self.tree.take(details, &self.header, &self.step)?;
         for (process, location) in locations {
             *self.locations.get_mut(*process).ok_or(Inconsistent)? = Some(location.clone());
         }
@@ -263,17 +200,6 @@ impl RunView {
             self.navigation.clone_from(navigation);
         }
         scene.as_ref().map_or(Ok(()), |scene| self.set_scene(scene))
-    }
-
-    /// Sets these outcomes, which the nodes have after this tick.
-    fn set_outcomes(&mut self, outcomes: &[(usize, Option<bt::Outcome>)], tick: u64) -> Result<(), Inconsistent> {
-        for (node, outcome) in outcomes {
-            *self.outcomes.get_mut(*node).ok_or(Inconsistent)? = *outcome;
-        }
-        if !outcomes.is_empty() {
-            self.failures.judge(&self.header, &self.outcomes, tick, self.step.time);
-        }
-        Ok(())
     }
 
     fn set_monitor(&mut self, monitor: usize, state: &MonitorState) -> Result<(), Inconsistent> {
@@ -408,18 +334,18 @@ impl RunView {
     /// The last outcome of each node of the tree.
     #[must_use]
     pub fn outcomes(&self) -> &[Option<bt::Outcome>] {
-        &self.outcomes
+        &self.tree.outcomes
     }
 
     /// For each tick of the last step, the last outcome of each node before it; empty if that is not known.
     #[must_use]
     pub fn outcomes_before_ticks(&self) -> &[Vec<Option<bt::Outcome>>] {
-        &self.before_ticks
+        &self.tree.before_ticks
     }
 
     /// The entries of blackboards that are known: the name of the blackboard, the key, and the value.
     pub fn entries(&self) -> impl Iterator<Item = (&str, &str, &EntryValue)> {
-        let named = self.entries.iter().map(|((board, key), value)| (board, key.as_str(), value));
+        let named = self.tree.entries.iter().map(|((board, key), value)| (board, key.as_str(), value));
         named.map(|(board, key, value)| (self.header.blackboards[*board].as_str(), key, value))
     }
 
@@ -437,28 +363,18 @@ impl RunView {
     /// The latest failure of the whole tree; none if it never failed, or if nodes' answers were not recorded.
     #[must_use]
     pub fn tree_failure(&self) -> Option<TreeFailure> {
-        self.failures.latest()
+        self.tree.failures.latest()
     }
 
     /// The leaves of the tree that are running, by name: skills, and nodes such as `Sleep`.
     pub fn running(&self) -> impl Iterator<Item = &str> {
-        let tree = &self.header.tree;
-        // The first child of a node comes right after it.
-        let is_leaf = |node: usize| tree.get(node + 1).is_none_or(|next| next.parent != Some(node));
-        let is_running = |&node: &usize| self.outcomes[node] == Some(bt::Outcome::Answered(bt::Status::Running));
-        (0..tree.len()).filter(is_running).filter(move |&node| is_leaf(node)).map(|node| tree[node].process.as_str())
+        self.tree.running(&self.header.tree)
     }
 
     /// What the tree is doing, in words: the leaf that is running, or the node that made it fail. Empty without a tree.
     #[must_use]
     pub fn doing(&self) -> String {
-        let names: Vec<&str> = self.running().collect();
-        match tree_failure::cause(&self.header.tree, &self.outcomes) {
-            _ if !names.is_empty() => format!("{} is running", names.join(", ")),
-            Some(node) => format!("the tree failed, because {} failed", self.header.tree[node].process),
-            None if self.header.tree.is_empty() => String::new(),
-            None => "no leaf is running".to_owned(),
-        }
+        self.tree.doing(&self.header.tree)
     }
 
     /// The location of a skill or a component, by its name.
@@ -532,66 +448,66 @@ impl RunView {
     /// The faults that have taken effect so far.
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
-        &self.faults
+        &self.faults.records
     }
 
     /// Whether a person has intervened: the scenario alone does not give this run.
     #[must_use]
     pub fn has_acts(&self) -> bool {
-        self.has_acts
+        self.faults.has_acts
     }
 
     /// The faults that have taken effect so far, each with all its occurrences, in the order of the first.
     #[must_use]
     pub fn fault_courses(&self) -> Vec<FaultCourse<'_>> {
-        FaultCourse::of(&self.faults)
+        FaultCourse::of(&self.faults.records)
     }
 
     /// The faults of the scenario that have not come so far: they neither took effect nor could not be injected.
     pub fn absent_faults(&self) -> impl Iterator<Item = &crate::Fault> {
-        self.header.faults.iter().zip(&self.due).filter(|(_, due)| !**due).map(|(fault, _)| &**fault)
+        self.faults.absent(&self.header.faults)
     }
 
     /// The faults that were due so far but could not be injected.
     #[must_use]
     pub fn undone_faults(&self) -> &[UndoneFault] {
-        &self.undone
+        &self.faults.undone
     }
 
     /// What its recording lacks, in words, in the order in which it was noticed.
     #[must_use]
     pub fn lost(&self) -> &[String] {
-        &self.lost
+        &self.incidents.lost
     }
 
     /// The errors in the tree so far.
     #[must_use]
     pub fn tree_errors(&self) -> &[TreeError] {
-        &self.tree_errors
+        &self.tree.errors
     }
 
     /// The trips that navigation has given up so far.
     #[must_use]
     pub fn given_up(&self) -> &[GivenUp] {
-        &self.given_up
+        &self.incidents.given_up
     }
 
     /// What has happened around the processes so far, because the schedule of the run says so.
     #[must_use]
     pub fn moves(&self) -> &[Moved] {
-        &self.moves
+        &self.incidents.moves
     }
 
     /// What speakers have said so far.
     #[must_use]
     pub fn said(&self) -> &[Said] {
-        &self.said
+        &self.incidents.said
     }
 
     /// The places by name, with the time at which the robot first came to rest at each; at one where it stood from the
     /// start, the time at which it first came back, if it has.
     pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
-        self.header.places().iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
+        self.header.places().iter().zip(&self.visits.reached).map(|(place, reached)| (place.name.as_str(), *reached))
     }
 
     /// The places to which the robot has come, with the time at which it first came to rest at each.
@@ -609,7 +525,7 @@ impl RunView {
     /// The places by name, with the time at which the robot was first at each, at rest or on its way: its true position
     /// was within the area, or within the tolerance of the point. Headings do not matter.
     pub fn entered(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
-        self.header.places().iter().zip(&self.entered).map(|(place, entered)| (place.name.as_str(), *entered))
+        self.header.places().iter().zip(&self.visits.entered).map(|(place, entered)| (place.name.as_str(), *entered))
     }
 
     /// Aggregates over the steps so far.
@@ -642,10 +558,6 @@ fn check_formulas(header: &Header) -> Result<(), Inconsistent> {
     });
     let channels = header.topology.channels().count();
     check(named.iter().all(|channel| channel.index() < channels))
-}
-
-fn check(fits: bool) -> Result<(), Inconsistent> {
-    if fits { Ok(()) } else { Err(Inconsistent) }
 }
 
 /// A watched property, with the results of its monitor.
@@ -685,46 +597,4 @@ impl<'a> MonitorView<'a> {
     pub fn ending(&self) -> MonitorEnd {
         self.end.cloned().unwrap_or_default()
     }
-}
-
-/// An error in a node of the tree, and when it first occurred.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TreeError {
-    /// The node's index in the header.
-    pub node: usize,
-    /// The error, in words.
-    pub message: String,
-    /// The tick.
-    pub tick: u64,
-    /// Since the start of the run.
-    pub time: Duration,
-}
-
-/// A trip that navigation gave up.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct GivenUp {
-    /// Since the start of the run.
-    pub time: Duration,
-    /// Why, in words.
-    pub reason: String,
-}
-
-/// Something that happened around the processes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Moved {
-    /// When.
-    pub time: Duration,
-    /// What, in words.
-    pub words: String,
-}
-
-/// What a speaker said.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Said {
-    /// When it began, since the start of the run.
-    pub time: Duration,
-    /// The speaker's process.
-    pub by: String,
-    /// The text.
-    pub text: String,
 }

@@ -11,6 +11,8 @@ use crate::WitnessReport;
 
 /// The report of a run. Keys are stable; absent values are null. Only [`timing`](Self::timing) may differ between two
 /// runs of one scenario and seed.
+///
+/// Its fields are the keys of the file, in their order. What several of them describe together is a struct of its own.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The scenario's name.

@@ -35,6 +35,8 @@ pub(crate) struct Injector {
     faults: Vec<Prepared>,
     machines: Machines,
     components: Vec<(String, ProcessId)>,
+    /// The faults that were added since the last step.
+    pub(crate) added: Vec<Arc<recording::Fault>>,
 }
 
 /// A fault that is ready to be applied.
@@ -94,6 +96,8 @@ impl Injector {
         complaints.check()?;
         let earlier = std::mem::replace(self, longer);
         self.timetable.resume(earlier.timetable);
+        self.added = earlier.added;
+        self.added.extend(scenario.file.faults[earlier.faults.len()..].iter().map(|fault| Arc::new(fault.record())));
         self.faults.splice(..earlier.faults.len(), earlier.faults);
         Ok(())
     }
@@ -123,7 +127,8 @@ impl Injector {
         let faults = faults.iter().zip(stream_names(faults)).map(prepare).collect();
         let machines = Machines::prepare(scenario, system, earlier, complaints);
         let id = |name: &str| Some((name.to_owned(), system.topology().find_process(name)?));
-        Self { timetable, faults, machines, components: scenario.component_names().filter_map(id).collect() }
+        let components = scenario.component_names().filter_map(id).collect();
+        Self { timetable, faults, machines, components, added: Vec::new() }
     }
 
     /// Begins and ends the faults that are due. Returns what happened.

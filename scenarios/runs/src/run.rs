@@ -2,8 +2,11 @@
 
 mod judged;
 mod losses;
+mod partnership;
 mod record;
 mod recorded;
+mod run_monitors;
+mod trace;
 mod with_partners;
 
 use std::any::Any;
@@ -12,23 +15,24 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, ProcessId, Scheduler};
+use channels::{ChannelSystem, Event, Scheduler};
 use monitors::Warnings;
-use recording::{Ended, Grounds, Happening, RunView, SceneClock, TraceHash};
-use remote::{NodeMessage, Offered, RemoteProcess};
+use recording::{Ended, Happening, RunView, SceneClock};
+use remote::Offered;
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
-use scenarios::scenario::{Behavior, GENERAL, Monitoring, STEP, Scenario, TreeIds};
+use scenarios::scenario::{Behavior, STEP, Scenario, TreeIds};
 use scenarios::{Complaints, Error};
 
 use self::judged::Judged;
-use self::losses::Losses;
+use self::partnership::Partnership;
 use self::recorded::Recorded;
+use self::run_monitors::RunMonitors;
+use self::trace::StepTrace;
 use crate::ending::Ending;
 use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
-use crate::partners::Partners;
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
@@ -53,36 +57,15 @@ pub struct Run {
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
     kind: RunKind,
-    partners: Partners,
-    /// The processes of components that are nodes of ROS 2.
-    remote: Vec<ProcessId>,
-    /// The components' responses and messages for nodes of ROS 2 in the last step.
-    outbox: Vec<NodeMessage>,
-    /// Whether a step has begun that waits for partners.
-    is_waiting: bool,
-    /// The events of the last step.
-    events: Vec<Event>,
-    /// What the run vouches for.
-    grounds: Grounds,
-    /// What nodes of ROS 2 have sent and was lost.
-    losses: Losses,
-    /// The monitors of a run beside nodes of ROS 2, which take losses into account.
-    judged: Option<Judged>,
-    /// Whether a timer or a fault moved a process in the last step.
-    stirred: bool,
-    /// `None` in a run without monitors.
-    monitoring: Option<Arc<Monitoring>>,
+    partnership: Partnership,
+    monitors: RunMonitors,
     injector: Injector,
-    /// The faults that were added since the last step.
-    added: Vec<Arc<recording::Fault>>,
-    /// The events of the last step.
-    happenings: Vec<Happening>,
+    trace: StepTrace,
     tree_watch: TreeWatch,
     skill_errors: SkillErrors,
     overruns: u64,
     /// `None` if the tree gets no further ticks.
     tick_clock: Option<TickClock>,
-    hash: TraceHash,
     scene_clock: SceneClock,
     recorded: Recorded,
     ending: Ending,
@@ -172,22 +155,14 @@ impl Run {
         // A schedule takes the place of the robot's physics and drivers.
         let robot = scenario.premises.as_ref().zip(wired.ids.robot).filter(|_| !kind.has_schedule());
         let world = World::new(robot, &wired.system, &streams)?;
-        let monitoring = watch.then(|| monitoring(&scenario, &wired.system)).transpose()?;
-        let nodes: Vec<String> = scenario.remote_components().map(|(name, _)| name.to_owned()).collect();
-        let judged = attach(monitoring.as_deref(), &mut wired.system, scenario.file.execution.tick, &nodes);
+        let monitors = RunMonitors::attach(&scenario, &mut wired.system, watch)?;
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         check_expected_errors(&scenario, &mut complaints);
         complaints.check()?;
-        let processes = wired.system.topology().processes();
-        let remote: Vec<ProcessId> =
-            processes.filter(|id| wired.system.process::<RemoteProcess>(*id).is_some()).collect();
         let tick = scenario.file.execution.tick;
         let first_tick = if kind.is_model() { tick } else { AFTER_THE_START };
         Ok(Self {
-            recorded: Recorded::of(
-                monitoring.as_ref().map_or(0, |monitoring| monitoring.monitors().len()),
-                scenario.skills.len() + scenario.component_names().count(),
-            ),
+            recorded: Recorded::of(monitors.count(), scenario.skills.len() + scenario.component_names().count()),
             skill_errors: SkillErrors::of(&wired.system),
             tree_watch: TreeWatch::new(scenario.tree().cloned().zip(wired.ids.tree.map(|ids| ids.tree))),
             tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
@@ -196,25 +171,15 @@ impl Run {
             seed,
             world,
             truths: wired.truths.map(TruthShow::new),
-            grounds: Grounds::computed(wired.system.topology()),
-            losses: Losses::default(),
-            judged,
+            partnership: Partnership::of(&wired.system, wired.ids.clients),
+            monitors,
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
             kind,
-            partners: Partners::None,
-            remote,
-            outbox: Vec::new(),
-            is_waiting: false,
-            events: Vec::new(),
-            stirred: false,
-            monitoring,
             injector,
-            added: Vec::new(),
-            happenings: Vec::new(),
+            trace: StepTrace::default(),
             overruns: 0,
-            hash: TraceHash::default(),
             ending: Ending::default(),
         })
     }
@@ -232,10 +197,10 @@ impl Run {
     /// Performs one step, or the rest of it. Returns whether it is done: if it `waits` for partners, it may not be
     /// after a moment, and continues with the next call.
     pub(crate) fn advance(&mut self, waits: bool) -> Result<bool, StepError> {
-        if !self.is_waiting {
-            self.happenings.clear();
+        if !self.partnership.is_waiting {
+            self.trace.happenings.clear();
             self.tree_watch.begin_step();
-            self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
+            self.trace.happenings.extend(self.injector.added.drain(..).map(Happening::FaultAdded));
         }
         match &mut self.kind {
             RunKind::Schedule(replay) => {
@@ -243,7 +208,7 @@ impl Run {
                 let performed = replay.advance(&mut self.system, &mut self.tree_watch, &mut replayed);
                 let now = replay.now();
                 self.enter(replayed, now);
-                self.note_events();
+                self.monitors.observe(&self.trace.events);
                 performed?;
             }
             RunKind::Application | RunKind::Model { .. } => {
@@ -251,79 +216,71 @@ impl Run {
                 if matches!(acted, Ok(false)) {
                     return acted;
                 }
-                self.note_events();
+                self.monitors.observe(&self.trace.events);
                 acted?;
             }
         }
         let now = self.time();
-        if self.stirred || !self.events.is_empty() {
+        if self.trace.stirred || !self.trace.events.is_empty() {
             self.tree_watch.look(&self.system);
         }
-        self.happenings.extend(self.tree_watch.take_new());
+        self.trace.happenings.extend(self.tree_watch.take_new());
         self.skill_errors.note(&self.system, now);
         let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
-        self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
+        self.trace.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
         let speeches = self.world.new_speeches(&self.system);
-        self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
+        self.trace.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
         self.note_verdicts();
         self.note_arrivals();
         Ok(true)
     }
 
-    fn note_events(&mut self) {
-        for event in &self.events {
-            self.grounds.observe(event);
-            self.judged.iter_mut().for_each(|judged| judged.observe(event));
-        }
-    }
-
     /// Adds the steps of a schedule, including those before an error, to the run.
     fn enter(&mut self, replayed: ReplayedSteps, now: Duration) {
-        let Self { system, world, events, hash, .. } = self;
+        let Self { system, world, trace, .. } = self;
         world.step(now, system, false);
-        replayed.events.iter().for_each(|event| hash.event(event, system.topology()));
-        *events = replayed.events;
+        trace.events.clear();
+        replayed.events.into_iter().for_each(|event| trace.enter(event, system.topology()));
+        trace.note_moves(replayed.words);
+        trace.stirred = true;
         self.overruns += replayed.overruns;
-        self.happenings.extend(replayed.words.into_iter().map(|words| Happening::Moved { words }));
-        self.stirred = true;
     }
 
     /// Performs a step with faults, physics and drivers. Returns whether it is done, or waits for partners.
     fn act(&mut self, waits: bool) -> Result<bool, StepError> {
-        if !std::mem::replace(&mut self.is_waiting, true) {
+        if !std::mem::replace(&mut self.partnership.is_waiting, true) {
             self.apply_faults();
             let now = self.next_time();
             if let RunKind::Model { begun, .. } = &mut self.kind {
                 *begun = true;
             }
-            let has_controller = self.has_controller();
-            self.world.step(now, &mut self.system, has_controller);
+            self.world.step(now, &mut self.system, self.partnership.has_controller());
         }
         let now = self.time();
         let Some(notes) = self.receive_from_partners(now).or((!waits).then(Vec::new)) else { return Ok(false) };
-        self.is_waiting = false;
-        self.happenings.extend(notes.into_iter().map(|words| Happening::Moved { words }));
+        self.partnership.is_waiting = false;
+        self.trace.note_moves(notes);
         self.world.move_devices(&mut self.system);
         if let Some(robot) = &self.world.robot {
-            robot.enter_into_trace(&mut self.hash);
+            robot.enter_into_trace(&mut self.trace.hash);
         }
-        self.events.clear();
+        self.trace.events.clear();
         self.show_truths();
         self.happen(now)?;
         // In a model, everything that is due at the same time happens one by one, and the tick comes last.
         while self.kind.is_model() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
-        self.send_to_partners();
+        self.partnership.send(&mut self.system);
         Ok(true)
     }
 
     /// Shows the monitors what is true. It is no communication, and does not enter the trace hash: properties that
     /// speak of the world change no run.
     fn show_truths(&mut self) {
-        let Self { truths: Some(truths), world, scenario, system, events, .. } = self else { return };
+        let Self { truths: Some(truths), world, scenario, system, trace, .. } = self else { return };
         if let Some((robot, premises)) = world.robot.as_ref().zip(scenario.premises.as_ref()) {
-            events.extend(truths.show(robot, premises, system));
+            trace.events.extend(truths.show(robot, premises, system));
         }
     }
 
@@ -351,7 +308,7 @@ impl Run {
     /// Lets everything happen that is due now; in a model, timers come before the tick.
     fn happen(&mut self, now: Duration) -> Result<(), StepError> {
         let fired = self.system.advance(now);
-        self.stirred |= fired;
+        self.trace.stirred |= fired;
         if self.communicate(now, !fired || !self.kind.is_model())? {
             self.follow_tree();
         }
@@ -359,12 +316,12 @@ impl Run {
     }
 
     fn apply_faults(&mut self) {
-        let Self { world, system, events, injector, .. } = self;
-        let changes = injector.act(&mut SystemUnderTest { world, system, events });
-        self.stirred = !changes.is_empty();
+        let Self { world, system, trace, injector, .. } = self;
+        let changes = injector.act(&mut SystemUnderTest { world, system, events: &trace.events });
+        self.trace.stirred = !changes.is_empty();
         let (time, tick) = (self.world.time(), self.system.ticks().checked_sub(1));
         let position = self.world.robot.as_ref().map(|robot| robot.sim.truth().pose().translation.vector.into());
-        self.happenings.extend(changes.into_iter().map(|change| match change {
+        self.trace.happenings.extend(changes.into_iter().map(|change| match change {
             FaultHappening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
             FaultHappening::Ended(fault) => Happening::FaultEnded { fault, time },
             FaultHappening::LeftUndone(fault, reason) => Happening::FaultLeftUndone { fault, time, reason },
@@ -375,11 +332,7 @@ impl Run {
     /// there was a tick.
     fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
         let topology = Arc::clone(self.system.topology());
-        let Self { system, scheduler, events, hash, tree_watch, .. } = self;
-        let mut enter = |event: Event| {
-            hash.event(&event, &topology);
-            events.push(event);
-        };
+        let Self { system, scheduler, trace, tree_watch, .. } = self;
         let clock = self.tick_clock.as_mut().filter(|_| may);
         let is_due = clock.is_some_and(|clock| clock.is_due(now, || self.injector.delay_of_tick()));
         let ticked = self.ids.tree.filter(|_| is_due);
@@ -389,15 +342,15 @@ impl Run {
             }
             tree_watch.tick_begins(system);
             let (event, delivered) = system.generate_tick(tick_generator);
-            self.overruns += u64::from(!delivered && !matches!(self.partners, Partners::Controller(_)));
-            enter(event);
+            self.overruns += u64::from(!delivered && !self.partnership.has_controller());
+            trace.enter(event, &topology);
         }
         let budget = self.scenario.file.execution.step_budget;
         // The events before an error belong to the run: they are recorded and hashed, and may show its reason.
         let mut failure = None;
         for event in system.run(scheduler.as_mut(), budget) {
             match event {
-                Ok(event) => enter(event),
+                Ok(event) => trace.enter(event, &topology),
                 Err(error) => failure = Some(error),
             }
         }
@@ -415,7 +368,7 @@ impl Run {
         let Self { kind: RunKind::Model { model, .. }, system, ids: Ids { tree: Some(ids), .. }, .. } = self else {
             return;
         };
-        let (Some(of), Some(last)) = (&model.tree, self.events.last()) else { return };
+        let (Some(of), Some(last)) = (&model.tree, self.trace.events.last()) else { return };
         if !system.is_ready_for_tick(ids.tick_generator) {
             return;
         }
@@ -435,17 +388,17 @@ impl Run {
         for (index, attached) in self.system.monitors().iter().enumerate() {
             if let Some(event) = &attached.decided {
                 let verdict = self.recorded.monitors.verdict(index, attached.monitor.as_ref(), event);
-                self.happenings.extend(verdict);
+                self.trace.happenings.extend(verdict);
             }
         }
-        self.happenings.extend(self.judged.iter_mut().flat_map(Judged::take_verdicts));
+        self.trace.happenings.extend(self.monitors.judged.iter_mut().flat_map(Judged::take_verdicts));
     }
 
     fn note_arrivals(&mut self) {
         let is_start = self.time() <= self.scenario.file.execution.step();
         let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
         let arrivals = robot.note_arrivals(premises, is_start);
-        self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
+        self.trace.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
     }
 
     /// Continues with a scenario that differs from the present one only in its faults: there are more at its end, which
@@ -456,8 +409,6 @@ impl Run {
     /// [`Error::BadInput`] if a new fault does not fit the run.
     pub fn adopt(&mut self, scenario: Arc<Scenario>) -> Result<(), Error> {
         self.injector.extend(&scenario, &self.world, &self.system, &Streams::new(self.seed))?;
-        let known = self.scenario.file.faults.len();
-        self.added.extend(scenario.file.faults[known..].iter().map(|fault| Arc::new(fault.record())));
         self.kind.refine();
         self.scenario = scenario;
         Ok(())
@@ -483,7 +434,7 @@ impl Run {
     /// The events of the last step.
     #[must_use]
     pub fn events(&self) -> &[Event] {
-        &self.events
+        &self.trace.events
     }
 
     /// Time since the start of the run.
@@ -500,14 +451,14 @@ impl Run {
 
     /// The names of the monitored properties, in the order of the scenario.
     pub fn properties(&self) -> impl Iterator<Item = &str> {
-        let monitors = self.monitoring.iter().flat_map(|monitoring| monitoring.monitors());
+        let monitors = self.monitors.monitoring.iter().flat_map(|monitoring| monitoring.monitors());
         monitors.map(|(watched, _)| watched.name.as_str())
     }
 
     /// The warnings about the property files.
     #[must_use]
     pub fn warnings(&self) -> &[Warnings] {
-        self.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
+        self.monitors.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
     }
 }
 
@@ -519,41 +470,4 @@ fn check_expected_errors(scenario: &Scenario, complaints: &mut Complaints) {
     for name in scenario.file.expect.errors.iter().filter(|name| !known.contains(name.value.as_str())) {
         complaints.push(unknown("skill, component or tree node", name, known.iter().copied()));
     }
-}
-
-/// The monitors of the scenario's properties.
-fn monitoring(scenario: &Scenario, system: &ChannelSystem) -> Result<Arc<Monitoring>, Error> {
-    let monitoring = scenario.monitoring(system.topology())?;
-    let mut complaints = Complaints::default();
-    let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
-    let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
-    let stop = &scenario.file.stop;
-    let prove = &scenario.file.prove;
-    let proved = prove.properties.iter().chain(prove.expect.iter().map(|(name, _)| name));
-    let proved = proved.filter(|name| !GENERAL.contains(&name.value.as_str()));
-    let named =
-        expected.chain(stop.on_violation.names()).chain(stop.when_settled.names()).chain(stop.final_for.names());
-    let named = named.chain(proved);
-    let is_missing =
-        |name: &&diagnostics::Spanned<String>| !known().any(|other| other == name.value) && scenario.file.means(name);
-    for name in named.filter(is_missing) {
-        complaints.push(unknown("property", name, known()));
-    }
-    complaints.check()?;
-    Ok(monitoring)
-}
-
-/// Attaches the monitors to the system, unless it is beside nodes of ROS 2, whose messages may be missing.
-fn attach(
-    monitoring: Option<&Monitoring>,
-    system: &mut ChannelSystem,
-    tick: Duration,
-    nodes: &[String],
-) -> Option<Judged> {
-    let monitoring = monitoring?;
-    if !nodes.is_empty() {
-        return Some(Judged::begin(monitoring, system.topology(), tick, nodes));
-    }
-    monitoring.monitors().iter().for_each(|(_, monitor)| system.attach(monitor.clone()));
-    None
 }

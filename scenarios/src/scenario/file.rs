@@ -26,7 +26,8 @@ use super::world::{MAP, read_world};
 use crate::faults::Fault;
 use crate::files::{Files, named, path};
 
-/// A scenario file, read and checked as far as possible without the files that it names.
+/// A scenario file, read and checked as far as possible without the files that it names. Its fields are the keys of the
+/// file; those of a table are a struct.
 #[derive(Clone, Debug)]
 pub struct ScenarioFile {
     /// The subject of the scenario, on one line.

@@ -31,7 +31,7 @@ impl Machine {
     /// When the next delayed event is due, here or in an invoked machine.
     #[must_use]
     pub fn next_timer(&self) -> Option<Duration> {
-        let own = self.timers.first().map(|timer| timer.due);
+        let own = self.events.timers.first().map(|timer| timer.due);
         self.invoked.iter().fold(own, |first, invoked| earlier(first, invoked.machine.next_timer()))
     }
 

@@ -28,13 +28,13 @@ impl Machine {
     pub(super) fn enqueue(&mut self, event: Event) {
         if self.status == Status::Running {
             let class = self.chart.events.class(&event.name);
-            self.external.push_back(Queued { event, class });
+            self.events.external.push_back(Queued { event, class });
         }
     }
 
     /// Whether an event waits for it, or for a machine inside it.
     fn has_work(&self) -> bool {
-        self.status == Status::Running && !self.external.is_empty()
+        self.status == Status::Running && !self.events.external.is_empty()
             || self.invoked.iter().any(|invoked| invoked.machine.has_work())
     }
 
@@ -162,9 +162,9 @@ impl Macrostep<'_, '_> {
     /// Delivers the delayed events that are due next, here or inside, and comes to rest.
     pub(super) fn fire_next(&mut self) {
         let due = self.machine.next_timer();
-        if self.machine.timers.first().map(|timer| timer.due) == due {
+        if self.machine.events.timers.first().map(|timer| timer.due) == due {
             if due.is_some() {
-                let timer = self.machine.timers.remove(0);
+                let timer = self.machine.events.timers.remove(0);
                 self.deliver(timer.delivery);
             }
         } else if let Some(index) = self.machine.invoked.iter().position(|inner| inner.machine.next_timer() == due) {
@@ -208,7 +208,7 @@ impl Macrostep<'_, '_> {
         self.machine.descendants(&mut outside);
         let chart = Arc::clone(&invoked.machine.chart);
         let mut host = Inside { id: &invoked.id, host: self.host };
-        let room_here = MAX_WAITING.saturating_sub(self.machine.external.len());
+        let room_here = MAX_WAITING.saturating_sub(self.machine.events.external.len());
         let room = self.outer.room.saturating_sub(self.outer.events.len()).min(room_here);
         let outer = OuterSessions { outside: &outside, events: Vec::new(), room };
         let (machine, now, steps) = (&mut invoked.machine, self.now, self.steps);

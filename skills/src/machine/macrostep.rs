@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::Unobserved;
 use miette::SourceSpan;
 
 use super::{Event, EventKind, Host, MAX_WAITING, Machine, Note, Queued, Status};
@@ -98,15 +97,15 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.steps.begin();
         self.select(None);
         if self.machine.scratch.enabled.is_empty() {
-            if let Some(next) = self.machine.internal.pop_front() {
-                self.set_event(next.event);
+            if let Some(next) = self.machine.events.internal.pop_front() {
+                self.machine.events.set_last(next.event);
                 self.select(Some(next.class));
                 self.note_unhandled();
             } else if self.machine.to_invoke.next_from(0).is_some() {
                 self.invoke_all();
             } else if self.run_children() {
                 return true;
-            } else if let Some(next) = self.machine.external.pop_front() {
+            } else if let Some(next) = self.machine.events.external.pop_front() {
                 self.take_external(next);
             } else {
                 return false;
@@ -118,18 +117,11 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         true
     }
 
-    fn set_event(&mut self, event: Event) {
-        self.machine.event = Some(event);
-        if self.machine.event_object.get().is_some() {
-            self.machine.event_object = Unobserved::default();
-        }
-    }
-
     fn take_external(&mut self, next: Queued) {
         if self.machine.invoked.is_empty() {
-            self.set_event(next.event);
+            self.machine.events.set_last(next.event);
         } else {
-            self.set_event(next.event.clone());
+            self.machine.events.set_last(next.event.clone());
             self.finalize_and_forward(&next.event);
         }
         self.select(Some(next.class));
@@ -137,7 +129,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
 
     fn note_unhandled(&mut self) {
         let machine = &*self.machine;
-        if let Some(event) = machine.event.as_ref().filter(|event| event.kind == EventKind::Platform)
+        if let Some(event) = machine.events.last.as_ref().filter(|event| event.kind == EventKind::Platform)
             && machine.scratch.enabled.is_empty()
             && event.name.starts_with("error.")
         {
@@ -167,9 +159,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
 
     /// Nothing can reach a machine that has ended.
     fn drop_events(&mut self) {
-        self.machine.internal.clear();
-        self.machine.external.clear();
-        self.machine.timers.clear();
+        self.machine.events.clear();
         self.machine.to_invoke.clear();
         self.machine.invoked.clear();
     }
@@ -224,12 +214,12 @@ impl<'c, 'm> Macrostep<'c, 'm> {
             session: &machine.session.id,
             configuration: Some(&machine.configuration),
             data: &[],
-            event: machine.event.as_ref(),
-            event_object: Some(&machine.event_object),
+            event: machine.events.last.as_ref(),
+            event_object: Some(&machine.events.last_object),
             io_processors: Some(&machine.session.io_processors),
             steps: Some(self.steps),
         };
-        let (memory, random) = (&mut machine.data, &mut machine.random);
+        let (memory, random) = (&mut machine.data, &mut machine.random.position);
         let mut world = World { scope, memory, now: self.now, random, steps: self.steps };
         code.run(&mut world, argument)
     }
@@ -241,8 +231,8 @@ impl<'c, 'm> Macrostep<'c, 'm> {
             session: &self.machine.session.id,
             configuration: Some(&self.machine.configuration),
             data: &self.machine.data,
-            event: self.machine.event.as_ref(),
-            event_object: Some(&self.machine.event_object),
+            event: self.machine.events.last.as_ref(),
+            event_object: Some(&self.machine.events.last_object),
             io_processors: Some(&self.machine.session.io_processors),
             steps: Some(self.steps),
         }
@@ -257,7 +247,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
     }
 
     pub(super) fn raise(&mut self, event: Event, class: EventClass) {
-        self.machine.internal.push_back(Queued { event, class });
+        self.machine.events.internal.push_back(Queued { event, class });
     }
 
     /// Puts `error.execution` into the internal queue.

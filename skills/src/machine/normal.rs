@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use channels::{NoNormalForm, NormalForm, Unobserved};
+use channels::{NoNormalForm, NormalForm};
 
 use super::timer::Delivery;
 use super::{Machine, Session, Status};
@@ -20,17 +20,16 @@ impl Machine {
         self.check()?;
         self.scratch.taken.clear();
         self.scratch.entered.clear();
-        form.queue(self.timers.len(), || {
+        form.queue(self.events.timers.len(), || {
             format!("more than {} delayed events are waiting in {}", NormalForm::QUEUE, self.chart.name())
         })?;
-        for timer in &mut self.timers {
+        for timer in &mut self.events.timers {
             form.time(&mut timer.due);
             // A delayed event that is overdue, because the machine was suspended, fires as soon as it can.
             timer.due = timer.due.max(NormalForm::NOW);
         }
         if !self.may_look_back() {
-            self.event = None;
-            self.event_object = Unobserved::default();
+            self.events.forget_last();
         }
         self.invoked.iter_mut().try_for_each(|invoked| invoked.machine.normalize(form))?;
         if self.generation == 0 && self.has_generated_ids() {
@@ -46,7 +45,7 @@ impl Machine {
     }
 
     fn check(&self) -> Result<(), NoNormalForm> {
-        if self.random != self.seed {
+        if self.random.has_drawn() {
             return unsupported(
                 "it draws random numbers",
                 "decide by an event instead, which the environment may send or not",
@@ -79,7 +78,7 @@ impl Machine {
     }
 
     fn looks_at_generated_ids(&self) -> bool {
-        let of_timers = self.timers.iter().map(|timer| match &timer.delivery {
+        let of_timers = self.events.timers.iter().map(|timer| match &timer.delivery {
             Delivery::Internal(event) | Delivery::Own(event) => &event.data,
             Delivery::Away(outgoing, _) => &outgoing.data,
         });
@@ -100,15 +99,15 @@ impl Machine {
             let inner = &mut invoked.machine;
             inner.under = Some(Arc::clone(&invoked.id));
             inner.session = Session::new(&format!("{}.{number}", self.session.id));
-            (inner.random, inner.seed) = (inner.session.seed(), inner.session.seed());
+            inner.random.restart(inner.session.seed());
             inner.number_invoked();
         }
         let location = &self.session.location;
-        let of_timers = self.timers.iter_mut().filter_map(|timer| match &mut timer.delivery {
+        let of_timers = self.events.timers.iter_mut().filter_map(|timer| match &mut timer.delivery {
             Delivery::Internal(event) | Delivery::Own(event) => Some(event),
             Delivery::Away(..) => None,
         });
-        for event in of_timers.chain(&mut self.event) {
+        for event in of_timers.chain(&mut self.events.last) {
             // Nothing reads these, but they must not differ.
             event.origin = event.origin.as_ref().map(|_| Arc::clone(location));
             event.invoke_id = None;

@@ -52,7 +52,7 @@ impl Macrostep<'_, '_> {
                 self.steps.begin();
                 self.holds(condition)
             })
-            && chance.is_none_or(|chance| random::next(&mut self.machine.random) < chance)
+            && chance.is_none_or(|chance| random::next(&mut self.machine.random.position) < chance)
     }
 
     /// Of two transitions that would exit the same state, the one whose source is deeper is taken, or else the one

@@ -31,9 +31,7 @@ impl Macrostep<'_, '_> {
             self.deliver(delivery);
         } else {
             let due = self.now.saturating_add(delay);
-            let timers = &mut self.machine.timers;
-            let position = timers.partition_point(|timer| timer.due <= due);
-            timers.insert(position, Timer { due, send_id: id, delivery });
+            self.machine.events.delay(Timer { due, send_id: id, delivery });
         }
         Ok(())
     }
@@ -144,7 +142,7 @@ impl Macrostep<'_, '_> {
                     self.host.note(Note::Unheard { event: Arc::clone(&event.name) });
                 }
                 let class = self.chart.events.class(&event.name);
-                self.machine.external.push_back(Queued { event, class });
+                self.machine.events.external.push_back(Queued { event, class });
             }
             Delivery::Away(outgoing, Spot(span)) => {
                 let send_id = outgoing.send_id.clone();
@@ -201,7 +199,7 @@ impl Macrostep<'_, '_> {
     pub(super) fn cancel(&mut self, id: &Source, span: SourceSpan) -> Result<(), Aborted> {
         match self.source(id) {
             Ok(id) => {
-                self.machine.timers.retain(|timer| timer.send_id.as_ref() != Some(&id));
+                self.machine.events.cancel(&id);
                 Ok(())
             }
             Err(reason) => self.abort(reason, span),

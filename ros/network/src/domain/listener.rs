@@ -9,7 +9,11 @@
 //! message of which one fragment has arrived. The listener then ends, and [another](super::participant) takes its
 //! place.
 
+mod expected_nodes;
+mod own_nodes;
+mod peers;
 mod service_messages;
+mod system_clock;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufWriter, Write, stdin, stdout};
@@ -19,22 +23,17 @@ use std::time::{Duration, Instant};
 
 use rustdds::discovery::PublicationBuiltinTopicData;
 use rustdds::policy::{Durability, Reliability};
-use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
-    LostReason, RTPSEntity as _, StatusEvented as _, Timestamp,
-};
+use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity as _, StatusEvented as _, Timestamp};
 
 use super::announcements::Announcements;
 use super::as_is::{KEPT, qos};
-use super::correlation::Correlation;
 use super::exchange::{
-    ListenerCommand, ListenerMessage, NODES, NodeNames, Offers, Prefix, Publication, Response, Sample, Server,
-    Subscribed, Writer, padded, participant, prefix,
+    ListenerCommand, ListenerMessage, NODES, NodeNames, Offers, Publication, Response, Sample, Server, Subscribed,
+    Writer, padded, prefix,
 };
 use super::goodbye;
 use super::inbox::Inbox;
 use super::names;
-use super::nodes::nodes_message;
 use super::options::Options;
 use super::pulse::Pulse;
 use super::readers::{FromReader, Readers, nanoseconds};
@@ -42,6 +41,10 @@ use super::requests::Requests;
 use super::services::Services;
 use super::writers::Writers;
 use crate::clock::{Clock, now, sleep};
+use expected_nodes::ExpectedNodes;
+use own_nodes::OwnNodes;
+use peers::{MOST_WRITERS, Peers};
+use system_clock::SystemClock;
 
 /// How long the thread waits until it is woken.
 const PATIENCE: Duration = Duration::from_millis(10);
@@ -60,9 +63,6 @@ const DISCOVERY_PERIOD: Duration = Duration::from_millis(20);
 /// How long a participant stays after it has unsubscribed.
 const GRACE: Duration = Duration::from_millis(100);
 
-/// How long it may take to read two clocks, in nanoseconds.
-const LONGEST_READING: i64 = 1_000_000;
-
 /// The most address space of the process, in bytes. While it receives maps of 4 MB, it uses a third of it.
 const MOST_MEMORY: u64 = 1 << 30;
 
@@ -70,25 +70,11 @@ const MOST_MEMORY: u64 = 1 << 30;
 const PANICKED: i32 = 101;
 const EXIT_DEAD: i32 = 1;
 
-/// How often the announcement of nodes is repeated, and how long after the last one.
-const REPETITIONS: u32 = 3;
-const REPETITION_PERIOD: Duration = Duration::from_millis(500);
-
-/// How long others may take to announce their nodes, and how often they are asked again, by a new reader. In one or two
-/// of 100 cases, Fast DDS announces them only after seconds.
-const NAMING: Duration = Duration::from_millis(600);
-const MOST_RETRIES: u32 = 3;
-
-/// The most writers, and the longest name of a topic or type.
-const MOST_WRITERS: usize = 20_000;
+/// The longest name of a topic or type.
 const LONGEST_NAME: usize = 512;
 
 /// The most servers of a service.
 const MOST_SERVERS: usize = 100;
-
-/// The longest step back of the system's clock that does not matter. rustdds holds samples back until the clock has
-/// caught up.
-const LONGEST_STEP: i64 = 50_000_000;
 
 /// Executes the commands of the process that started this one, until its input ends.
 pub(super) fn work() -> ExitCode {
@@ -128,7 +114,7 @@ pub(super) fn work() -> ExitCode {
 /// A participant with its readers and writers.
 struct Listener {
     participant: DomainParticipant,
-    events: DomainParticipantStatusListener,
+    peers: Peers,
     readers: Readers,
     writers: Writers,
     /// Messages that have not been sent.
@@ -137,36 +123,16 @@ struct Listener {
     requests: Requests,
     /// The services that are offered here.
     services: Services,
-    /// The vendors of participants. They determine the form of requests and responses.
-    vendors: BTreeMap<Prefix, [u8; 2]>,
     /// Whether there were events that have not led to a look at what others offer.
     has_events: bool,
     options: Options,
-    /// Its names, if this is a node.
-    node: Option<NodeNames>,
-    /// When its nodes were last announced.
-    announced: Option<Instant>,
-    /// How often the announcement is still to be repeated: a participant that has just appeared may have missed it.
-    repetitions: u32,
+    /// If this is a node.
+    own_nodes: Option<OwnNodes>,
+    expected_nodes: ExpectedNodes,
     clock: Clock,
-    /// The system's clock minus ours.
-    offset_ns: i64,
-    /// The time of our clock at which the system's has caught up, if that was set back a little.
-    behind_ns: i64,
-    /// The writers that have been reported.
-    known: BTreeSet<[u8; 16]>,
+    system_clock: SystemClock,
     announcements: Option<Announcements>,
     pulse: Pulse,
-    /// The writers that announce nodes and have not done so.
-    unnamed: BTreeSet<[u8; 16]>,
-    /// Until when they may, before they are asked again.
-    named_by: Instant,
-    /// How often they have been asked again.
-    retries: u32,
-    /// The participants and writers whose departure has not been reported.
-    goodbyes: BTreeSet<[u8; 16]>,
-    /// The writers that have ever left.
-    departed: BTreeSet<[u8; 16]>,
 }
 
 impl Listener {
@@ -176,35 +142,24 @@ impl Listener {
             builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
         }
         let participant = builder.build().map_err(|error| error.to_string())?;
-        let events = participant.status_listener();
-        let offset_ns = nanoseconds(Timestamp::now()) - clock.now_ns();
+        let peers = Peers::of(participant.status_listener());
         let pulse = Pulse::of(options, participant.participant_id(), &participant.guid().to_bytes())?;
         Ok(Self {
             readers: Readers::of(participant.clone())?,
             writers: Writers::of(participant.clone()),
             requests: Requests::of(&participant.guid().to_bytes()),
             services: Services::default(),
-            vendors: BTreeMap::new(),
             has_events: false,
             participant,
-            events,
+            peers,
             unsent: Vec::new(),
             options,
-            // A node is announced even if it has no readers and writers.
-            repetitions: if node.is_some() { REPETITIONS } else { 0 },
-            announced: None,
-            node,
+            own_nodes: node.map(OwnNodes::of),
+            expected_nodes: ExpectedNodes::none(),
             clock,
-            offset_ns,
-            behind_ns: i64::MIN,
-            known: BTreeSet::new(),
+            system_clock: SystemClock::beside(clock),
             announcements: Announcements::of(options),
             pulse,
-            unnamed: BTreeSet::new(),
-            named_by: now(),
-            retries: 0,
-            goodbyes: BTreeSet::new(),
-            departed: BTreeSet::new(),
         })
     }
 
@@ -213,12 +168,13 @@ impl Listener {
         let (mut subscribed, mut looked, mut is_due) = (Subscribed::Nothing, None, true);
         let (mut messages, mut clock_ns, mut confirmed_ns) = (Vec::new(), 0, 0);
         while !inbox.is_closed() {
-            if let Some(why) = self.is_set_back() {
+            if let Some(why) = self.system_clock.is_set_back(&self.readers) {
                 self.leave();
                 return Err(why);
             }
-            if self.process_events() | std::mem::take(&mut self.has_events) {
-                (is_due, self.repetitions) = (true, REPETITIONS);
+            if self.peers.process_events(&mut self.pulse) | std::mem::take(&mut self.has_events) {
+                is_due = true;
+                self.own_nodes.iter_mut().for_each(OwnNodes::repeat);
             }
             if let Some(why) = self.pulse.is_dead() {
                 // The remaining threads of rustdds need not end by themselves.
@@ -232,7 +188,10 @@ impl Listener {
                 return self.hand_over(&restarted, out, why);
             }
             self.execute(inbox)?;
-            is_due |= self.ask_for_nodes();
+            if self.expected_nodes.take_retry() {
+                self.readers.remove(NODES);
+                is_due = true;
+            }
             let expired = self.requests.take_expired().into_iter();
             let none = |number| ListenerMessage::Response(Response { number, body: Vec::new() });
             self.unsent.extend(expired.map(none));
@@ -248,33 +207,33 @@ impl Listener {
             if messages.iter().any(|message| matches!(message, ListenerMessage::Sample(_))) {
                 self.pulse.note_message();
             }
-            let is_of_new = |of: &Sample| !self.known.contains(&of.writer);
+            let is_of_new = |of: &Sample| !self.peers.is_known(&of.writer);
             let has_new =
                 messages.iter().any(|message| matches!(message, ListenerMessage::Sample(of) if is_of_new(of)));
             if has_new || is_due && looked.is_none_or(|looked: Instant| looked.elapsed() > DISCOVERY_PERIOD) {
                 looked = Some(now());
                 let offers = self.offers()?;
-                let again = self.departed.iter().find(|guid| offers.writers.iter().any(|writer| writer.guid == **guid));
-                if let Some(again) = again.copied() {
+                if let Some(again) = self.peers.returned(&offers.writers) {
                     let why = "a publisher has begun anew with the GUID of an earlier one".to_owned();
                     return self.hand_over(&[again], out, why);
                 }
                 // rustdds reports that an entity has left only after it has forgotten the entity.
-                if self.lacks_goodbyes(&offers.writers) {
+                self.peers.process_events(&mut self.pulse);
+                if self.peers.vanished(&offers.writers).next().is_some() {
                     sleep(GATHERING);
-                    self.process_events();
+                    self.peers.process_events(&mut self.pulse);
                 }
-                self.requests.set_servers(&offers, |of| Correlation::of(self.vendors.get(of).copied()));
+                self.requests.set_servers(&offers, |of| self.peers.correlation(of));
                 is_due = self.read(&offers.writers, &subscribed)?;
-                self.expect_nodes(&offers.writers);
-                self.known = offers.writers.iter().map(|writer| writer.guid).collect();
-                let message = ListenerMessage::Discovered { offers, goodbyes: std::mem::take(&mut self.goodbyes) };
+                self.expected_nodes.expect(&offers.writers, &self.peers);
+                let goodbyes = self.peers.report(&offers.writers);
+                let message = ListenerMessage::Discovered { offers, goodbyes };
                 // A new writer is reported before its samples, and a departure after them.
                 messages.insert(if has_new { 0 } else { messages.len() }, message);
             }
             for message in &messages {
                 if let ListenerMessage::Sample(of) = message {
-                    self.unnamed.remove(&of.writer);
+                    self.expected_nodes.note_sample(&of.writer);
                 }
             }
             // The clock only advances as far as samples could have been received.
@@ -291,10 +250,12 @@ impl Listener {
                 // The process that started this one has ended.
                 break;
             }
-            self.announce_nodes()?;
+            if let Some(nodes) = &mut self.own_nodes {
+                nodes.announce(&self.participant.guid().to_bytes(), &mut self.readers, &mut self.writers)?;
+            }
             if is_idle {
                 std::thread::park_timeout(PATIENCE);
-            } else if self.node.is_none() {
+            } else if self.own_nodes.is_none() {
                 sleep(GATHERING);
             }
         }
@@ -349,46 +310,6 @@ impl Listener {
         (why, restarted)
     }
 
-    /// Processes what rustdds has discovered. Returns whether there was anything.
-    fn process_events(&mut self) -> bool {
-        let mut has_events = false;
-        while let Some(event) = self.events.try_recv_status() {
-            if let DomainParticipantStatusEvent::ParticipantLost { id, .. } = &event
-                && self.pulse.is_answer(&prefix(&GUID { prefix: *id, ..GUID::GUID_UNKNOWN }.to_bytes()))
-            {
-                continue;
-            }
-            has_events = true;
-            match event {
-                DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
-                    self.vendors.insert(prefix(&dpd.guid.to_bytes()), dpd.vendor_id.vendor_id);
-                }
-                DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
-                    let guid = GUID { prefix: id, ..GUID::GUID_UNKNOWN }.to_bytes();
-                    self.vendors.remove(&prefix(&guid));
-                    self.goodbyes.extend(matches!(reason, LostReason::Disposed).then(|| participant(&guid)));
-                }
-                DomainParticipantStatusEvent::WriterLost { guid, reason: LostReason::Disposed } => {
-                    if self.departed.len() >= MOST_WRITERS {
-                        self.departed.clear();
-                    }
-                    self.departed.insert(guid.to_bytes());
-                    self.goodbyes.insert(guid.to_bytes());
-                }
-                _ => {}
-            }
-        }
-        has_events
-    }
-
-    /// Whether a writer is gone, and rustdds has not reported its departure.
-    fn lacks_goodbyes(&mut self, writers: &[Writer]) -> bool {
-        self.process_events();
-        let there: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
-        let has_left = |guid: &[u8; 16]| [*guid, participant(guid)].iter().any(|guid| self.goodbyes.contains(guid));
-        self.known.difference(&there).any(|guid| !has_left(guid))
-    }
-
     /// Leaves the domain. rustdds sends what it has left to send only while the participant exists.
     fn leave(mut self) {
         self.readers.clear();
@@ -396,27 +317,6 @@ impl Listener {
         let (options, guid) = (self.options, self.participant.guid().to_bytes());
         drop(self);
         goodbye::send(options, &guid);
-    }
-
-    /// Why rustdds would hold samples back for long, if it would: the system's clock was set back.
-    fn is_set_back(&mut self) -> Option<String> {
-        let before_ns = self.clock.now_ns();
-        let system_ns = nanoseconds(Timestamp::now());
-        if self.clock.now_ns().saturating_sub(before_ns) > LONGEST_READING {
-            // The thread was interrupted between the two readings.
-            return None;
-        }
-        let back_ns = self.offset_ns - (system_ns - before_ns);
-        self.offset_ns -= back_ns;
-        if back_ns > LONGEST_READING {
-            self.behind_ns = before_ns.saturating_add(2 * back_ns);
-        }
-        if before_ns <= self.behind_ns {
-            // Samples that rustdds holds back do not wake the thread once they can be read.
-            self.readers.wake_all();
-        }
-        let words = || format!("the clock of this machine was set back by {:.3} s", back_ns as f64 * 1e-9);
-        (back_ns > LONGEST_STEP).then(words)
     }
 
     /// What others offer. Also updates the clients of services that are offered here.
@@ -461,46 +361,8 @@ impl Listener {
 
     /// Makes the readers fit the writers. Returns whether some are left to create.
     fn read(&mut self, writers: &[Writer], subscribed: &Subscribed) -> Result<bool, String> {
-        let now: BTreeSet<[u8; 16]> = writers.iter().map(|writer| writer.guid).collect();
-        let lost = self.known.difference(&now).filter(|guid| !self.goodbyes.contains(*guid));
-        self.readers.given_up.extend(lost.filter(|guid| !self.goodbyes.contains(&participant(guid))));
-        self.readers.fit(writers, subscribed, self.node.as_ref().is_none_or(|node| node.receives_latched))
-    }
-
-    /// Expects each writer of nodes to announce them.
-    fn expect_nodes(&mut self, writers: &[Writer]) {
-        let all: BTreeSet<_> =
-            writers.iter().filter(|writer| writer.topic == NODES).map(|writer| writer.guid).collect();
-        self.unnamed.retain(|guid| all.contains(guid));
-        for guid in all.difference(&self.known) {
-            self.unnamed.insert(*guid);
-            (self.named_by, self.retries) = (now() + NAMING, 0);
-        }
-    }
-
-    /// Asks again for nodes that have not been announced. Returns whether a new reader is needed for that.
-    fn ask_for_nodes(&mut self) -> bool {
-        if self.unnamed.is_empty() || self.retries == MOST_RETRIES || now() < self.named_by {
-            return false;
-        }
-        (self.named_by, self.retries) = (now() + NAMING, self.retries + 1);
-        self.readers.remove(NODES);
-        true
-    }
-
-    /// Announces the nodes with their readers and writers, if those have changed, or if a repetition is due.
-    fn announce_nodes(&mut self) -> Result<(), String> {
-        let has_changed = self.readers.has_new || self.writers.has_new;
-        let is_repetition_due =
-            self.repetitions > 0 && self.announced.is_none_or(|announced| announced.elapsed() > REPETITION_PERIOD);
-        let Some(node) = self.node.as_ref().filter(|_| has_changed || is_repetition_due) else { return Ok(()) };
-        self.repetitions = if has_changed { REPETITIONS } else { self.repetitions - 1 };
-        self.announced = Some(now());
-        let participant = self.participant.guid().to_bytes();
-        let body = nodes_message(&participant, &node.names, &self.readers.guids(), &self.writers.guids());
-        (self.readers.has_new, self.writers.has_new) = (false, false);
-        let kind = names::dds_kind("rmw_dds_common/msg/ParticipantEntitiesInfo");
-        self.writers.write(NODES.to_owned(), kind, true, body)
+        self.readers.given_up.extend(self.peers.vanished(writers));
+        self.readers.fit(writers, subscribed, self.own_nodes.as_ref().is_none_or(OwnNodes::receives_latched))
     }
 
     /// Takes what the readers have received, in order.

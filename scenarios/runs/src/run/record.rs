@@ -46,13 +46,13 @@ impl Run {
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
             remote: self.scenario.remote_components().map(|(name, _)| name.to_owned()).collect(),
-            is_piloted: self.has_controller(),
+            is_piloted: self.partnership.has_controller(),
             machines: self
                 .scenario
                 .machine_processes()
                 .map(|(name, skill)| machines::record(name, &skill.machine))
                 .collect(),
-            monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.records()),
+            monitors: self.monitors.records(),
             faults: file.faults.iter().map(|fault| Arc::new(fault.record())).collect(),
             premises: premises.map(premises_record),
             robot: premises.map(|premises| robot_record(&premises.entry.sim.model)),
@@ -65,7 +65,7 @@ impl Run {
     /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
         // A verdict that has become unsure shows only in the state of its monitor.
-        let detail = if self.judged.is_some() { detail.max(Detail::Full) } else { detail };
+        let detail = if self.monitors.judged.is_some() { detail.max(Detail::Full) } else { detail };
         if detail > Detail::Verdicts {
             self.kind.refine();
         }
@@ -77,7 +77,7 @@ impl Run {
             let known = DriverData::of(&self.system).battery;
             robot.battery = known.map(|(charge_pct, charging)| recording::Battery { charge_pct, charging });
         }
-        let (time, happenings) = (self.time(), std::mem::take(&mut self.happenings));
+        let (time, happenings) = (self.time(), std::mem::take(&mut self.trace.happenings));
         let is_start = time.is_zero();
         let wants_scene = match detail {
             Detail::Verdicts => false,
@@ -103,7 +103,7 @@ impl Run {
     /// The changes since the last record.
     fn details(&mut self, with_scene: bool) -> Details {
         let mut details = Details {
-            events: self.events.clone(),
+            events: self.trace.events.clone(),
             navigation: self.new_navigation(),
             scene: if with_scene { self.scene() } else { None },
             ..Details::default()
@@ -111,7 +111,7 @@ impl Run {
         let is_start = self.time().is_zero();
         // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
         let is_received = |event: &Event| !event.is_shown(self.system.topology());
-        let stirs = is_start || self.stirred || self.events.iter().any(is_received);
+        let stirs = is_start || self.trace.stirred || self.trace.events.iter().any(is_received);
         let drives = details.navigation.is_some();
         let scenario = Arc::clone(&self.scenario);
         let components = &scenario.components;
@@ -124,9 +124,9 @@ impl Run {
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
         details.locations = self.new_locations(moves);
-        details.monitors = self.judged.as_mut().map_or_else(Vec::new, Judged::take_states);
+        details.monitors = self.monitors.judged.as_mut().map_or_else(Vec::new, Judged::take_states);
         // Monitors move only when a message is received or shown, or a tick is generated.
-        if is_start || !self.events.is_empty() {
+        if is_start || !self.trace.events.is_empty() {
             for (index, attached) in self.system.monitors().iter().enumerate() {
                 let state = MonitorState::of(attached.monitor.as_ref());
                 details.monitors.extend(self.recorded.monitors.change(index, state));
@@ -208,7 +208,7 @@ impl Run {
     }
 
     fn violated_by_the_end(&self, ended: &Ended) -> Vec<(usize, Decision)> {
-        let Some(monitoring) = self.monitoring.as_ref().filter(|_| end_is_final::is_the_end(ended)) else {
+        let Some(monitoring) = self.monitors.monitoring.as_ref().filter(|_| end_is_final::is_the_end(ended)) else {
             return Vec::new();
         };
         let final_for = &self.scenario.file.stop.final_for;
@@ -216,19 +216,12 @@ impl Run {
         let at = EventTime { step: self.system.steps(), tick, time: self.time() };
         let about = monitoring.records();
         let is_final = |index: usize, evidence: &Evidence| final_for.has(&about[index].name) && evidence.has_verdict();
-        let watched = self.monitors().into_iter().enumerate().filter(|(index, (_, known))| is_final(*index, known));
+        let monitors = self.monitors.evidence(&self.system).into_iter().enumerate();
+        let watched = monitors.filter(|(index, (_, known))| is_final(*index, known));
         let violated = watched.filter_map(|(index, (monitor, _))| {
             Some((index, end_is_final::violation(monitor, &about[index].property, at)?))
         });
         violated.collect()
-    }
-
-    /// The monitors, each with what its verdict rests on.
-    fn monitors(&self) -> Vec<(&dyn Monitor, Evidence)> {
-        let attached = self.system.monitors().iter().map(|attached| attached.monitor.as_ref());
-        let attached = attached.map(|monitor| (monitor, self.grounds.evidence(monitor)));
-        let judged = self.judged.iter().flat_map(Judged::evidence);
-        attached.chain(judged.map(|(property, evidence)| (property.monitor.as_ref(), evidence))).collect()
     }
 
     /// Ends the run, and with it the programs of its components and the goals of nodes. Returns the end record with the
@@ -241,18 +234,19 @@ impl Run {
                 program.conclude();
             }
         }
-        self.leave_partners();
+        self.partnership.leave(&mut self.system);
         self.skill_errors.note(&self.system, self.time());
         let violated = self.violated_by_the_end(&ended);
-        let monitors = self.monitors().into_iter().enumerate().map(|(index, (monitor, evidence))| {
+        let monitors = self.monitors.evidence(&self.system).into_iter().enumerate();
+        let monitors = monitors.map(|(index, (monitor, evidence))| {
             let end = monitor_end(monitor, evidence);
             if violated.iter().any(|(at, _)| *at == index) { end_is_final::violated(end) } else { end }
         });
         // Faults that were added since the last step are not part of the run.
-        let faults = 0..self.scenario.file.faults.len() - self.added.len();
+        let faults = 0..self.scenario.file.faults.len() - self.injector.added.len();
         End {
             ended,
-            trace_hash: self.hash.finish(),
+            trace_hash: self.trace.hash.finish(),
             monitors: monitors.collect(),
             skill_errors: self.skill_errors.all(&self.system),
             messages_hit: faults.map(|fault| self.injector.messages_hit(fault, &self.system)).collect(),

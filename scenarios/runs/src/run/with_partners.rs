@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::{ChannelId, ChannelSystem};
 use recording::Happening;
-use remote::{Loss, RemoteClients, RemoteProcess, ServiceRequest};
+use remote::{Loss, RemoteProcess};
 use scenarios::Error;
 use scenarios::scenario::Scenario;
 
@@ -33,7 +33,7 @@ impl Run {
             }
             Partners::Components(components) => Self::beside(scenario, seed, watch, components.run())?,
         };
-        run.partners = partners;
+        run.partnership.partners = partners;
         Ok(run)
     }
 
@@ -45,7 +45,7 @@ impl Run {
             return Err(Error::refused("a schedule has no time in which nodes could answer", help));
         }
         start_programs(&run.scenario, &mut run.system)?;
-        for id in &run.remote {
+        for id in &run.partnership.remote {
             run.system.process_mut::<RemoteProcess>(*id).expect("it is one").begin(number);
         }
         Ok(run)
@@ -65,92 +65,60 @@ impl Run {
     /// components; one that hangs gets it later. Returns the partners' notes; `None` while the step still waits for
     /// them.
     pub(super) fn receive_from_partners(&mut self, now: Duration) -> Option<Vec<String>> {
-        if let Some(controller) = self.partners.controller() {
-            let ControllerOutput { requests, mut notes, .. } =
-                self.world.obey(controller, &self.outbox, &mut self.system)?;
-            self.outbox.clear();
-            if let Some(clients) = self.ids.clients.and_then(|id| self.system.process_mut::<RemoteClients>(id)) {
+        let Self { partnership, world, system, trace, .. } = self;
+        if let Some(controller) = partnership.partners.controller() {
+            let ControllerOutput { requests, mut notes, .. } = world.obey(controller, &partnership.outbox, system)?;
+            partnership.outbox.clear();
+            if let Some(clients) = partnership.clients(system) {
                 requests.iter().for_each(|request| clients.receive(request));
-                self.stirred |= !requests.is_empty();
+                trace.stirred |= !requests.is_empty();
                 notes.extend(clients.take_notes());
             }
             return Some(notes);
         }
-        let Some(components) = self.partners.components() else { return Some(Vec::new()) };
+        let Some(components) = partnership.partners.components() else { return Some(Vec::new()) };
         let Delivery { messages, losses, resumed, notes } = components.receive(now)?;
         self.end_gaps();
         losses.iter().for_each(|loss| self.begin_gaps(loss));
-        resumed.iter().for_each(|lost| self.losses.end(lost));
-        let Self { remote, system, .. } = self;
-        for id in remote {
+        resumed.iter().for_each(|lost| self.partnership.losses.end(lost));
+        let Self { partnership, system, trace, .. } = self;
+        for id in &partnership.remote {
             let is_suspended = system.is_suspended(*id);
             let Some(component) = system.process_mut::<RemoteProcess>(*id) else { continue };
             messages.iter().for_each(|message| component.receive(message));
-            self.stirred |= !is_suspended && component.act();
+            trace.stirred |= !is_suspended && component.act();
         }
         Some(notes)
     }
 
     /// Begins the gaps that a loss leaves in channels.
     fn begin_gaps(&mut self, loss: &Loss) {
-        for id in &self.remote {
+        for id in &self.partnership.remote {
             let channels = self.system.process::<RemoteProcess>(*id).map(|component| component.channels_of(&loss.what));
-            for gap in self.losses.begin(loss, &channels.unwrap_or_default()) {
-                self.judged.iter_mut().for_each(|judged| judged.miss(&gap));
-                self.happenings.push(Happening::Lost(gap));
+            for gap in self.partnership.losses.begin(loss, &channels.unwrap_or_default()) {
+                self.monitors.judged.iter_mut().for_each(|judged| judged.miss(&gap));
+                self.trace.happenings.push(Happening::Lost(gap));
             }
         }
     }
 
     /// Ends the gaps that were over before this step.
     fn end_gaps(&mut self) {
-        let Self { losses, judged, system, happenings, .. } = self;
-        for channel in losses.take_over(|channel| is_empty(channel, system)) {
-            judged.iter_mut().for_each(|judged| judged.resume(channel));
-            happenings.push(Happening::Resumed(channel));
+        let Self { partnership, monitors, system, trace, .. } = self;
+        for channel in partnership.losses.take_over(|channel| is_empty(channel, system)) {
+            monitors.judged.iter_mut().for_each(|judged| judged.resume(channel));
+            trace.happenings.push(Happening::Resumed(channel));
         }
-    }
-
-    /// Sends the requests of this step to the components that are nodes of ROS 2, and collects what other components
-    /// send to such nodes.
-    pub(super) fn send_to_partners(&mut self) {
-        let Self { partners, remote, system, ids, outbox, .. } = self;
-        if let Some(clients) = ids.clients.and_then(|id| system.process_mut::<RemoteClients>(id)) {
-            outbox.extend(clients.take_outbox());
-        }
-        let Some(components) = partners.components() else { return };
-        let requests = remote.iter().filter_map(|id| Some(system.process_mut::<RemoteProcess>(*id)?.take_requests()));
-        let requests: Vec<ServiceRequest> = requests.flatten().collect();
-        if !requests.is_empty() {
-            components.send(requests);
-        }
-    }
-
-    /// Whether a controller drives the robot.
-    pub(super) fn has_controller(&self) -> bool {
-        matches!(self.partners, Partners::Controller(_))
     }
 
     /// Whether a step has begun that waits for partners.
     pub(crate) fn is_waiting(&self) -> bool {
-        self.is_waiting
+        self.partnership.is_waiting
     }
 
     /// Continues after a pause since the last step, or since it last waited for partners.
     pub(crate) fn resume(&mut self) {
-        self.partners.resume();
-    }
-
-    /// Cancels the goals that nodes of ROS 2 pursue for this run, ends those that they have sent, and disconnects them.
-    pub(super) fn leave_partners(&mut self) {
-        if let Some(clients) = self.ids.clients.and_then(|id| self.system.process_mut::<RemoteClients>(id)) {
-            clients.conclude();
-        }
-        for id in &self.remote {
-            self.system.process_mut::<RemoteProcess>(*id).into_iter().for_each(RemoteProcess::conclude);
-        }
-        self.send_to_partners();
-        self.partners.leave(&self.outbox);
+        self.partnership.partners.resume();
     }
 }
 
@@ -167,7 +135,7 @@ mod tests {
     use std::cell::RefCell;
     use std::rc::Rc;
 
-    use remote::NodeMessage;
+    use remote::{NodeMessage, ServiceRequest};
     use ros_messages::CdrWriter;
     use scenarios::processes::ROS;
     use scenarios::scenario::find;
@@ -229,12 +197,12 @@ mod tests {
         let mut notes = Vec::new();
         while run.time() < Duration::from_secs(seconds) {
             run.step().expect("a step");
-            notes.extend(run.happenings.iter().filter_map(|what| match what {
+            notes.extend(run.trace.happenings.iter().filter_map(|what| match what {
                 Happening::Moved { words } => Some(words.clone()),
                 _ => None,
             }));
         }
-        run.leave_partners();
+        run.partnership.leave(&mut run.system);
         let received = received.take().into_iter().map(|(at_s, message)| match message {
             // A Boolean and a string: the string begins after its length.
             NodeMessage::Response { number, body } => {

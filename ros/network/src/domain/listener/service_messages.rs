@@ -64,11 +64,12 @@ impl Listener {
         sample: Sample,
         related: Option<([u8; 16], i64)>,
     ) -> Option<ListenerMessage> {
-        if !self.vendors.contains_key(&prefix(&sample.writer)) {
+        let writer = prefix(&sample.writer);
+        if !self.peers.is_discovered(&writer) {
             // Its participant has just been discovered.
-            self.has_events |= self.process_events();
+            self.has_events |= self.peers.process_events(&mut self.pulse);
         }
-        let form = Correlation::of(self.vendors.get(&prefix(&sample.writer)).copied());
+        let form = self.peers.correlation(&writer);
         match RosName::of(&sample.topic)? {
             RosName::Request(service) => {
                 let request = incoming_request(service, form, sample, related.map(|(guid, _)| guid));
