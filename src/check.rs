@@ -132,19 +132,16 @@ fn suite(file: &str, checked: &Result<Checked, Error>) -> Suite {
 }
 
 fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {
-    let (summary, warnings, problems) = match checked {
-        Ok(checked) => {
-            let warnings: Vec<Finding> =
-                checked.concerns.iter().flat_map(|concern| findings(concern.as_ref())).collect();
-            (Some(&checked.summary), warnings, Vec::new())
-        }
-        Err(error) => (None, Vec::new(), problems(error)),
-    };
-    let programs = checked.as_ref().map_or(&[][..], |checked| &checked.programs);
-    let elsewhere = checked.as_ref().map_or(&[][..], |checked| &checked.elsewhere);
+    let (sound, problems) = (checked.as_ref().ok(), checked.as_ref().err().map(problems).unwrap_or_default());
+    let warnings = sound.iter().flat_map(|sound| &sound.concerns).flat_map(|concern| findings(concern.as_ref()));
     json!({
-        "file": file, "ok": checked.is_ok(), "summary": summary, "programs": programs, "elsewhere": elsewhere, "warnings": warnings,
-        "problems": problems
+        "file": file,
+        "ok": checked.is_ok(),
+        "summary": sound.map(|sound| &sound.summary),
+        "programs": sound.map_or(&[][..], |sound| &sound.programs),
+        "elsewhere": sound.map_or(&[][..], |sound| &sound.elsewhere),
+        "warnings": warnings.collect::<Vec<_>>(),
+        "problems": problems,
     })
 }
 

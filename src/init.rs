@@ -1,14 +1,14 @@
 //! `steward init`: creates an application to start from and edit.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use campaigns::Error;
 use checks::Toml;
 use clap::{Args, ValueEnum};
 use diagnostics::Staging;
-use scenarios::files::{shipped_campaigns, shipped_paths};
-use scenarios::scenario::{Found, Scenario, ScenarioFile, find};
+use scenarios::application::Application;
+use scenarios::scenario::{ScenarioFile, find};
 
 use crate::names::ScenarioName;
 use crate::output::print_wrapped;
@@ -92,9 +92,9 @@ pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<()
         (Some(scenario), _) => Application::of(find::find(scenario)?)?,
         (None, Template::Recharge) => Application::of(find::find("battery_fault")?)?,
         (None, Template::Guide) => Application::with_variants("guide")?,
-        (None, Template::Empty) => Application::empty(),
+        (None, Template::Empty) => empty(),
     };
-    application.describe();
+    describe(&mut application);
     copy(dir, application.files, &application.start)?;
     print_wrapped(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
 }
@@ -112,76 +112,22 @@ fn copy(dir: &Path, files: BTreeMap<PathBuf, Vec<u8>>, start: &str) -> Result<()
     Ok(copies.publish(&[start])?)
 }
 
-/// Files that can be run together.
-struct Application {
-    /// The name of the scenario.
-    start: String,
-    has_robot: bool,
-    files: BTreeMap<PathBuf, Vec<u8>>,
+/// The empty application.
+fn empty() -> Application {
+    let files = EMPTY.iter().map(|(name, text)| (PathBuf::from(name), text.as_bytes().to_vec()));
+    Application { start: EMPTY[0].0.to_owned(), has_robot: false, files: files.collect() }
 }
 
-impl Application {
-    fn empty() -> Self {
-        let files = EMPTY.iter().map(|(name, text)| (PathBuf::from(name), text.as_bytes().to_vec()));
-        Self { start: EMPTY[0].0.to_owned(), has_robot: false, files: files.collect() }
+/// Adds the schema of scenarios, and a README unless there is one.
+fn describe(application: &mut Application) {
+    let Application { start: name, has_robot, files } = application;
+    files.entry(SCHEMA.into()).or_insert_with(|| format!("{:#}\n", ScenarioFile::schema()).into());
+    let start = files.entry(PathBuf::from(&*name)).or_default();
+    if !start.starts_with(b"#:schema") {
+        start.splice(..0, format!("#:schema {SCHEMA}\n").into_bytes());
     }
-
-    /// A scenario with all files that it names.
-    fn of(mut found: Found) -> Result<Self, Error> {
-        found.files = found.files.remembering();
-        let scenario = Scenario::load(&found, &[])?;
-        let has_robot = scenario.premises.is_some();
-        if !scenario.file.prove.components.is_empty() {
-            // A proof reads the machines that take the place of components.
-            Scenario::load_for_proof(&found, &[])?;
-        }
-        let bases = ScenarioFile::bases(&found).map_err(Error::bad_input)?;
-        let mut files = BTreeMap::new();
-        for path in bases.into_iter().chain(found.files.remembered()) {
-            if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-                let message = format!("{} names {}, which lies outside its folder", found.path, path.display());
-                return Err(Error::refused(message, "a copy contains all its files: move the file there first"));
-            }
-            let contents =
-                found.files.read(&path).map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
-            files.insert(path, contents);
-        }
-        let start = Path::new(&found.path).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        files.insert(start.clone().into(), found.text.into_bytes());
-        Ok(Self { start, has_robot, files })
-    }
-
-    /// A shipped scenario, the scenarios in the folder of its name, which are based on it, and its campaigns, side by
-    /// side.
-    fn with_variants(name: &str) -> Result<Self, Error> {
-        let mut all = Self::of(find::find(name)?)?;
-        for path in shipped_paths().filter(|path| path.starts_with(&format!("scenarios/{name}/"))) {
-            let Self { start, mut files, .. } = Self::of(find::find(path)?)?;
-            // Its base is already there, beside it.
-            files.retain(|path, _| !path.starts_with("scenarios"));
-            let text = files.entry(start.into()).or_default();
-            *text = beside(&String::from_utf8_lossy(text), "base", name).into();
-            all.files.extend(files);
-        }
-        for (campaign, text) in shipped_campaigns() {
-            let own = beside(text, "scenario", name);
-            if own != text {
-                all.files.insert(format!("{campaign}.toml").into(), own.into());
-            }
-        }
-        Ok(all)
-    }
-
-    /// Adds the schema of scenarios, and a README unless there is one.
-    fn describe(&mut self) {
-        self.files.entry(SCHEMA.into()).or_insert_with(|| format!("{:#}\n", ScenarioFile::schema()).into());
-        let start = self.files.entry(PathBuf::from(&self.start)).or_default();
-        if !start.starts_with(b"#:schema") {
-            start.splice(..0, format!("#:schema {SCHEMA}\n").into_bytes());
-        }
-        let readme = readme(&self.start, &self.files, self.has_robot);
-        self.files.entry(README.into()).or_insert_with(|| readme.into());
-    }
+    let readme = readme(name, files, *has_robot);
+    files.entry(README.into()).or_insert_with(|| readme.into());
 }
 
 fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> String {
@@ -218,17 +164,6 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
         text += &format!("{command:<widest$}  # {about}\n");
     }
     text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
-}
-
-/// The text; if the key named this scenario or one of its variants, it names a file in the same folder instead.
-fn beside(text: &str, key: &str, scenario: &str) -> String {
-    let own = |line: &str| {
-        let named = line.strip_prefix(&format!("{key} = \""))?.strip_suffix("\"\n")?;
-        let named = named.strip_prefix("scenarios/").unwrap_or(named).trim_end_matches(".toml");
-        let (folder, name) = named.rsplit_once('/').unwrap_or((named, named));
-        (folder == scenario).then(|| format!("{key} = \"{name}.toml\"\n"))
-    };
-    text.split_inclusive('\n').map(|line| own(line).unwrap_or_else(|| line.to_owned())).collect()
 }
 
 /// The meaning of a file.

@@ -31,8 +31,6 @@ mod out_file;
 mod output;
 mod progress;
 mod prove;
-#[cfg(feature = "dds")]
-mod remote_components;
 mod render;
 mod report;
 mod reproduce;

@@ -129,7 +129,10 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         return Ok(ExitCode::SUCCESS);
     }
     let arguments: Vec<String> = found.iter().map(|(argument, _)| argument.clone()).collect();
-    let load = |found: Found| Ok(args.load(&found).map(|proof| (found, proof))?);
+    let load = |found: Found| {
+        let scenario = Scenario::load_for_proof(&found, &args.set)?;
+        Ok((found, Proof::new(Arc::new(scenario), &args.properties)?))
+    };
     let loaded = found.into_iter().map(|(argument, found)| (argument, found.and_then(load)));
     let Some(loaded) = args.results.all_or_refused("prove", loaded)? else { return Ok(ExitCode::from(2)) };
     let (found, proofs): (Vec<Found>, Vec<Proof>) = loaded.into_iter().unzip();
@@ -151,7 +154,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             all.push(Findings::none(proof, ENDED));
             continue;
         }
-        let (mut findings, error) = args.explore_all(&proof, found_here, stop)?;
+        let (mut findings, error) = args.explore_all(&proof, found_here, &args.limits(&proof, stop))?;
         let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
         let folder = args.runs_folder(&proof, found.len() > 1);
@@ -246,14 +249,14 @@ impl ProveArgs {
         &self,
         proof: &Proof,
         found: &Found,
-        stop: &'static AtomicBool,
+        limits: &Limits,
     ) -> Result<(Vec<Finding>, Option<Error>), Error> {
         let table = FindingsTable::of(proof.questions());
         self.print(table::head(proof))?;
         self.print(table.titles())?;
         let mut findings = Vec::new();
         for question in proof.questions() {
-            match self.explore(proof, question, found, stop) {
+            match self.explore(proof, question, found, limits) {
                 Ok(finding) => {
                     self.print(table.line(&finding))?;
                     findings.push(finding);
@@ -315,10 +318,6 @@ impl ProveArgs {
         }
     }
 
-    fn load(&self, found: &Found) -> Result<Proof, scenarios::Error> {
-        Proof::new(Arc::new(Scenario::load_for_proof(found, &self.set)?), &self.properties)
-    }
-
     /// Prints the machine that may answer anything in place of a component.
     fn show_stand_in(&self, found: &Found, component: &str) -> Result<(), Error> {
         let anything = format!("prove.components.{component:?}={{answers=\"anything\"}}");
@@ -342,23 +341,16 @@ impl ProveArgs {
         }
     }
 
-    fn explore(
-        &self,
-        proof: &Proof,
-        question: &Question,
-        found: &Found,
-        stop: &'static AtomicBool,
-    ) -> Result<Finding, Error> {
-        let limits = self.limits(proof, stop);
+    fn explore(&self, proof: &Proof, question: &Question, found: &Found, limits: &Limits) -> Result<Finding, Error> {
         #[expect(clippy::disallowed_methods, reason = "a proof does not depend on the computer's clock")]
         let began = Instant::now();
         let mut shown = ProofProgress::new((!self.quiet).then_some(self.progress), &question.property);
-        let answer = proof.prove(question, &limits, &mut |round| shown.show(round));
+        let answer = proof.prove(question, limits, &mut |round| shown.show(round));
         drop(shown);
         let answer = answer?;
         if let Some(folder) = self.promela.as_ref().filter(|_| interrupt::flow().is_continue()) {
             let monitor = proof.monitor(question);
-            let model = explorer::promela(&answer.model, monitor, &limits, &mut |_| ());
+            let model = explorer::promela(&answer.model, monitor, limits, &mut |_| ());
             let help = "`--memory` gives it more memory; a larger `execution.tick_s` makes times shorter in ticks";
             let model = model.map_err(|error| Error::refused(error.to_string(), help))?;
             diagnostics::write_whole(&model_file(folder, proof, question), model.text)?;

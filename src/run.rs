@@ -12,6 +12,8 @@ use std::sync::Arc;
 use bags::Remapping;
 use campaigns::{Error, run_and_report};
 use clap::Args;
+#[cfg(feature = "dds")]
+use partners::{BoxedController, ComponentNodes};
 use recording::{Detail, RunView};
 use reports::report::{OutcomeReport, Report};
 use reports::results::Suite;
@@ -29,14 +31,10 @@ use crate::out_file::OutFile;
 use crate::output::note;
 use crate::output::{note_elsewhere, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
-#[cfg(feature = "dds")]
-use crate::remote_components::ComponentNodes;
 use crate::results::{self, ResultsArgs};
 use crate::ros_names::remapping;
 use crate::run::table::RunsTable;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
-#[cfg(feature = "dds")]
-use crate::sim::BoxedController;
 use crate::{browser, interrupt, summary};
 
 /// The command's name in results.

@@ -6,7 +6,7 @@ mod ros;
 
 pub(crate) use args::SimArgs;
 #[cfg(feature = "dds")]
-pub(crate) use ros::{BoxedController, sim};
+pub(crate) use ros::sim;
 
 #[cfg(not(feature = "dds"))]
 pub(crate) fn sim(_: &SimArgs) -> Result<std::process::ExitCode, campaigns::Error> {

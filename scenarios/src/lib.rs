@@ -18,10 +18,12 @@
 //! of a scenario share it, also those with other values, and an editor parses only what was edited.
 //!
 //! `tree_script` is another file that users write: the answers of the leaves of a tree that is ticked without skills.
+//! An `application` is a scenario with all its files, to be copied.
 //!
 //! Only `scenario/skill.rs` decides which machine implements which leaf, and `scenario/component.rs` makes components
 //! from files.
 
+pub mod application;
 mod coordinates;
 mod error;
 pub mod faults;

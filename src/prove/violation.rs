@@ -2,7 +2,7 @@
 
 use campaigns::Error;
 use explorer::Outcome;
-use proofs::{Answer, Assumption, Proof, Question, ReplayedEvent, ReplayedRun, ReplayedStep, Subject};
+use proofs::{Answer, Assumption, Proof, Question, ReplayedEvent, ReplayedRun, Subject};
 use recording::message_json;
 use reports::results::{TrailStep, WrittenPlaces};
 use serde_json::json;
@@ -60,7 +60,7 @@ impl Violation {
     pub(crate) fn in_words(&self, property: &str, all: bool) -> String {
         let mut text = format!("\n{}:\n", self.end(property));
         let mut ticks = Ticks(None);
-        for ReplayedStep { tick, event } in &self.run.steps {
+        for (tick, event) in &self.run.events {
             let line = match (event, tick) {
                 (ReplayedEvent::Tick { is_delivered: true }, Some(tick)) => {
                     ticks.extend(*tick);
@@ -97,7 +97,7 @@ impl Violation {
 
     /// The steps of the run that concern the property, and its end.
     pub(crate) fn trail(&self, property: &str, places: &WrittenPlaces) -> Vec<TrailStep> {
-        let step = |ReplayedStep { tick, event }: &ReplayedStep| {
+        let step = |(tick, event): &(Option<u64>, ReplayedEvent)| {
             let (words, ends): (String, &[String]) = match event {
                 ReplayedEvent::Tick { is_delivered: true } | ReplayedEvent::Message { is_watched: false, .. } => {
                     return None;
@@ -115,11 +115,11 @@ impl Violation {
             Some(TrailStep { words: format!("{at}: {words}"), place: place.cloned() })
         };
         let end = TrailStep { words: self.end(property), place: places.properties.get(property).cloned() };
-        self.run.steps.iter().filter_map(step).chain([end]).collect()
+        self.run.events.iter().filter_map(step).chain([end]).collect()
     }
 
     pub(crate) fn as_json(&self) -> serde_json::Value {
-        let step = |ReplayedStep { tick, event }: &ReplayedStep| match event {
+        let step = |(tick, event): &(Option<u64>, ReplayedEvent)| match event {
             ReplayedEvent::Repeats => json!({ "after_tick": tick, "repeats": true }),
             ReplayedEvent::Environment(words) => json!({ "after_tick": tick, "environment": words }),
             ReplayedEvent::Tick { is_delivered } => json!({ "tick": tick, "delivered": is_delivered }),
@@ -135,7 +135,7 @@ impl Violation {
             "decided_at_tick": self.run.decided_at(),
             "replayed": self.run.is_as_found,
             "rests_on": words(&self.run.rests_on),
-            "steps": self.run.steps.iter().map(step).collect::<Vec<_>>(),
+            "steps": self.run.events.iter().map(step).collect::<Vec<_>>(),
         })
     }
 }

@@ -1,20 +1,9 @@
 //! The simulated robot in a DDS domain.
 
-mod commands;
-mod config;
-mod exchange;
-mod frames;
-mod hub;
-mod lifecycle;
-mod navigation;
-mod pace;
-mod robot;
-mod robots;
-mod topics;
-
 use std::process::ExitCode;
 
 use campaigns::Error;
+use partners::{BoxedController, PaceConfig, RobotConfig, Robots};
 use runs::Partners;
 use scenarios::scenario::{Scenario, find};
 
@@ -22,9 +11,6 @@ use crate::output::note;
 use crate::serve_groot::ServeGrootArgs;
 use crate::sim::SimArgs;
 use crate::{live, run};
-use config::{PaceConfig, RobotConfig};
-pub(crate) use robots::BoxedController;
-use robots::Robots;
 
 pub(crate) fn sim(args: &SimArgs) -> Result<ExitCode, Error> {
     let options = &args.options;

@@ -39,11 +39,13 @@ pub(super) const RULES: &[(Never, &str)] = &[
     (Reach(&["checks"], &["cockpit", "editor", "network"]), "files are checked without an editor and without a robot"),
     (Reach(&["judging"], &["cockpit", "network"]), "it judges what any source gives"),
     (Reach(&["trials"], &["bt", "monitors", "scenarios", "skills"]), "navigation is measured without a tree"),
+    (Reach(&["partners"], &["campaigns", "cockpit", "reports"]), "what takes part in a run does not show it"),
     (DependUnless(&["runs", "scenarios", "trials"], &["sim"]), "the others see a robot or its records"),
     (
-        DependUnless(&["steward"], &["cockpit", "editor", "groot", "network", "proofs", "trials"]),
+        DependUnless(&["steward"], &["cockpit", "editor", "judging", "partners", "proofs", "trials"]),
         "each serves commands",
     ),
+    (DependUnless(&["partners", "steward"], &["network"]), "the others know no middleware"),
     (DependUnless(&["network"], &["rustdds"]), "DDS runs in a process of its own"),
 ];
 

@@ -60,7 +60,7 @@ use self::levels::{Micros, Rates, micros};
 pub use self::mutants::Mutant;
 pub use self::physics::Physical;
 pub use self::questions::{Question, Subject};
-pub use self::replayed::{ReplayedEvent, ReplayedRun, ReplayedStep};
+pub use self::replayed::{ReplayedEvent, ReplayedRun};
 pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
 
 /// A scenario whose properties can be proved.

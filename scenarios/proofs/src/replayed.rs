@@ -10,8 +10,8 @@ use super::{Answer, Assumption, Proof, Question, assumptions};
 /// A run in which something goes wrong, replayed in the channel system with the ordinary monitor.
 #[derive(Clone, Debug)]
 pub struct ReplayedRun {
-    /// What happens in it.
-    pub steps: Vec<ReplayedStep>,
+    /// What happens in it, each with the tick after which it happens; `None` before the first.
+    pub events: Vec<(Option<u64>, ReplayedEvent)>,
     /// Its number of ticks.
     pub ticks: usize,
     /// Whether the replay confirms the search.
@@ -26,17 +26,8 @@ impl ReplayedRun {
     /// The tick in which it is decided; `None` before the first.
     #[must_use]
     pub fn decided_at(&self) -> Option<u64> {
-        self.steps.last().and_then(|step| step.tick)
+        self.events.last().and_then(|(tick, _)| *tick)
     }
-}
-
-/// What happens in a run, with the tick after which it happens.
-#[derive(Clone, Debug)]
-pub struct ReplayedStep {
-    /// The tick; `None` before the first.
-    pub tick: Option<u64>,
-    /// What happens.
-    pub event: ReplayedEvent,
 }
 
 /// What may happen in a run.
@@ -106,8 +97,8 @@ impl Proof {
             _ => replay.comes_back,
         };
         let rests_on = assumptions::used(&self.assumptions(), path, &replay, &self.faults);
-        let steps = steps(path, &replay, is_watched);
-        Ok(Some(ReplayedRun { steps, ticks: path.ticks(), is_as_found, piled_up, rests_on }))
+        let events = events(path, &replay, is_watched);
+        Ok(Some(ReplayedRun { events, ticks: path.ticks(), is_as_found, piled_up, rests_on }))
     }
 }
 
@@ -120,30 +111,29 @@ fn piled_up(system: &ChannelSystem) -> Option<String> {
 }
 
 /// The events of a run, in order.
-fn steps(
+fn events(
     path: &Path,
-    Replay { events, internal, system, .. }: &Replay,
+    replay: &Replay,
     is_watched: impl Fn(usize, ChannelId) -> bool,
-) -> Vec<ReplayedStep> {
-    let topology = system.topology();
-    let mut steps = Vec::new();
+) -> Vec<(Option<u64>, ReplayedEvent)> {
+    let topology = replay.system.topology();
+    let mut all = Vec::new();
     let mut tick = None;
     for (number, step) in path.steps().iter().enumerate() {
-        let event = events.iter().find(|(after, _)| *after == number).map(|(_, event)| event);
+        let event = replay.events.iter().find(|(after, _)| *after == number).map(|(_, event)| event);
         // Nothing marks the beginning of a cycle in the path: it is as long as the cycle before its end.
         if path.cycle() > 0 && number + path.cycle() == path.steps().len() {
-            steps.push(ReplayedStep { tick, event: ReplayedEvent::Repeats });
+            all.push((tick, ReplayedEvent::Repeats));
         }
         if let PathStep::Tick { .. } = step {
             tick = event.map(|event| event.tick);
         }
         let received = event.and_then(|event| received(event, topology, |channel| is_watched(number, channel)));
-        let done = internal.iter().filter(|(at, _)| *at == number);
+        let done = replay.internal.iter().filter(|(at, _)| *at == number);
         let done = done.map(|(_, words)| ReplayedEvent::Environment(words.clone()));
-        let all = happening(step, topology).into_iter().chain(done).chain(received);
-        steps.extend(all.map(|event| ReplayedStep { tick, event }));
+        all.extend(happening(step, topology).into_iter().chain(done).chain(received).map(|event| (tick, event)));
     }
-    steps
+    all
 }
 
 /// What happens in a step, apart from the message that is received in it.

@@ -215,7 +215,7 @@ impl ScenarioFile {
     ///
     /// # Errors
     /// The problems of one of them.
-    pub fn bases(found: &Found) -> Result<Vec<PathBuf>, FileProblems> {
+    pub(crate) fn bases(found: &Found) -> Result<Vec<PathBuf>, FileProblems> {
         let bases = Base::all(&Document::parse_toml(&found.path, &found.text)?, &found.files)?;
         Ok(bases.into_iter().map(|base| base.path).collect())
     }

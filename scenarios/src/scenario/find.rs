@@ -69,7 +69,6 @@ pub fn shipped(name: &str) -> Option<&'static str> {
 
 /// Finds these files themselves, and those that they name, by their names in diagnostics: beside the file that names
 /// them, or in the current folder; `None` for those that come with the program.
-#[must_use]
 pub fn on_disk<S: AsRef<str>>(files: &[S]) -> impl Fn(&str) -> Option<String> + use<S> {
     let given: Vec<String> = files.iter().map(|file| file.as_ref().to_owned()).collect();
     move |name| {

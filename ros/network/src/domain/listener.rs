@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 
 use rustdds::discovery::PublicationBuiltinTopicData;
 use rustdds::policy::{Durability, Reliability};
-use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity as _, StatusEvented as _, Timestamp};
+use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity as _, Timestamp};
 
 use super::announcements::Announcements;
 use super::as_is::{KEPT, qos};

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rustdds::{DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID, LostReason};
+use rustdds::{DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID, LostReason, StatusEvented as _};
 
 use crate::domain::correlation::Correlation;
 use crate::domain::exchange::{Prefix, Writer, participant, prefix};

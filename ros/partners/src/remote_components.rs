@@ -31,7 +31,7 @@ const PATIENCE: Duration = Duration::from_millis(10);
 const SETTLING: Duration = Duration::from_millis(700);
 
 /// The components of a scenario that are nodes of ROS 2, before the run joins their domain.
-pub(crate) struct ComponentNodes {
+pub struct ComponentNodes {
     names: Names,
     /// The types of topics and services, by their names in the domain.
     topics: BTreeMap<String, String>,
@@ -43,7 +43,7 @@ impl ComponentNodes {
     ///
     /// # Errors
     /// If no component has a name that is to be another.
-    pub(crate) fn of(scenario: &Scenario, remapped: &[Remapping]) -> Result<Self, Error> {
+    pub fn of(scenario: &Scenario, remapped: &[Remapping]) -> Result<Self, Error> {
         let (mut topics, mut services, mut names) = (BTreeMap::new(), BTreeMap::new(), Names::default());
         for component in scenario.components.values() {
             if let Runs::Remote(component) = &component.runs {
@@ -63,7 +63,7 @@ impl ComponentNodes {
     ///
     /// # Errors
     /// If DDS fails.
-    pub(crate) fn join(
+    pub fn join(
         self,
         domain: network::Options,
         use_sim_time: bool,

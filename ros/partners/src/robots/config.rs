@@ -4,22 +4,22 @@ use bags::Remapping;
 
 /// What the robots of a scenario are called in a domain, what they do there, and how time passes for them.
 #[derive(Clone, Debug)]
-pub(crate) struct RobotConfig {
+pub struct RobotConfig {
     /// The namespaces of their nodes and topics, such as `/r1`: there is a robot in each, or a single one outside of
     /// namespaces.
-    pub(crate) namespaces: Vec<String>,
+    pub namespaces: Vec<String>,
     /// Other names of topics, services and actions, as in ROS 2.
-    pub(crate) remapped: Vec<Remapping>,
-    /// The names of frames, each with another one.
-    pub(crate) frames: Vec<(String, String)>,
+    pub remapped: Vec<Remapping>,
+    /// Other names of frames: from, to.
+    pub frames: Vec<(String, String)>,
     /// Whether their own software localizes them: their estimated poses are published.
-    pub(crate) localizes: bool,
+    pub localizes: bool,
     /// Whether their own software drives them to the goals of clients of `navigate_to_pose`.
-    pub(crate) navigates: bool,
+    pub navigates: bool,
     /// Whether they publish the map.
-    pub(crate) publishes_map: bool,
+    pub publishes_map: bool,
     /// How time passes.
-    pub(crate) pace: PaceConfig,
+    pub pace: PaceConfig,
 }
 
 impl RobotConfig {
@@ -31,7 +31,7 @@ impl RobotConfig {
 
 /// How simulated time passes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum PaceConfig {
+pub enum PaceConfig {
     /// So many simulated seconds in a second, above 0; infinite for as many as possible.
     Steady {
         /// Simulated seconds in a second.

@@ -1,20 +1,31 @@
 //! The simulated robot in a DDS domain, or several, each in a world of its own.
 
+mod commands;
+mod config;
+mod exchange;
+mod frames;
+mod hub;
+mod lifecycle;
+mod navigation;
+mod pace;
+mod ros_robot;
+mod topics;
+
 use network::{Domain, Live as _};
 use runs::Controller;
 use scenarios::Error;
 use scenarios::scenario::{OfferedComponents, Scenario};
 
-use super::config::RobotConfig;
-use super::hub::{Station, Wanted, stations};
-use super::robot::{RobotSetup, RosRobot};
-use super::topics::Topics;
+pub use config::{PaceConfig, RobotConfig};
+use hub::{Station, Wanted, stations};
+use ros_robot::{RobotSetup, RosRobot};
+use topics::Topics;
 
 /// The controller of a robot, for the thread of its run.
-pub(crate) type BoxedController = Box<dyn Controller + Send>;
+pub type BoxedController = Box<dyn Controller + Send>;
 
 /// The robots of a scenario as nodes of ROS 2, before they join a domain.
-pub(crate) struct Robots {
+pub struct Robots {
     setup: RobotSetup,
     /// The names of their nodes, and of their topics.
     names: Vec<String>,
@@ -29,7 +40,7 @@ impl Robots {
     /// # Errors
     /// If names are missing or would be those of several things, a period is no multiple of the scenario's step, or the
     /// scenario has no robot that can be driven.
-    pub(crate) fn of(config: RobotConfig, scenario: &Scenario) -> Result<Self, Error> {
+    pub fn of(config: RobotConfig, scenario: &Scenario) -> Result<Self, Error> {
         let spaces = config.spaces();
         if let Some((_, twice)) = spaces.iter().enumerate().find(|(place, space)| spaces[..*place].contains(space)) {
             return Err(Error::refused(format!("two robots would be in the namespace {twice}"), "give each its own"));
@@ -45,7 +56,7 @@ impl Robots {
     ///
     /// # Errors
     /// If DDS fails.
-    pub(crate) fn join(self, domain: network::Options, note: fn(&str)) -> Result<Vec<BoxedController>, Error> {
+    pub fn join(self, domain: network::Options, note: fn(&str)) -> Result<Vec<BoxedController>, Error> {
         let stations = self.enter(domain, note)?;
         self.left_out.iter().for_each(|why| note(why));
         let mut robots: Vec<BoxedController> = Vec::new();
