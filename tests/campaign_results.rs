@@ -294,3 +294,22 @@ fn incomparable_campaigns_are_refused() {
     fs::remove_file(outs[0].join("summary.json")).unwrap();
     assert!(refused(&path(0), &path(3)).contains("has not finished"));
 }
+
+#[test]
+fn a_campaign_without_a_robot_has_no_measures_of_a_robot() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("some.toml");
+    let text = "scenario = \"pick\"\nruns = 5\nsampling = \"sobol\"\n[[parameters]]\n\
+                key = \"leaves.PickUp.data.slips\"\nfrom = 0\nto = 4\n";
+    let run = |more: &str| {
+        std::fs::write(&file, format!("{more}{text}")).unwrap();
+        steward(&["campaign", file.to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()])
+    };
+    let output = run("");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("unaided"), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let output = run("measures = [\"distance_m\"]\n");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("there is no robot for which to measure `distance_m`"), "{said}");
+}

@@ -67,26 +67,6 @@ fn a_counterexample_names_files_from_its_own_folder() {
 }
 
 #[test]
-fn every_run_that_violates_a_shipped_property_can_be_followed() {
-    let folder = tempdir().expect("a folder");
-    // The command fails if the files do not lead to the same verdict.
-    let long = ["nominal", "--set", "prove.expect.phi1='violated'", "--set", "prove.trips.ticks=10"];
-    let mut count = 0;
-    for arguments in [&["nominal", "nav2/*"][..], &long] {
-        for (form, out) in [("execution.tree=whole", "whole"), ("execution.tree=nodes", "nodes")] {
-            let proofs = proved(&folder.path().join(out), &[arguments, &["--set", form]].concat());
-            let proofs = proofs.as_array().cloned().unwrap_or_else(|| vec![proofs]);
-            let all = proofs.iter().flat_map(|proof| proof["properties"].as_array().expect("properties"));
-            for property in all.filter(|property| property["result"] == "violated") {
-                assert_eq!(property["run"]["replayed"], true, "{property:#}");
-                count += 1;
-            }
-        }
-    }
-    assert_eq!(count, 10);
-}
-
-#[test]
 fn a_schedule_that_does_not_fit_is_refused_at_the_first_such_step() {
     let folder = tempdir().expect("a folder");
     proved(folder.path(), &["nominal", "--property", "phi2"]);
@@ -208,49 +188,6 @@ fn a_folder_that_cannot_be_written_gives_one_message() {
     assert!(said.contains("a file") && said.lines().count() <= 3, "{said}");
 }
 
-/// No level of at most 30 % is read before tick 5.
-const SLOW: &str = "property slow := not (time_until (BatteryReader, BatteryLevel, m[2] <= 30) < 5)\n";
-
-#[test]
-fn impossible_levels_are_divided_more_finely() {
-    let folder = tempdir().expect("a folder");
-    let file = folder.path().join("slow.scope");
-    fs::write(&file, SLOW).expect("room for a property");
-    let of = |start: &str, rates: &str| {
-        let sets = [
-            format!("properties=['{}']", file.display()),
-            "prove.properties=[]".to_owned(),
-            "prove.expect={}".to_owned(),
-            format!("prove.battery={{start_pct={start}, {rates}}}"),
-        ];
-        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-        proved(&folder.path().join("out"), &[&["nominal"], &sets[..]].concat())["properties"][0].clone()
-    };
-    // Above 30 %, all levels are equivalent at first: 30 % may follow any of them.
-    assert_eq!(of("100", "drain_pct_per_tick=1")["result"], "proved");
-    assert_eq!(of("34.5", "drain_pct_per_tick=1")["result"], "proved");
-    // These rates have no sufficiently large common divisor.
-    let rates = "drain_pct_per_tick=0.9999, charge_pct_per_tick=1";
-    assert_eq!(of("100", rates)["result"], "spurious");
-    let violated = of("33.5", "drain_pct_per_tick=1");
-    assert_eq!((&violated["result"], &violated["run"]["replayed"]), (&"violated".into(), &true.into()));
-    let levels = levels(&violated["run"]);
-    assert!(levels.len() > 3 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
-}
-
-#[test]
-fn a_battery_can_have_the_levels_of_a_run_with_a_fault() {
-    let folder = tempdir().expect("a folder");
-    let sets =
-        ["prove.trips.ticks=10", "prove.expect.phi1=violated", "prove.faults={component_wrong_reply='Localization'}"];
-    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-    let all = proved(&folder.path().join("out"), &[&["nominal", "--property", "phi1"], &sets[..]].concat());
-    let run = &all["properties"][0]["run"];
-    assert_eq!(run["replayed"], true);
-    let levels = levels(run);
-    assert!(levels.len() > 10 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
-}
-
 #[test]
 fn a_run_that_takes_longer_than_the_scenario_allows_is_followed_to_its_end() {
     let folder = tempdir().expect("a folder");
@@ -264,13 +201,6 @@ fn a_run_that_takes_longer_than_the_scenario_allows_is_followed_to_its_end() {
         let run = ["run", file.to_str().expect("a path"), "--no-snapshots", "--out", out.to_str().expect("a path")];
         assert_eq!(steward(&run).status.code(), Some(0), "{}", file.display());
     }
-}
-
-/// The levels that are read in a run.
-fn levels(run: &Value) -> Vec<f64> {
-    let steps = run["steps"].as_array().expect("steps").iter();
-    let read = steps.filter(|step| step["from"] == "BatteryReader" && step["to"] == "BatteryLevel");
-    read.filter_map(|step| step["message"][1].as_f64()).collect()
 }
 
 #[test]

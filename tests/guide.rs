@@ -6,7 +6,6 @@ use scenarios::files::{Kind, scenario_names};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
-use crate::faults::check_each;
 use crate::programs::has_python;
 use crate::steward::report;
 
@@ -39,14 +38,11 @@ fn every_tour_ends_as_expected_and_every_property_is_violated_in_one() {
         "execution.starve=TourPlanner",
     ];
     let tours: Vec<_> = [faulty(), vec!["guide"]].concat().into_iter().zip(policies.into_iter().cycle()).collect();
-    let broken = std::sync::Mutex::new(BTreeMap::new());
-    check_each(tours, |(name, policy)| {
-        let report = run(name, &["--seed", "2", "--set", policy]);
-        broken.lock().unwrap().insert(name, violated(&report));
-        let wrong = || format!("{name}, {policy}: {}", report["differences"]);
-        if report["outcome"] == "as_expected" { Ok(()) } else { Err(wrong()) }
-    });
-    let broken = broken.into_inner().unwrap();
+    let reports = batch::run(&tours, |(name, policy)| run(name, &["--seed", "2", "--set", policy]), |_| {});
+    let differ = tours.iter().zip(&reports).filter(|(_, report)| report["outcome"] != "as_expected");
+    let wrong: Vec<_> = differ.map(|(tour, report)| format!("{tour:?}: {}", report["differences"])).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let broken: BTreeMap<_, _> = tours.iter().map(|(name, _)| name).zip(reports.iter().map(violated)).collect();
     let by_some: BTreeSet<&str> = broken.values().flatten().map(String::as_str).collect();
     let properties: BTreeSet<&str> = Kind::Properties.names().filter_map(|name| name.strip_prefix("guide/")).collect();
     assert_eq!(by_some, properties, "each property detects something");

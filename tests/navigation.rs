@@ -1,52 +1,10 @@
-//! Navigation among people, doors and boxes: a scenario's world, a trip that is given up, and the benchmark.
+//! `steward navigate`: the benchmark of navigation.
 
 use maps::{CellIndex, ImageFormat, OccupancyGrid, pose};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
 use crate::steward::{refusal, report, steward};
-
-#[test]
-fn the_errand_succeeds_among_people_doors_and_boxes() {
-    let out = tempdir().unwrap();
-    let report = report("populated", out.path(), &["--no-snapshots"]);
-    assert_eq!(report["outcome"], "as_expected", "{}", report["differences"]);
-    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    for part in ["Ann", "Cleo", "kitchen door", "parcel", "stands still"] {
-        assert!(page.contains(part), "{part} is not on the page");
-    }
-}
-
-#[test]
-fn navigation_gives_up_at_a_closed_door_with_a_reason_and_the_tree_retries() {
-    let out = tempdir().unwrap();
-    let longer = ["--no-snapshots", "--set", "execution.max_time_s=450"];
-    let report = report("faults/door_closes", out.path(), &longer);
-    let given_up = report["robot"]["given_up"].as_array().unwrap();
-    assert!(given_up.len() >= 2, "{given_up:?}");
-    assert!(given_up.iter().all(|trip| trip["reason"] == "there is no path to the goal"), "{given_up:?}");
-    assert_eq!(report["robot"]["collisions"], 0);
-    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    assert!(page.contains("there is no path to the goal"));
-}
-
-#[test]
-fn a_kidnapped_robot_relocalizes_and_finishes_its_errand() {
-    for (at_s, to) in [(15, "[1.5, 6.3, 180]"), (70, "[0.0, 0.0, 45]")] {
-        let folder = tempdir().unwrap();
-        let scenario = folder.path().join("kidnapped.toml");
-        let text = format!(
-            "base = \"scenarios/errand.toml\"\nabout = \"kidnapped\"\n\n[[faults]]\nkind = \"kidnap\"\nat_s = {at_s}\nto = {to}\n"
-        );
-        std::fs::write(&scenario, text).unwrap();
-        let report = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
-        assert_eq!(report["outcome"], "as_expected", "{}", report["differences"]);
-        let lost_m = report["robot"]["localization"]["max_m"].as_f64().unwrap();
-        assert!(lost_m > 1.0, "carried away at {at_s} s, it was off by {lost_m} m only");
-        let reached = report["places"].as_array().unwrap().iter().find(|place| place["name"] == "Destination").unwrap();
-        assert!(reached["reached_at_s"].as_f64() > Some(f64::from(at_s) + 10.0), "{reached}");
-    }
-}
 
 /// The benchmark's output for a few trips through the house.
 fn benchmark(arguments: &[&str]) -> (Option<i32>, Value) {

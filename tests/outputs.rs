@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use serde_json::{Value, json};
 use tempfile::tempdir;
 
 use crate::steward::{binary, refusal, steward};
@@ -241,4 +242,27 @@ fn a_satisfied_property_that_heard_no_level_says_how_low_the_true_one_was() {
     let verified = steward(&["verify", record, "--json"]);
     let verified: serde_json::Value = serde_json::from_slice(&verified.stdout).unwrap();
     assert_eq!(verified["monitors"][0]["unheard"], unheard);
+}
+
+#[test]
+fn facts_that_are_unknown_without_a_map_are_left_out_of_every_output() {
+    let out = tempdir().unwrap();
+    let gif = out.path().join("run.gif");
+    let arguments = ["run", "pick", "--out", out.path().to_str().unwrap(), "--gif", gif.to_str().unwrap()];
+    let output = steward(&arguments);
+    let summary = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{summary}");
+    assert!(summary.contains("delivered  satisfied"), "{summary}");
+    let read = |name: &str| std::fs::read_to_string(out.path().join(name)).unwrap();
+    let report: Value = serde_json::from_str(&read("report.json")).unwrap();
+    assert_eq!(report["battery"], Value::Null);
+    assert_eq!(report["robot"], Value::Null);
+    assert_eq!(report["places"], json!([]));
+    assert!(report["snapshots"].as_array().unwrap().len() >= 3, "{report}");
+    let page = read("report.html");
+    for words in ["battery", "robot", "driven", "collision", "localiz", "reached", "navigation", "Navigation"] {
+        assert!(!summary.contains(words), "the summary mentions {words}: {summary}");
+        assert!(!page.contains(words), "the page mentions {words}");
+    }
+    assert!(std::fs::read(gif).unwrap().starts_with(b"GIF89a"));
 }

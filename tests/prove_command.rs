@@ -21,51 +21,6 @@ fn results(proof: &Value) -> Vec<(&str, &str)> {
 }
 
 #[test]
-fn the_papers_system_behaves_as_its_scenario_says() {
-    for tree in ["execution.tree=whole", "execution.tree=nodes"] {
-        let proof = proof(0, &["nominal", "--set", tree]);
-        assert_eq!(
-            results(&proof),
-            [("phi1", "proved"), ("phi2", "violated"), ("phi3", "proved"), ("progress", "proved")]
-        );
-        let run = &proof["properties"][1]["run"];
-        assert_eq!(run["replayed"], true, "{run:#}");
-        assert!(run["steps"].as_array().is_some_and(|steps| steps.len() > 10), "{run:#}");
-    }
-}
-
-#[test]
-fn trips_may_take_9_ticks_where_the_battery_loses_1_percent_per_tick() {
-    let long = ["nominal", "--property", "phi1", "--set", "prove.trips.ticks=10"];
-    let violated = proof(1, &long);
-    assert_eq!(results(&violated), [("phi1", "violated")]);
-    assert_eq!(violated["properties"][0]["as_expected"], false);
-    proof(0, &[&long[..], &["--set", "prove.expect.phi1=violated"]].concat());
-    // Twice the drain.
-    let twice = ["nominal", "--property", "phi1", "--set", "prove.battery.drain_pct_per_tick=2"];
-    proof(0, &[&twice[..], &["--set", "prove.trips.ticks=4"]].concat());
-    proof(1, &[&twice[..], &["--set", "prove.trips.ticks=5"]].concat());
-}
-
-const OR_THERE: [&str; 7] = [
-    "nominal",
-    "--set",
-    "properties=['properties/phi2_or_there.scope']",
-    "--set",
-    "prove={}",
-    "--set",
-    "prove.trips.passes='any'",
-];
-
-#[test]
-fn phi2_or_there_is_proved_for_any_battery_and_any_route() {
-    for tree in ["execution.tree=whole", "execution.tree=nodes"] {
-        let proof = proof(0, &[&OR_THERE[..], &["--set", tree]].concat());
-        assert_eq!(results(&proof), [("phi2_or_there", "proved"), ("progress", "proved")]);
-    }
-}
-
-#[test]
 fn the_result_is_the_same_on_any_number_of_threads() {
     let of = |threads: &str| {
         let mut proof = proof(0, &["nominal", "--threads", threads]);
@@ -112,14 +67,6 @@ fn programs_can_follow_the_progress() {
     let first: Value = serde_json::from_str(said.lines().next().expect("a line")).expect("an object");
     assert_eq!((&first["property"], &first["round"], &first["reduced"]), (&"phi1".into(), &1.into(), &false.into()));
     assert!(first["visited_states"].as_u64().is_some_and(|states| states > 0), "{first}");
-}
-
-#[test]
-fn a_violation_that_takes_many_steps_is_found_depth_first() {
-    let long = ["nominal", "--property", "phi1", "--set", "prove.trips.ticks=10", "--order", "depth"];
-    let found = proof(1, &long);
-    assert_eq!(results(&found), [("phi1", "violated")]);
-    assert_eq!(found["properties"][0]["run"]["replayed"], true);
 }
 
 /// All levels of a class would count as the same one, and these properties as proved.
@@ -278,25 +225,6 @@ fn what_cannot_be_proved_is_reported_with_a_remedy() {
     assert!(said.contains("BatteryLevel.scxml"), "{said}");
 }
 
-#[test]
-fn the_published_protocol_takes_turns_but_not_in_time() {
-    for tree in ["execution.tree=whole", "execution.tree=nodes"] {
-        let proof = proof(0, &["takes_turns", "--set", tree]);
-        assert_eq!(results(&proof), [("takes_turns", "proved"), ("stops_first", "violated"), ("progress", "proved")]);
-    }
-}
-
-#[test]
-fn a_guide_that_cannot_reach_a_stop_skips_it_and_does_nothing_worse() {
-    let whole = proof(0, &["guide"]);
-    let expected = ["shows_once", "opens_first", "locks_nobody_in", "plans_promptly"].map(|name| (name, "proved"));
-    assert_eq!(results(&whole), [&[("shows_all", "violated")], &expected[..], &[("progress", "proved")]].concat());
-    let fewer = ["execution.tree=nodes", "prove.trips.fail=false", "prove.messages={}", "prove.expect={}"];
-    let fewer: Vec<&str> = fewer.iter().flat_map(|set| ["--set", set]).collect();
-    let nodes = proof(0, &[&["guide", "--property", "opens_first"], &fewer[..]].concat());
-    assert_eq!(results(&nodes), [("opens_first", "proved")]);
-}
-
 /// A tree with a sequence whose condition never holds, and machines with a state and a transition that are never
 /// reached.
 fn planted() -> (TempDir, String) {
@@ -413,12 +341,6 @@ fn a_machine_that_counts_forever_is_named() {
 }
 
 #[test]
-fn unreached_items_do_not_depend_on_the_form_of_the_tree() {
-    let of = |tree| proof(0, &["nominal", "--property", "progress", "--set", tree])["unreached"].clone();
-    assert_eq!(of("execution.tree=whole"), of("execution.tree=nodes"));
-}
-
-#[test]
 fn messages_that_pile_up_leave_a_property_undecided_and_violate_progress() {
     let (folder, scenario) = planted();
     let attributes = "version=\"1.0\" datamodel=\"ecmascript\" name=\"Knock\"";
@@ -491,42 +413,6 @@ fn a_livelock_is_a_run_that_goes_around_in_circles() {
     let said = String::from_utf8_lossy(&steward(&["prove", &scenario, "--set", components]).stdout).into_owned();
     assert!(said.contains("progress is violated: processes communicate forever within a tick"), "{said}");
     assert!(said.contains("  over and over:\n    Knock → Echo  [<say>"), "{said}");
-}
-
-#[test]
-fn a_message_may_be_delivered_twice() {
-    let repeat =
-        "prove.messages={repeat=1, on=[['ControllerServer', 'FollowPath'], ['FollowPath', 'ControllerServer']]}";
-    let proof = proof(0, &["nav2/halted_early_fixed", "--set", repeat]);
-    let said = proof["assumptions"][0].as_str().expect("a sentence");
-    assert!(said.ends_with("FollowPath → ControllerServer, 1 may be delivered twice."), "{said}");
-    assert_eq!(results(&proof), [("stands_still", "proved"), ("progress", "proved")]);
-}
-
-#[test]
-fn drivers_may_act_anywhere() {
-    let proof = proof(0, &[&OR_THERE[..], &["--set", "prove.drivers=anywhere"]].concat());
-    assert_eq!(results(&proof), [("phi2_or_there", "proved"), ("progress", "proved")]);
-    let between = self::proof(0, &OR_THERE);
-    let states = |proof: &Value| proof["properties"][0]["states"].as_u64().expect("a number");
-    assert!(states(&proof) > 2 * states(&between), "more can happen");
-}
-
-#[test]
-fn a_machine_stands_in_for_a_component() {
-    let folder = tempdir().expect("a folder");
-    let machine = folder.path().join("Refusing.scxml");
-    let text = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">\n\
-                <state id=\"here\"><transition event=\"follow_path.goal\"><send type=\"channel\" \
-                targetexpr=\"_event.origin\" event=\"follow_path.rejected\"/></transition>\n\
-                <transition event=\"follow_path.cancel\"/></state></scxml>";
-    std::fs::write(&machine, text).expect("room for a file");
-    let stand_in = format!("prove.components.ControllerServer.machine='{}'", machine.display());
-    let expect = "prove.expect.stands_still=proved";
-    let proof = proof(0, &["nav2/halted_early", "--set", &stand_in, "--set", expect]);
-    assert_eq!(results(&proof)[0], ("stands_still", "proved"), "it never drives");
-    let assumed = proof["assumptions"].as_array().expect("sentences").iter().filter_map(Value::as_str);
-    assert!(assumed.filter(|it| it.starts_with("ControllerServer behaves as")).count() == 1, "{proof:#}");
 }
 
 #[test]

@@ -254,3 +254,34 @@ fn outgoing_events_are_printed() {
     let printed = said(run(&files, &[]), 0);
     assert!(printed.contains("0.000 s  sends say to Speaker {\"text\": \"hi\"}"), "{printed}");
 }
+
+/// A machine that answers the tree and asks a process that exists in no shipped system.
+const ASKS_A_SPEAKER: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Charge">
+  <state id="asked">
+    <transition event="BT.tick"> <send type="channel" target="Speaker" event="say"/> <send type="channel" target="BT" event="running"/> </transition>
+    <transition event="BT.halt"> <send type="channel" target="BT" event="halted"/> </transition>
+  </state>
+</scxml>"#;
+
+#[test]
+fn a_process_that_no_shipped_scenario_has_is_only_a_hint() {
+    let folder = tempdir().unwrap();
+    let machine = folder.path().join("Charge.scxml");
+    std::fs::write(&machine, ASKS_A_SPEAKER).unwrap();
+    let checked = steward(&["skill", "check", machine.to_str().unwrap()]);
+    assert!(checked.status.success(), "it is only a hint");
+    let said = String::from_utf8(checked.stderr).unwrap();
+    assert!(said.contains("the machine sends to the process `Speaker`"), "{said}");
+}
+
+#[test]
+fn an_undeliverable_answer_is_visible_in_a_rehearsal() {
+    let folder = tempdir().unwrap();
+    let (machine, events) = (folder.path().join("Level.scxml"), folder.path().join("events.jsonl"));
+    let text = ASKS_A_SPEAKER.replace("type=\"channel\" target=\"BT\" event=\"running\"", "event=\"TICK_RESPONSE\"");
+    std::fs::write(&machine, text).unwrap();
+    std::fs::write(&events, "{\"event\": \"BT.tick\", \"time_s\": 1}\n").unwrap();
+    let run = steward(&["skill", "run", machine.to_str().unwrap(), "--events", events.to_str().unwrap()]);
+    let said = String::from_utf8(run.stdout).unwrap();
+    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, but no transition handles it"), "{said}");
+}

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use serde_json::Value;
 use tempfile::tempdir;
 
 use crate::ready_made_monitors::MACHINES;
-use crate::steward::{refusal, report};
+use crate::{problems, reached, report, verdicts};
 
 /// A scenario for the files in `tests/published`, which have the form of the authors' files.
 const SCENARIO: &str = r#"
@@ -40,16 +39,6 @@ level_pct = 10
 at = "dock"
 "#;
 
-fn verdicts(report: &Value) -> Vec<(&str, &str)> {
-    let monitors = report["monitors"].as_array().unwrap().iter();
-    monitors.map(|monitor| (monitor["name"].as_str().unwrap(), monitor["verdict"].as_str().unwrap())).collect()
-}
-
-fn reached(report: &Value, place: &str) -> bool {
-    let places = report["places"].as_array().unwrap();
-    places.iter().any(|visit| visit["name"] == place && !visit["reached_at_s"].is_null())
-}
-
 #[test]
 fn files_in_the_authors_format_run_experiment_1() {
     let folder = tempdir().unwrap();
@@ -59,18 +48,17 @@ fn files_in_the_authors_format_run_experiment_1() {
     let machines = MACHINES.replace("name = \"charge\"\n", "").replace("name = \"trip\"\n", "");
     let machines = machines.replace("GoToDestination", "GoToKitchen").replace("GotoRechargingStation", "GoToDock");
     std::fs::write(&scenario, format!("{SCENARIO}{machines}")).unwrap();
-    let (scenario, folder_of_files) =
-        (scenario.to_str().unwrap(), format!("folder={:?}", published.display().to_string()));
-    let report = report(scenario, &folder.path().join("out"), &["--set", &folder_of_files, "--no-snapshots"]);
+    let folder_of_files = format!("folder={:?}", published.display().to_string());
+    let report = report(&scenario, &[&folder_of_files]);
     assert_eq!(
         verdicts(&report),
         [("ChargeWatchStateMachine", "violated"), ("TripWatchStateMachine", "satisfied")],
         "{report}"
     );
     assert_eq!(report["monitors"][0]["tick"], 21);
-    assert!(reached(&report, "dock") && !reached(&report, "kitchen"));
+    assert!(reached(&report, "dock").is_some() && reached(&report, "kitchen").is_none());
 
-    let elsewhere = refusal(&["--scenario", scenario]);
+    let elsewhere = problems(&scenario, &[]).concat();
     assert!(elsewhere.contains("there is no tree.xml in this folder") && elsewhere.contains("--set folder=DIR"));
 }
 
@@ -80,9 +68,8 @@ fn the_authors_own_files_run_experiment_1() {
         println!("not run here: STEWARD_PUBLISHED names no checkout of SCOPE-ROBMOSYS/IROS2021-experiments");
         return;
     };
-    let out = tempdir().unwrap();
     let folder = format!("folder={:?}", Path::new(&checkout).display().to_string());
-    let report = report("published", out.path(), &["--set", &folder, "--no-snapshots"]);
+    let report = report("published", &[&folder]);
     assert_eq!(report["outcome"], "as_expected", "{}", report["differences"]);
     assert_eq!(report["monitors"][3]["name"], "BatteryLevelMonitor");
     assert_eq!(report["monitors"][3]["tick"], report["monitors"][0]["tick"], "as soon as phi1");
@@ -91,6 +78,6 @@ fn the_authors_own_files_run_experiment_1() {
 
 #[test]
 fn the_scenario_of_the_authors_files_reports_missing_files() {
-    let said = refusal(&["--scenario", "published"]);
+    let said = problems("published", &[]).concat();
     assert!(said.contains("there is no src/BT/test_battery_BT.xml in this folder"), "{said}");
 }

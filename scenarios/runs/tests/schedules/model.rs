@@ -78,8 +78,9 @@ pub(crate) struct Model {
 
 impl Model {
     pub(crate) fn new(protocol: Protocol, form: TreeForm, trips: Trips) -> Self {
-        let tree =
-            Arc::new(Loader::default().load("recharge.xml", include_str!("../../bt/trees/recharge.xml")).unwrap());
+        let tree = Arc::new(
+            Loader::default().load("recharge.xml", include_str!("../../../../bt/trees/recharge.xml")).unwrap(),
+        );
         let charts = charts(protocol);
         let mut topology = Topology::default();
         let [ticks, bt] = ["TickGenerator", "BT"].map(|name| topology.process(name).unwrap());

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use serde_json::Value;
+use skills::Chart;
 use tempfile::{TempDir, tempdir};
 
-use crate::steward::{refusal, report, steward};
+use crate::{concerns, load, problems, recorded, report};
 
 const INTERFACE: &str = "
 [services.weigh]
@@ -112,21 +113,11 @@ struct Sent {
 
 /// The messages of a run that go to or come from the leaf.
 fn messages((folder, scenario): &(TempDir, PathBuf)) -> Vec<Sent> {
-    let warned = steward(&["check", scenario.to_str().unwrap()]).stderr;
-    let warned = String::from_utf8_lossy(&warned);
+    let warned = concerns(&load(scenario, &[]).unwrap()).concat();
     assert!(!warned.contains("is never entered"), "{warned}");
     let log = folder.path().join("run.jsonl");
-    let said = steward(&[
-        "run",
-        scenario.to_str().unwrap(),
-        "--no-snapshots",
-        "--quiet",
-        "--record",
-        log.to_str().unwrap(),
-        "--out",
-        folder.path().join("out").to_str().unwrap(),
-    ]);
-    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let report = recorded(scenario, &[], &log);
+    assert_eq!(report["outcome"], "as_expected", "{report}");
     let word = |field: &Value| field["sym"].as_str().map_or_else(|| field.to_string(), str::to_owned);
     let log = std::fs::read_to_string(log).unwrap();
     let events = log.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
@@ -247,11 +238,8 @@ fn a_condition_that_asks_answers_the_same_tick() {
 
 /// What the report says of why the tree failed.
 fn failure(tree: &str, lines: &str, until_s: &str) -> Value {
-    let (folder, scenario) = folder(tree, lines);
-    let out = folder.path().join("out");
-    let until = format!("execution.max_time_s={until_s}");
-    let report = report(scenario.to_str().unwrap(), &out, &["--no-snapshots", "--set", &until]);
-    report["tree_failure"].clone()
+    let (_folder, scenario) = folder(tree, lines);
+    report(&scenario, &[&format!("execution.max_time_s={until_s}")])["tree_failure"].clone()
 }
 
 #[test]
@@ -302,11 +290,10 @@ fn no_reply_is_taken_for_another_one() {
 #[test]
 fn the_machine_is_a_machine_like_any_other() {
     let files = folder("<Do/>", "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"a < 'b'\" }");
-    let scenario = files.1.to_str().unwrap();
-    let shown = steward(&["skill", "show", "Do", "--scenario", scenario, "--format", "scxml"]).stdout;
+    let shown = load(&files.1, &[]).unwrap().skills["Do"].machine.file().text().to_owned();
     let machine = files.0.path().join("skills/Do.scxml");
     std::fs::write(&machine, &shown).unwrap();
-    assert!(steward(&["skill", "check", machine.to_str().unwrap(), "--scenario", scenario]).status.success());
+    assert!(Chart::load("Do.scxml", &shown).is_ok());
     let written = messages(&files);
     // The same machine as a file gives the same run.
     std::fs::write(&files.1, std::fs::read_to_string(&files.1).unwrap().split("leaves.Do").next().unwrap()).unwrap();
@@ -363,11 +350,11 @@ fn what_does_not_fit_is_refused_with_its_place() {
         ("leaves.Do = { request = \"Arm.rest\", on_halt = \"Arm.weigh\" }", "`weigh` needs the field `what`"),
     ] {
         let files = folder("<Do/>", lines);
-        let said = refusal(&["run", files.1.to_str().unwrap(), "--no-snapshots"]);
+        let said = problems(&files.1, &[]).concat();
         assert!(said.contains(problem) && !said.contains("<send"), "{lines}: {said}");
     }
     let files = folder("<Is/>", "leaves.Is = { action = \"Arm.pick\", arguments.what = \"x\" }");
-    let said = refusal(&["run", files.1.to_str().unwrap(), "--no-snapshots"]);
+    let said = problems(&files.1, &[]).concat();
     assert!(said.contains("a condition cannot begin an action"), "{said}");
 }
 
@@ -385,12 +372,11 @@ fn a_mistake_in_success_when_is_shown_once_where_it_is_written() {
         ("reply.grams = 1", "`=` assigns; it does not compare", "use `==`"),
     ] {
         let (_folder, scenario) = folder(two, &lines(when));
-        let said = refusal(&["check", scenario.to_str().unwrap()]);
+        let said = problems(&scenario, &[]).concat();
         assert_eq!(said.matches(message).count(), 1, "{when}: {said}");
         assert!(said.contains(help) && said.contains("own.toml:9:16") && !said.contains("_event"), "{when}: {said}");
         assert!(said.contains(&format!("success_when = \"{when}\"")), "{when}: {said}");
     }
     let (_folder, scenario) = folder(two, &lines("reply.grams > what.length && {what} != 'reply.'"));
-    let output = steward(&["check", scenario.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(load(&scenario, &[]).is_ok());
 }

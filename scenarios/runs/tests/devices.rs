@@ -6,7 +6,7 @@ use std::fs;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::steward::{refusal, report};
+use crate::{problems, report};
 
 /// A leaf: its name, the component, the request, the text of the request, and the condition that the answer must meet.
 type Asks<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
@@ -59,10 +59,8 @@ fn folder(world: &str, leaves: &[Asks<'_>], more: &str) -> TempDir {
     folder
 }
 
-fn run(folder: &TempDir, arguments: &[&str]) -> Value {
-    let scenario = folder.path().join("devices.toml");
-    let arguments = [&["--no-snapshots"], arguments].concat();
-    report(scenario.to_str().unwrap(), &folder.path().join("out"), &arguments)
+fn run(folder: &TempDir, set: &[&str]) -> Value {
+    report(folder.path().join("devices.toml"), set)
 }
 
 /// Whether the last leaf has succeeded.
@@ -97,7 +95,7 @@ letters_per_s = 10
 fn a_button_a_microphone_and_a_speaker_need_no_robot() {
     let folder = called("");
     for policy in ["policy=random", "policy=round-robin", "starve=Speaker", "tree=nodes"] {
-        let report = run(&folder, &["--set", &format!("execution.{policy}")]);
+        let report = run(&folder, &[&format!("execution.{policy}")]);
         assert!(is_done(&report), "{policy}: {report}");
         let [speech] = &report["said"].as_array().unwrap()[..] else { panic!("{report}") };
         assert_eq!((&speech["by"], &speech["text"]), (&"Speaker".into(), &"Follow me.".into()));
@@ -201,6 +199,12 @@ fn a_tray_takes_what_is_in_reach_and_in_view() {
     assert_eq!(report["undone_faults"][0]["reason"], "there is no box on the tray", "{report}");
 }
 
+fn has_one_problem(folder: &TempDir, message: &str) {
+    let said = problems(folder.path().join("devices.toml"), &[]);
+    assert_eq!(said.len(), 1, "{said:#?}");
+    assert!(said[0].contains(message), "{message}: {said:#?}");
+}
+
 #[test]
 fn each_mistake_has_one_message() {
     for (more, message) in [
@@ -224,10 +228,7 @@ fn each_mistake_has_one_message() {
         ),
         ("[[faults]]\nkind = \"speaker_mute\"\ncomponent = \"Spaeker\"\nat_s = 1", "unknown component `Spaeker`"),
     ] {
-        let folder = called(more);
-        let said = refusal(&["check", folder.path().join("devices.toml").to_str().unwrap()]);
-        assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
-        assert!(said.contains(message), "{more}: {said}");
+        has_one_problem(&called(more), message);
     }
     for (more, message) in [
         ("[components.Gate]\ndoor = \"gaet\"", "unknown door `gaet`"),
@@ -236,9 +237,6 @@ fn each_mistake_has_one_message() {
         ("[[faults]]\nkind = \"door_stuck\"\ndoor = \"gaet\"\nat_s = 1", "gaet"),
     ] {
         let leaves: &[Asks<'_>] = &[("Look", "Eyes", "get_people", "", "true")];
-        let folder = folder(WORLD, leaves, more);
-        let said = refusal(&["check", folder.path().join("devices.toml").to_str().unwrap()]);
-        assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
-        assert!(said.contains(message), "{more}: {said}");
+        has_one_problem(&folder(WORLD, leaves, more), message);
     }
 }

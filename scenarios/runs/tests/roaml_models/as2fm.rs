@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{holds, load, run};
+use super::{holds, run};
+use crate::load;
 
 /// AS2FM's examples, with the probabilities that its tests and its tutorial give.
 const CERTAIN: [(&str, &str, bool); 18] = [
@@ -41,7 +42,7 @@ fn certain_outcomes_have_their_documented_verdict_in_every_run() {
     for (main, property, expected) in CERTAIN {
         let main = folder.join(main.replace("T/", "test/jani_generator/_test_data/"));
         for (set, seeds) in [(&["execution.policy=round-robin"][..], 0..1), (&[], 1..5)] {
-            let scenario = load(&main, set);
+            let scenario = load(main.to_str().expect("UTF-8"), set).expect("a sound model");
             for seed in seeds {
                 let report = run(&scenario, seed);
                 assert!(report.skill_errors.is_empty(), "{main:?}, seed {seed}: {:?}", report.skill_errors);
@@ -54,7 +55,8 @@ fn certain_outcomes_have_their_documented_verdict_in_every_run() {
 #[test]
 fn two_leaves_with_the_same_id_and_name_are_two_processes() {
     let Some(folder) = checkout() else { return };
-    let scenario = load(&folder.join("examples/tutorial_fetch_and_carry/main.xml"), &[]);
+    let main = folder.join("examples/tutorial_fetch_and_carry/main.xml");
+    let scenario = load(main.to_str().expect("UTF-8"), &[]).expect("a sound model");
     let names: Vec<&str> = scenario.machine_processes().map(|(name, _)| name).collect();
     assert_eq!(names.len(), 5, "{names:?}");
     assert_eq!(names.iter().filter(|name| name.starts_with("navigate")).count(), 2, "{names:?}");
@@ -65,7 +67,8 @@ fn two_leaves_with_the_same_id_and_name_are_two_processes() {
 fn the_probabilistic_world_has_its_documented_probability() {
     let Some(folder) = checkout() else { return };
     let happened = |main: &str, runs: u64| {
-        let scenario = load(&folder.join("examples/tutorial_fetch_and_carry").join(main), &["stop.when_settled=true"]);
+        let main = folder.join("examples/tutorial_fetch_and_carry").join(main);
+        let scenario = load(main.to_str().expect("UTF-8"), &["stop.when_settled=true"]).expect("a sound model");
         (0..runs).filter(|seed| holds(&run(&scenario, *seed), "snack_at_table")).count()
     };
     // The 99 % interval for 20,000 runs has a half-width of 0.0083.

@@ -1,33 +1,18 @@
 //! The robot of a scenario: `[robot]`. Simulation, planning, localization and reports all use it.
 
-use std::sync::Arc;
-
 use runs::Run;
-use scenarios::scenario::{Scenario, find};
 use serde_json::{Value, json};
-use tempfile::tempdir;
 
-use crate::steward::{refusal, report, steward};
+use crate::{concerns, load, problems, reached, report};
 
 /// The report of the trip from the start to the destination, with these values set.
 fn drive(set: &[&str]) -> Value {
-    let out = tempdir().unwrap();
     let common = ["stop.at=Destination", "stop.after_s=0", "battery.initial_pct=100", "execution.max_time_s=400"];
-    let settings = common.iter().chain(set).flat_map(|set| ["--set", set]);
-    let arguments: Vec<&str> = ["--no-snapshots", "--no-monitors"].into_iter().chain(settings).collect();
-    report("battery_fault", out.path(), &[&arguments[..], &["--set", "faults=[]", "--set", "expect={}"]].concat())
-}
-
-/// The output, without line breaks.
-fn words(said: &[u8]) -> String {
-    let said = String::from_utf8_lossy(said);
-    said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
+    report("battery_fault", &[&common[..], set, &["properties=[]", "faults=[]", "expect={}"]].concat())
 }
 
 fn arrival_s(report: &Value) -> f64 {
-    let places = report["places"].as_array().unwrap();
-    let destination = places.iter().find(|place| place["name"] == "Destination").unwrap();
-    destination["reached_at_s"].as_f64().unwrap_or_else(|| panic!("it does not arrive: {report}"))
+    reached(report, "Destination").unwrap_or_else(|| panic!("it does not arrive: {report}"))
 }
 
 #[test]
@@ -64,17 +49,9 @@ fn a_fast_robot_brakes_in_time() {
 
 #[test]
 fn a_wide_robot_does_not_fit_through_the_doors() {
-    let folder = tempdir().unwrap();
-    let out = folder.path().to_str().unwrap();
-    let wide = |radius: &str| {
-        let set = format!("robot.radius_m={radius}");
-        let run = ["run", "errand", "--no-snapshots", "--json", "--out", out];
-        steward(&[&run[..], &["--set", "execution.max_time_s=1", "--set", &set]].concat())
-    };
-    assert_eq!(wide("0.35").status.code().map(|status| status < 2), Some(true));
-    let refused = wide("0.7");
-    let said = words(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(2), "{said}");
+    let wide = |radius: &str| ["execution.max_time_s=1".to_owned(), format!("robot.radius_m={radius}")];
+    assert_eq!(report("errand", &wide("0.35").each_ref().map(String::as_str))["ended"], "time_limit");
+    let said = problems("errand", &wide("0.7").each_ref().map(String::as_str)).concat();
     assert!(said.contains("there is no path from the start") || said.contains("the robot cannot"), "{said}");
     assert!(said.contains("house.places.toml:"), "{said}");
 }
@@ -88,25 +65,20 @@ fn one_laser_that_looks_ahead_is_enough() {
     let error_m = run["robot"]["localization"]["max_m"].as_f64().unwrap();
     assert!(error_m > 0.0 && error_m < 0.15, "{error_m} m");
     let fault = "faults=[{kind=\"laser_dead\",at_s=1,laser=\"front\"}]";
-    let said = refusal(&["--scenario", "errand", "--set", laser, "--set", fault]);
+    let said = problems("errand", &[laser, fault]).concat();
     assert!(said.contains("unknown laser `front`") && said.contains("`nose`"), "{said}");
 }
 
 #[test]
 fn a_robot_without_room_for_error_in_docking_causes_a_warning() {
-    let set = ["--set", "robot.docking={distance_m=0.1,angle_deg=2}", "--set", "execution.max_time_s=1"];
-    let folder = tempdir().unwrap();
-    let run = ["run", "errand", "--no-snapshots", "--out", folder.path().to_str().unwrap()];
-    let output = steward(&[&run[..], &set].concat());
-    let said = words(&output.stderr);
+    let scenario = load("errand", &["robot.docking={distance_m=0.1,angle_deg=2}"]).unwrap();
+    let said = concerns(&scenario).concat();
     assert!(said.contains("but docks only within 0.1 m and 2°"), "{said}");
 }
 
 #[test]
 fn a_record_of_a_run_says_which_robot_drove() {
-    let overrides = ["robot.radius_m=0.25".to_owned()];
-    let scenario = Scenario::load(&find::find("errand").unwrap(), &overrides).unwrap();
-    let robot = Run::new(Arc::new(scenario), 1, false).unwrap().header().robot.unwrap();
+    let robot = Run::new(load("errand", &["robot.radius_m=0.25"]).unwrap(), 1, false).unwrap().header().robot.unwrap();
     assert_eq!((robot.radius_m, robot.lasers.len()), (0.25, 2));
     let x_m = robot.lasers[0].mount.translation.x;
     assert!((x_m - 0.245 * 0.25 / 0.30).abs() < 1e-12, "the default lasers stay inside of the body: {x_m}");
@@ -137,10 +109,9 @@ fn invalid_values_are_refused_each_with_one_message() {
         ("robot.footprint=[[0,0]]".to_owned(), "unknown key `footprint`"),
     ];
     for (set, message) in wrong {
-        let said = refusal(&["--scenario", "errand", "--set", &set]);
-        assert!(words(said.as_bytes()).contains(message), "{set}: {said}");
-        let problems = said.lines().filter(|line| line.trim_start().starts_with("x "));
-        assert_eq!(problems.count(), 1, "{set}: {said}");
+        let said = problems("errand", &[&set]);
+        assert!(said[0].contains(message), "{set}: {said:#?}");
+        assert_eq!(said.len(), 1, "{set}: {said:#?}");
     }
     assert_eq!(json!(drive(&["robot.radius_m=0.3", "execution.max_time_s=1"])["outcome"]), "as_expected");
 }

@@ -1,23 +1,13 @@
 //! When a run ends: at an arrival, at a violation, when everything is decided, or at its limit.
 
-use std::path::Path;
-
 use tempfile::tempdir;
 
-use crate::steward::{refusal, report};
-
-/// The report of a scenario with these values set.
-fn ended(scenario: &str, out: &Path, set: &[&str]) -> serde_json::Value {
-    let mut arguments = vec!["--no-snapshots"];
-    arguments.extend(set.iter().flat_map(|set| ["--set", set]));
-    report(scenario, out, &arguments)
-}
+use crate::{problems, report};
 
 /// In `battery_fault`, phi1 is violated long before the robot arrives; phi2 never is.
 #[test]
 fn a_run_ends_at_the_first_violation_on_which_it_should_stop() {
-    let out = tempdir().unwrap();
-    let run = |set: &[&str]| ended("battery_fault", out.path(), set);
+    let run = |set: &[&str]| report("battery_fault", set);
     let until_arrival = run(&[]);
     assert_eq!(until_arrival["ended"], "arrival");
     for stop in ["stop.on_violation=true", "stop.on_violation=phi1", "stop.on_violation=[\"phi2\", \"phi1\"]"] {
@@ -38,8 +28,7 @@ fn a_run_ends_at_the_first_violation_on_which_it_should_stop() {
 /// The errand passes the charging station before it reaches its destination.
 #[test]
 fn a_run_ends_at_the_first_of_several_places() {
-    let out = tempdir().unwrap();
-    let report = ended("errand", out.path(), &["stop.at=[\"Destination\", \"RechargingStation\"]", "stop.after_s=0"]);
+    let report = report("errand", &["stop.at=[\"Destination\", \"RechargingStation\"]", "stop.after_s=0"]);
     assert_eq!(report["ended_because"], "the robot came to rest at RechargingStation");
 }
 
@@ -56,23 +45,23 @@ fn a_run_ends_when_every_property_has_a_final_verdict() {
     let rest = "skills = \"skills\"\nproperties = [\"soon.scope\"]\nbattery.initial_pct = 30.8\nstop.when_settled = true\n\
         sites = { start = \"start\", station = \"RechargingStation\", destination = \"Destination\" }\n";
     std::fs::write(&scenario, files.join("\n") + "\n" + rest).unwrap();
-    let report = ended(scenario.to_str().unwrap(), &folder.path().join("out"), &["execution.max_time_s=300"]);
+    let report = crate::report(&scenario, &["execution.max_time_s=300"]);
     assert_eq!(report["ended"], "settled");
     let monitors = report["monitors"].as_array().unwrap();
     let verdicts: Vec<&str> = monitors.iter().map(|monitor| monitor["verdict"].as_str().unwrap()).collect();
     assert_eq!(verdicts, ["satisfied", "violated"], "{report}");
     assert_eq!(report["sim_time_s"], monitors[1]["time_s"]);
-    let open = ended("errand", folder.path(), &["stop.when_settled=true", "stop.at=[]", "execution.max_time_s=20"]);
+    let open = crate::report("errand", &["stop.when_settled=true", "stop.at=[]", "execution.max_time_s=20"]);
     assert_eq!(open["ended"], "time_limit", "phi1 can be violated to the end");
     // One of them suffices, if it is named.
-    let named = ended(scenario.to_str().unwrap(), &folder.path().join("out"), &["stop.when_settled=starts"]);
+    let named = crate::report(&scenario, &["stop.when_settled=starts"]);
     assert_eq!(named["ended"], "settled");
     assert!(named["sim_time_s"].as_f64() < monitors[1]["time_s"].as_f64(), "{named}");
 }
 
 #[test]
 fn invalid_stop_conditions_are_refused() {
-    let refused = |set: &str| refusal(&["--scenario", "errand", "--set", set]);
+    let refused = |set: &str| problems("errand", &[set]).concat();
     assert!(refused("stop.on_violation=phi9").contains("did you mean `phi"));
     assert!(refused("stop.when_settled=phi9").contains("did you mean `phi"));
     assert!(refused("stop.on_violation=3").contains("the name of a property"));

@@ -7,7 +7,7 @@
 //! again.
 
 mod exploration;
-#[path = "../channels/tests/system/lockstep.rs"]
+#[path = "../../../channels/tests/system/lockstep.rs"]
 mod lockstep;
 mod model;
 

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use bt::Loader;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::steward::{refusal, report, steward};
+use crate::{concerns, load, problems, reached, recorded, report};
 
 /// Two kinds of leaves, distinguished by name, in a file of version 3; `carrier` is a port that no model declares.
 const TOLD_APART_BY_NAME: &str = r#"<root main_tree_to_execute="Errand">
@@ -65,16 +66,9 @@ fn scenario(tree: &str, lines: &str) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// When the robot was first at a place.
-fn reached(report: &Value, place: &str) -> Option<f64> {
-    let places = report["places"].as_array().unwrap();
-    places.iter().find(|known| known["name"] == place).expect("a known place")["reached_at_s"].as_f64()
-}
-
-fn run((folder, scenario): &(TempDir, PathBuf), arguments: &[&str]) -> Value {
-    let out = folder.path().join("out");
-    let all = [&["--no-snapshots"], arguments].concat();
-    report(scenario.to_str().unwrap(), &out, &all)
+/// The problems of a scenario.
+fn refusal(scenario: &Path) -> String {
+    problems(scenario, &[]).concat()
 }
 
 #[test]
@@ -84,7 +78,7 @@ fn leaves_with_the_same_id_are_distinguished_by_name_and_configured_by_the_scena
     let table = TABLE.replace("leaves.GoToLounge", "leaves.Do");
     let files = scenario(TOLD_APART_BY_NAME, &format!("{lines}\n{table}"));
     let log = files.0.path().join("events.jsonl");
-    let report = run(&files, &["--record", log.to_str().unwrap()]);
+    let report = recorded(&files.1, &[], &log);
     let (dock, lounge) = (reached(&report, "dock"), reached(&report, "lounge"));
     assert!(dock.is_some() && dock < lounge, "first it charges: {dock:?}, {lounge:?}");
     let log = std::fs::read_to_string(log).unwrap();
@@ -98,9 +92,8 @@ fn leaves_with_the_same_id_are_distinguished_by_name_and_configured_by_the_scena
 
 /// The machine of a leaf that drives: the shipped one, under another name.
 fn go_to(folder: &Path) {
-    let text =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("skills/machines/GoToDestination.scxml"));
-    let text = text.unwrap().replace("name=\"GoToDestination\"", "name=\"GoTo\"");
+    let text = include_str!("../../../skills/machines/GoToDestination.scxml");
+    let text = text.replace("name=\"GoToDestination\"", "name=\"GoTo\"");
     std::fs::write(folder.join("skills/GoTo.scxml"), text).unwrap();
 }
 
@@ -111,7 +104,7 @@ fn two_leaves_with_the_same_id_drive_to_the_places_of_their_ports() {
     </BehaviorTree> <TreeNodesModel> <Action ID="GoTo"> <input_port name="place" type="std::string"/> </Action> </TreeNodesModel> </root>"#;
     let files = scenario(tree, "stop = { at = \"lounge\", after_s = 2 }");
     go_to(files.0.path());
-    let report = run(&files, &[]);
+    let report = report(&files.1, &[]);
     assert!(reached(&report, "dock").is_some() && reached(&report, "dock") < reached(&report, "lounge"), "{report}");
 }
 
@@ -140,7 +133,7 @@ fn ports_are_read_with_the_tick_and_written_with_the_answer() {
     for form in ["whole", "nodes"] {
         let lines =
             format!("execution = {{ tree = \"{form}\", max_time_s = 90 }}\nstop = {{ at = \"dock\", after_s = 1 }}");
-        let report = run(&choosing(CHOSEN, &lines), &[]);
+        let report = report(&choosing(CHOSEN, &lines).1, &[]);
         assert!(reached(&report, "dock").is_some(), "{form}: {report}");
     }
 }
@@ -158,7 +151,7 @@ fn a_tree_that_asks_for_the_pose_of_the_robot_gets_it_before_each_tick() {
         let files = scenario(tree, &lines);
         go_to(files.0.path());
         let log = files.0.path().join("events.jsonl");
-        let report = run(&files, &["--record", log.to_str().unwrap()]);
+        let report = recorded(&files.1, &[], &log);
         assert!(reached(&report, "lounge").is_some(), "{report}");
         let log = std::fs::read_to_string(log).unwrap();
         let events: Vec<Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
@@ -176,21 +169,23 @@ fn inputs_that_a_machine_does_not_read_give_a_warning() {
     let tree = CHOSEN.replace("place=\"{goal}\"/>", "place=\"{goal}\" speed=\"2\" pace=\"{goal}\"/>");
     let tree = tree.replace("</Action>", &more("speed")).replace("</Action>", &more("pace"));
     let files = choosing(&tree, "");
-    let warned = || {
-        let output = steward(&["check", "--json", files.1.to_str().unwrap()]);
-        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let warnings = report[0]["warnings"].as_array().unwrap().iter();
-        warnings.map(|warning| warning["message"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    let warns_of = |ports: &[&str]| {
+        let warned = concerns(&load(&files.1, &[]).unwrap());
+        assert_eq!(warned.len(), ports.len(), "{warned:#?}");
+        for (warning, port) in warned.iter().zip(ports) {
+            let unread = format!("the machine of `GoTo` does not read the port `{port}`");
+            assert!(warning.contains(&unread), "{warning}");
+        }
     };
-    let unread = |port: &str| format!("the machine of `GoTo` does not read the port `{port}`");
-    assert_eq!(warned(), [unread("pace"), unread("speed")]);
+    warns_of(&["pace", "speed"]);
     let machine = files.0.path().join("skills/GoTo.scxml");
     let text = std::fs::read_to_string(&machine).unwrap();
     let tick = "<transition event=\"BT.tick\" target=\"trip\"/>";
     assert!(text.contains(tick), "{text}");
     let read = tick.replace(" target", " cond=\"_event.data.pace != ''\" target");
     std::fs::write(machine, text.replace(tick, &read)).unwrap();
-    assert_eq!(warned(), [unread("speed")], "what comes with the tick can be read as its data, too");
+    // What comes with the tick can be read as its data, too.
+    warns_of(&["speed"]);
 }
 
 #[test]
@@ -201,11 +196,11 @@ fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
     );
     let lines = lines.replace("leaves.Charge", "leaves.Charge.data.patience = 3\nleaves.Charge");
     let files = scenario(TOLD_APART_BY_NAME, &lines);
-    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    let said = refusal(&files.1);
     assert!(said.contains("must be a string, a number, true or false"), "{said}");
 
     let files = scenario(TOLD_APART_BY_NAME, &lines.replace(", data.at = [1]", ""));
-    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    let said = refusal(&files.1);
     for part in [
         "unknown leaf `GoToDok`",
         "did you mean `GoToDock`?",
@@ -221,9 +216,7 @@ fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
 #[test]
 fn a_leaf_without_a_machine_is_refused_with_the_paths_searched() {
     let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
-    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
-    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "|").collect();
-    let said = said.join(" ");
+    let said = refusal(&files.1);
     assert!(
         said.contains("the leaf `Charge` has no machine: there is no skills/Charge.scxml and no skills/Stay.scxml"),
         "{said}"
@@ -235,16 +228,14 @@ fn a_leaf_without_a_machine_is_refused_with_the_paths_searched() {
 fn a_leaf_cannot_have_the_name_of_a_component() {
     let tree = TOLD_APART_BY_NAME.replace("name=\"Charge\"", "name=\"Navigation\"");
     let files = scenario(&tree, &TABLE.replace("leaves.Charge", "leaves.Navigation"));
-    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    let said = refusal(&files.1);
     assert!(said.contains("a leaf cannot be named `Navigation`"), "{said}");
 }
 
 #[test]
 fn tree_commands_name_the_processes_of_leaves() {
-    let files = scenario(&TOLD_APART_BY_NAME.replace("IsInLounge", "IsInDock"), "");
-    let tree = files.0.path().join("tree.xml");
-    let shown = steward(&["tree", "show", tree.to_str().unwrap()]);
-    let shown = String::from_utf8(shown.stdout).unwrap();
+    let tree = TOLD_APART_BY_NAME.replace("IsInLounge", "IsInDock");
+    let shown = Loader::default().load("tree.xml", &tree).unwrap().to_string();
     for line in ["BatteryLevel (Ask)", "IsInDock (Ask)", "IsInDock_2 (Ask)", "GoToDock (Do)"] {
         assert!(shown.lines().any(|shown| shown.trim() == line), "no {line}: {shown}");
     }
@@ -256,18 +247,16 @@ fn a_scenario_without_properties_drops_the_expectations_of_its_base() {
     let scenario = folder.path().join("quiet.toml");
     let text = "base = \"errand\"\nproperties = []\nexecution = { max_time_s = 1 }\nexpect.reached = []\n";
     std::fs::write(&scenario, text).unwrap();
-    let report = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
+    let report = report(&scenario, &[]);
     assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
 
     // So does a scenario whose properties are replaced on the command line.
-    let quiet =
-        ["--no-snapshots", "--set", "properties=[]", "--set", "execution.max_time_s=1", "--set", "expect.reached=[]"];
-    let report = self::report("errand", &folder.path().join("out"), &quiet);
+    let report = crate::report("errand", &["properties=[]", "execution.max_time_s=1", "expect.reached=[]"]);
     assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
 
     // It is still a mistake if the scenario itself mentions a property that does not exist.
     std::fs::write(&scenario, format!("{text}expect.phi9 = \"satisfied\"\n")).unwrap();
-    let said = refusal(&["--scenario", scenario.to_str().unwrap(), "--no-snapshots"]);
+    let said = refusal(&scenario);
     assert!(said.contains("unknown property `phi9`"), "{said}");
 }
 
@@ -284,30 +273,11 @@ fn an_unknown_process_is_refused_with_the_processes_that_a_skill_may_send_to() {
     let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
     let machine = files.0.path().join("skills/Charge.scxml");
     std::fs::write(&machine, ASKS_A_SPEAKER).unwrap();
-    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
-    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "|").collect();
-    let said = said.join(" ");
+    let said = refusal(&files.1);
     for part in
         ["there is no process Speaker", "BT, BatteryReader, Localization, Navigation", "the scenario determines"]
     {
         assert!(said.contains(part), "does not say {part}: {said}");
     }
     assert!(!said.contains("skills::"), "no internal names: {said}");
-
-    let checked = steward(&["skill", "check", machine.to_str().unwrap()]);
-    assert!(checked.status.success(), "it is only a hint");
-    let said = String::from_utf8(checked.stderr).unwrap();
-    assert!(said.contains("the machine sends to the process `Speaker`"), "{said}");
-}
-
-#[test]
-fn an_undeliverable_answer_is_visible_in_a_rehearsal() {
-    let folder = tempdir().unwrap();
-    let (machine, events) = (folder.path().join("Level.scxml"), folder.path().join("events.jsonl"));
-    let text = ASKS_A_SPEAKER.replace("type=\"channel\" target=\"BT\" event=\"running\"", "event=\"TICK_RESPONSE\"");
-    std::fs::write(&machine, text).unwrap();
-    std::fs::write(&events, "{\"event\": \"BT.tick\", \"time_s\": 1}\n").unwrap();
-    let run = steward(&["skill", "run", machine.to_str().unwrap(), "--events", events.to_str().unwrap()]);
-    let said = String::from_utf8(run.stdout).unwrap();
-    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, but no transition handles it"), "{said}");
 }

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use recording::Detail;
+use reports::Outputs;
+use serde_json::{Value, json};
 use tempfile::{TempDir, tempdir};
 
-use crate::steward::{refusal, report};
+use crate::{monitor, problems, report, report_of, start};
 
 /// Machines of the form that the paper's authors published, with the messages that become their events.
 pub(crate) const MACHINES: &str = r#"
@@ -41,12 +43,8 @@ fn folder(base: &str, lines: &str) -> (TempDir, PathBuf) {
 }
 
 fn run(base: &str, lines: &str) -> Value {
-    let (folder, scenario) = folder(base, lines);
-    report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"])
-}
-
-fn monitor<'a>(report: &'a Value, name: &str) -> &'a Value {
-    report["monitors"].as_array().unwrap().iter().find(|monitor| monitor["name"] == name).expect("a known monitor")
+    let (_folder, scenario) = folder(base, lines);
+    report(&scenario, &[])
 }
 
 #[test]
@@ -90,7 +88,8 @@ fn a_run_that_ends_while_a_machine_waits_leaves_it_inconclusive() {
 fn the_page_and_the_pictures_show_a_machine_with_its_state() {
     let (folder, scenario) = folder("battery_fault", MACHINES);
     let out = folder.path().join("out");
-    let run = report(scenario.to_str().unwrap(), &out, &[]);
+    let outputs = Outputs { folder: Some(out.clone()), snapshots: true, ..Outputs::default() };
+    let run = json!(report_of(start(&scenario, &[]), Detail::Full, &outputs, None).unwrap());
     assert!(
         run["snapshots"].as_array().unwrap().iter().any(|shot| shot["file"].to_string().contains("charge-violated"))
     );
@@ -104,7 +103,7 @@ fn errors_in_a_monitor_machine_are_reported_and_change_nothing() {
     let broken = std::fs::read_to_string(folder.path().join("ChargeWatch.scxml")).unwrap();
     let broken = broken.replace("_event.data.charge", "_event.data.none.charge");
     std::fs::write(folder.path().join("ChargeWatch.scxml"), broken).unwrap();
-    let run = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
+    let run = report(&scenario, &[]);
     let errors = monitor(&run, "charge")["errors"].to_string();
     assert!(errors.contains("error.execution") && errors.contains("first at tick 0"), "{errors}");
     assert_eq!(monitor(&run, "phi1")["verdict"], "violated");
@@ -114,7 +113,7 @@ fn errors_in_a_monitor_machine_are_reported_and_change_nothing() {
 fn errors_in_a_ready_made_monitor_are_reported_with_their_locations() {
     let said = |from: &str, to: &str| {
         let (_folder, scenario) = folder("battery_fault", &MACHINES.replace(from, to));
-        refusal(&["--scenario", scenario.to_str().unwrap()])
+        problems(&scenario, &[]).concat()
     };
     for (from, to, words) in [
         ("tooLow", "tooLoud", "did you mean `tooLow`?"),

@@ -1,7 +1,6 @@
 //! A model of this project's own: an action with feedback and chance, a service, topics, ports and types.
 
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 
 use channels::EventKind;
@@ -10,11 +9,12 @@ use recording::{Detail, RunView, conduct};
 use runs::Run;
 use scenarios::scenario::Scenario;
 
-use super::{LIFT, holds, load, run};
+use super::{LIFT, holds, run};
+use crate::load;
 
 /// The model under a round-robin schedule.
 fn model() -> Arc<Scenario> {
-    load(Path::new(LIFT), &["execution.policy=round-robin"])
+    load(LIFT, &["execution.policy=round-robin"]).expect("a sound model")
 }
 
 /// The seeds of a run in which both rides succeed, and of one in which the first fails.
@@ -78,7 +78,7 @@ fn a_formula_is_true_or_false_in_a_run() {
 
 #[test]
 fn probabilities_do_not_depend_on_the_order_of_messages() {
-    let model = load(Path::new(LIFT), &["stop.when_settled=true"]);
+    let model = load(LIFT, &["stop.when_settled=true"]).expect("a sound model");
     let happened = (0..2000).filter(|seed| holds(&run(&model, *seed), "up_and_down")).count();
     // 0.75², with five standard deviations on either side.
     assert!((1014..=1236).contains(&happened), "{happened} of 2000");
@@ -86,7 +86,7 @@ fn probabilities_do_not_depend_on_the_order_of_messages() {
 
 #[test]
 fn a_tree_of_processes_gives_the_same_verdicts() {
-    let model = load(Path::new(LIFT), &["execution.tree=nodes"]);
+    let model = load(LIFT, &["execution.tree=nodes"]).expect("a sound model");
     let happened = (0..400).filter(|seed| holds(&run(&model, *seed), "up_and_down")).count();
     assert!((175..=275).contains(&happened), "{happened} of 400");
 }

@@ -1,16 +1,14 @@
 //! Scenarios without a map: tree, skills and components run alone.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use recording::Detail;
 use runs::Run;
-use scenarios::scenario::{Scenario, find};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
-use crate::steward::{refusal, report, steward};
+use crate::{load, problems, report};
 
 /// A scenario based on `pick` with these additional lines: `own.toml` in the folder.
 fn own(folder: &Path, lines: &str) -> PathBuf {
@@ -19,44 +17,25 @@ fn own(folder: &Path, lines: &str) -> PathBuf {
     path
 }
 
+/// The problems of such a scenario.
+fn refusal(folder: &Path, lines: &str) -> String {
+    problems(own(folder, lines), &[]).join("\n")
+}
+
 #[test]
 fn the_tree_tries_again_until_the_skill_succeeds() {
-    let out = tempdir().unwrap();
-    let run = |set: &[&str]| report("pick", out.path(), &[&["--no-snapshots"], set].concat());
+    let run = |set: &[&str]| report("pick", set);
     let verdicts = |report: &Value| [0, 1].map(|monitor| report["monitors"][monitor]["verdict"].clone());
     let held = run(&[]);
     assert_eq!((&held["outcome"], &held["ended"]), (&json!("as_expected"), &json!("settled")));
     assert_eq!(verdicts(&held), ["satisfied", "satisfied"]);
-    let slipped = run(&["--set", "leaves.PickUp.data.slips=3"]);
+    let slipped = run(&["leaves.PickUp.data.slips=3"]);
     assert_eq!(
         verdicts(&slipped),
         ["satisfied", "violated"],
         "help is called after three tries, and the fourth succeeds"
     );
     assert!(slipped["sim_time_s"].as_f64() > held["sim_time_s"].as_f64());
-}
-
-#[test]
-fn facts_that_are_unknown_without_a_map_are_left_out_of_every_output() {
-    let out = tempdir().unwrap();
-    let gif = out.path().join("run.gif");
-    let arguments = ["run", "pick", "--out", out.path().to_str().unwrap(), "--gif", gif.to_str().unwrap()];
-    let output = steward(&arguments);
-    let summary = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{summary}");
-    assert!(summary.contains("delivered  satisfied"), "{summary}");
-    let read = |name: &str| std::fs::read_to_string(out.path().join(name)).unwrap();
-    let report: Value = serde_json::from_str(&read("report.json")).unwrap();
-    assert_eq!(report["battery"], Value::Null);
-    assert_eq!(report["robot"], Value::Null);
-    assert_eq!(report["places"], json!([]));
-    assert!(report["snapshots"].as_array().unwrap().len() >= 3, "{report}");
-    let page = read("report.html");
-    for words in ["battery", "robot", "driven", "collision", "localiz", "reached", "navigation", "Navigation"] {
-        assert!(!summary.contains(words), "the summary mentions {words}: {summary}");
-        assert!(!page.contains(words), "the page mentions {words}");
-    }
-    assert!(std::fs::read(gif).unwrap().starts_with(b"GIF89a"));
 }
 
 #[test]
@@ -83,15 +62,15 @@ fn a_missing_map_is_reported_wherever_something_needs_it() {
         ("faults = [{ kind = \"tick_late\", near = \"Kitchen\", delay_s = 0.1 }]", "the trigger `near`"),
     ];
     for (lines, what) in needs {
-        let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
+        let said = refusal(folder.path(), lines);
         assert!(said.contains(&format!("{what} needs a map, and this scenario has none")), "{lines}: {said}");
         assert_eq!(said.matches("needs a map, and").count(), 1, "{lines}: {said}");
         assert!(said.contains("own.toml:"), "{lines}: {said}");
     }
     let all: String = needs[..8].iter().map(|(lines, _)| format!("{lines}\n")).collect();
-    let said = refusal(&["check", own(folder.path(), &all).to_str().unwrap()]);
+    let said = refusal(folder.path(), &all);
     assert_eq!(said.matches("needs a map, and").count(), 8, "all of them at once: {said}");
-    let said = refusal(&["check", own(folder.path(), "mapp = \"maps/house.yaml\"\n[battery]").to_str().unwrap()]);
+    let said = refusal(folder.path(), "mapp = \"maps/house.yaml\"\n[battery]");
     assert!(said.contains("did you mean `map`?") && !said.contains("needs a map, and"), "{said}");
 }
 
@@ -99,12 +78,12 @@ fn a_missing_map_is_reported_wherever_something_needs_it() {
 fn the_robots_components_exist_only_with_a_map() {
     let folder = tempdir().unwrap();
     let lines = "tree = \"trees/recharge.xml\"\nskills = \"skills\"\nproperties = []\nleaves = {}";
-    let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
+    let said = refusal(folder.path(), lines);
     for component in ["BatteryReader", "Localization", "Navigation"] {
         assert!(said.contains(&format!("there is no process {component}")), "{said}");
     }
     let lines = "faults = [{ kind = \"component_frozen\", component = \"Navigation\", at_s = 1 }]";
-    let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
+    let said = refusal(folder.path(), lines);
     assert!(said.contains("Navigation"), "{said}");
 }
 
@@ -112,30 +91,11 @@ fn the_robots_components_exist_only_with_a_map() {
 fn a_map_alone_gives_a_robot_without_places() {
     let folder = tempdir().unwrap();
     let path = own(folder.path(), "map = \"maps/house.yaml\"\nsites.start = [0, 0, 90]");
-    let report = report(path.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
+    let report = report(&path, &[]);
     assert_eq!((&report["outcome"], &report["places"]), (&json!("as_expected"), &json!([])));
     assert_eq!(report["robot"]["distance_m"], json!(0.0));
-    let said = refusal(&["check", own(folder.path(), "map = \"maps/house.yaml\"").to_str().unwrap()]);
+    let said = refusal(folder.path(), "map = \"maps/house.yaml\"");
     assert!(said.contains("`sites` is missing"), "{said}");
-}
-
-#[test]
-fn a_campaign_without_a_robot_has_no_measures_of_a_robot() {
-    let folder = tempdir().unwrap();
-    let file = folder.path().join("some.toml");
-    let text = "scenario = \"pick\"\nruns = 5\nsampling = \"sobol\"\n[[parameters]]\n\
-                key = \"leaves.PickUp.data.slips\"\nfrom = 0\nto = 4\n";
-    let run = |more: &str| {
-        std::fs::write(&file, format!("{more}{text}")).unwrap();
-        steward(&["campaign", file.to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()])
-    };
-    let output = run("");
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("unaided"), "{said}{}", String::from_utf8_lossy(&output.stderr));
-    let output = run("measures = [\"distance_m\"]\n");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("there is no robot for which to measure `distance_m`"), "{said}");
 }
 
 #[test]
@@ -161,8 +121,8 @@ fn a_state_that_only_a_timer_changes_is_recorded_when_it_changes() {
     file("Rest.scxml", machine);
     file("tree.xml", tree);
     let scenario = file("rest.toml", "tree = \"tree.xml\"\nskills = \".\"\n");
-    let scenario = Scenario::load(&find::find(scenario.to_str().unwrap()).unwrap(), &[]).unwrap();
-    let mut run = Run::new(Arc::new(scenario), 1, true).unwrap();
+    let scenario = load(&scenario, &[]).unwrap();
+    let mut run = Run::new(scenario, 1, true).unwrap();
     let mut changes = Vec::new();
     while run.time() < Duration::from_millis(1600) {
         run.step().unwrap();

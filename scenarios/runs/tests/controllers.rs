@@ -2,14 +2,14 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{EventKind, Verdict};
 use recording::{Detail, Ended, Happening};
 use robot::{Reading, VelocityCommand};
 use runs::{Controller, ControllerInput, ControllerOutput, Partners, Run};
-use scenarios::scenario::{Scenario, find};
+
+use crate::load;
 
 /// Turns on the spot, with a note once per second. Keeps all readings.
 struct Turning(Rc<RefCell<Vec<Reading>>>);
@@ -26,15 +26,11 @@ impl Controller for Turning {
     }
 }
 
-fn scenario(name: &str) -> Arc<Scenario> {
-    Arc::new(Scenario::load(&find::find(name).unwrap(), &[]).unwrap())
-}
-
 #[test]
 fn a_robot_obeys_its_controller_while_its_tree_stands_still() {
     let readings = Rc::default();
     let partners = Partners::Controller(Box::new(Turning(Rc::clone(&readings))));
-    let mut run = Run::with_partners(scenario("nominal"), 1, true, partners).unwrap();
+    let mut run = Run::with_partners(load("nominal", &[]).unwrap(), 1, true, partners).unwrap();
     let (mut ticks, mut notes) = (0, 0);
     for _ in 0..150 {
         run.step().unwrap();
@@ -61,6 +57,6 @@ fn a_robot_obeys_its_controller_while_its_tree_stands_still() {
 #[test]
 fn a_run_without_a_robot_refuses_a_controller() {
     let partners = Partners::Controller(Box::new(Turning(Rc::default())));
-    let refused = Run::with_partners(scenario("pick"), 1, true, partners).err().unwrap();
+    let refused = Run::with_partners(load("pick", &[]).unwrap(), 1, true, partners).err().unwrap();
     assert!(refused.to_string().contains("has no robot"), "{refused}");
 }
