@@ -91,7 +91,7 @@ fn only_sim_simulates_and_only_drawing_draws() {
         ("image", "rasters"),
         ("resvg", "drawing"),
         ("clap", "steward"),
-        ("lsp-server", "steward"),
+        ("lsp-server", "language_server"),
     ];
     for package in &metadata.packages {
         for used in package.normal_dependencies() {

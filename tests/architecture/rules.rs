@@ -42,9 +42,11 @@ pub(super) const RULES: &[(Never, &str)] = &[
     (Reach(&["partners"], &["campaigns", "cockpit", "reports"]), "what takes part in a run does not show it"),
     (DependUnless(&["runs", "scenarios", "trials"], &["sim"]), "the others see a robot or its records"),
     (
-        DependUnless(&["steward"], &["cockpit", "editor", "judging", "partners", "proofs", "trials"]),
+        DependUnless(&["steward"], &["cockpit", "judging", "language_server", "partners", "proofs", "trials"]),
         "each serves commands",
     ),
+    (DependUnless(&["language_server"], &["editor"]), "files are checked and judged without an editor"),
+    (DependUnless(&["judging", "steward"], &["groot"]), "trees do not depend on who shows them"),
     (DependUnless(&["partners", "steward"], &["network"]), "the others know no middleware"),
     (DependUnless(&["network"], &["rustdds"]), "DDS runs in a process of its own"),
 ];

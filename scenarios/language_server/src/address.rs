@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use lsp_types::Uri;
 
 /// The path of the file at an address; nothing for documents that are not files.
-pub(super) fn path(address: &Uri) -> Option<PathBuf> {
+pub(crate) fn path(address: &Uri) -> Option<PathBuf> {
     let written = address.as_str().strip_prefix("file://")?;
     // The name of this computer may be there.
     let path = &written[written.find('/')?..];
@@ -16,7 +16,7 @@ pub(super) fn path(address: &Uri) -> Option<PathBuf> {
 }
 
 /// The address of a file; nothing for a path that is not text.
-pub(super) fn of(path: &Path) -> Option<Uri> {
+pub(crate) fn of(path: &Path) -> Option<Uri> {
     let path = path.to_str()?.replace(std::path::MAIN_SEPARATOR, "/");
     let mut written = "file://".to_owned();
     if !path.starts_with('/') {

@@ -7,25 +7,25 @@ use editor::{TextLines, Unit};
 use lsp_types as lsp;
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, Uri};
 
-pub(super) fn position(position: editor::Position) -> lsp::Position {
+pub(crate) fn position(position: editor::Position) -> lsp::Position {
     lsp::Position { line: position.line, character: position.character }
 }
 
-pub(super) fn of_position(position: lsp::Position) -> editor::Position {
+pub(crate) fn of_position(position: lsp::Position) -> editor::Position {
     editor::Position { line: position.line, character: position.character }
 }
 
-pub(super) fn range(lines: &TextLines<'_>, bytes: &Range<usize>, unit: Unit) -> lsp::Range {
+pub(crate) fn range(lines: &TextLines<'_>, bytes: &Range<usize>, unit: Unit) -> lsp::Range {
     let Range { start, end } = lines.positions(bytes, unit);
     lsp::Range { start: position(start), end: position(end) }
 }
 
 /// The findings in a file at this address.
-pub(super) fn diagnostics(found: &InText, lines: &TextLines<'_>, address: &Uri, unit: Unit) -> Vec<lsp::Diagnostic> {
+pub(crate) fn diagnostics(found: &InText, lines: &TextLines<'_>, address: &Uri, unit: Unit) -> Vec<lsp::Diagnostic> {
     found.findings.iter().map(|finding| diagnostic(finding, lines, address, unit)).collect()
 }
 
-pub(super) fn diagnostic(finding: &Finding, lines: &TextLines<'_>, address: &Uri, unit: Unit) -> lsp::Diagnostic {
+pub(crate) fn diagnostic(finding: &Finding, lines: &TextLines<'_>, address: &Uri, unit: Unit) -> lsp::Diagnostic {
     let help = finding.help.as_ref().map(|help| format!("\nhelp: {help}")).unwrap_or_default();
     let label = |(bytes, label): &(Range<usize>, String)| DiagnosticRelatedInformation {
         location: Location { uri: address.clone(), range: range(lines, bytes, unit) },

@@ -19,29 +19,29 @@ use lsp_types::{
     RenameParams, ResourceOp, SymbolKind, TextDocumentEdit, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::{address, wire};
+use crate::{address, wire};
 
 /// What the editor can do with changes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Abilities {
+pub(crate) struct Abilities {
     /// It takes changes of several files in an order.
-    pub(super) orders_changes: bool,
+    pub(crate) orders_changes: bool,
     /// It renames files among them.
-    pub(super) renames_files: bool,
+    pub(crate) renames_files: bool,
 }
 
 /// What the server knows when it is asked.
-pub(super) struct Questions<'s> {
-    pub(super) unit: Unit,
-    pub(super) abilities: Abilities,
-    pub(super) documents: &'s Documents,
-    pub(super) contexts: &'s BTreeMap<PathBuf, FileContext>,
+pub(crate) struct Questions<'s> {
+    pub(crate) unit: Unit,
+    pub(crate) abilities: Abilities,
+    pub(crate) documents: &'s Documents,
+    pub(crate) contexts: &'s BTreeMap<PathBuf, FileContext>,
     /// The files of each scenario near an open document.
-    pub(super) scenarios: &'s [BTreeSet<PathBuf>],
+    pub(crate) scenarios: &'s [BTreeSet<PathBuf>],
     /// What is shown.
-    pub(super) findings: &'s Findings,
+    pub(crate) findings: &'s Findings,
     /// The address of a file, as the editor writes it.
-    pub(super) address: &'s dyn Fn(&Path) -> Option<Uri>,
+    pub(crate) address: &'s dyn Fn(&Path) -> Option<Uri>,
 }
 
 /// A place in an open document.
@@ -73,7 +73,7 @@ impl Questions<'_> {
         wire::range(&self.documents.lines(path, text), bytes, self.unit)
     }
 
-    pub(super) fn completion(&self, params: &CompletionParams) -> Option<Vec<CompletionItem>> {
+    pub(crate) fn completion(&self, params: &CompletionParams) -> Option<Vec<CompletionItem>> {
         let spot = self.spot(&params.text_document_position)?;
         let (disk, context) = (self.documents.disk(), self.context(&spot.path));
         let subject = EditedFile { disk: &disk, file: &spot.path, context: &context };
@@ -103,7 +103,7 @@ impl Questions<'_> {
         Some(subject.proposals(&spot.text, spot.at).into_iter().map(item).collect())
     }
 
-    pub(super) fn hover(&self, params: &HoverParams) -> Option<Hover> {
+    pub(crate) fn hover(&self, params: &HoverParams) -> Option<Hover> {
         let spot = self.spot(&params.text_document_position_params)?;
         let (disk, context) = (self.documents.disk(), self.context(&spot.path));
         let subject = EditedFile { disk: &disk, file: &spot.path, context: &context };
@@ -113,7 +113,7 @@ impl Questions<'_> {
     }
 
     /// The edit that gives a document its layout; none if its kind has no layout, or if it has that already.
-    pub(super) fn formatting(&self, params: &DocumentFormattingParams) -> Result<Option<Vec<TextEdit>>, String> {
+    pub(crate) fn formatting(&self, params: &DocumentFormattingParams) -> Result<Option<Vec<TextEdit>>, String> {
         let Some((path, text)) = self.document(&params.text_document.uri) else { return Ok(None) };
         let Some(language) = Language::of_name(&path) else { return Ok(None) };
         let new_text = language.layout(&path, &text).map_err(|error| error.reasons())?;
@@ -148,7 +148,7 @@ impl Questions<'_> {
         mentions.filter_map(location).collect()
     }
 
-    pub(super) fn definition(&self, params: &GotoDefinitionParams) -> Option<Vec<Location>> {
+    pub(crate) fn definition(&self, params: &GotoDefinitionParams) -> Option<Vec<Location>> {
         let spot = self.spot(&params.text_document_position_params)?;
         let (index, mention) = self.index(&spot)?;
         if mention.kind == NameKind::File {
@@ -158,14 +158,14 @@ impl Questions<'_> {
         Some(self.locations(index.same(&mention).filter(|same| same.is_definition), &index))
     }
 
-    pub(super) fn references(&self, params: &ReferenceParams) -> Option<Vec<Location>> {
+    pub(crate) fn references(&self, params: &ReferenceParams) -> Option<Vec<Location>> {
         let spot = self.spot(&params.text_document_position)?;
         let (index, mention) = self.index(&spot)?;
         let wanted = index.same(&mention).filter(|same| params.context.include_declaration || !same.is_definition);
         Some(self.locations(wanted, &index))
     }
 
-    pub(super) fn symbols(&self, params: &DocumentSymbolParams) -> Option<Vec<DocumentSymbol>> {
+    pub(crate) fn symbols(&self, params: &DocumentSymbolParams) -> Option<Vec<DocumentSymbol>> {
         let (path, text) = self.document(&params.text_document.uri)?;
         let index = NameIndex::of(&self.documents.disk(), [path.as_path()]);
         let lines = self.documents.lines(&path, &text);
@@ -195,7 +195,7 @@ impl Questions<'_> {
         Some(index.defined_in(&path).map(symbol).collect())
     }
 
-    pub(super) fn prepare_rename(&self, params: &TextDocumentPositionParams) -> Option<lsp::Range> {
+    pub(crate) fn prepare_rename(&self, params: &TextDocumentPositionParams) -> Option<lsp::Range> {
         let spot = self.spot(params)?;
         let (_, mention) = self.index(&spot).filter(|(_, mention)| mention.kind != NameKind::File)?;
         Some(self.range(&spot.path, &spot.text, &(mention.start..mention.end)))
@@ -219,7 +219,7 @@ impl Questions<'_> {
         WorkspaceEdit { changes: Some(edits.into_iter().map(plain).collect()), ..WorkspaceEdit::default() }
     }
 
-    pub(super) fn rename(&self, params: &RenameParams) -> Result<Option<WorkspaceEdit>, String> {
+    pub(crate) fn rename(&self, params: &RenameParams) -> Result<Option<WorkspaceEdit>, String> {
         let Some(spot) = self.spot(&params.text_document_position) else { return Ok(None) };
         // The check of the last edit may not have ended.
         let checked = Project::default().check(self.documents);
@@ -254,7 +254,7 @@ impl Questions<'_> {
         Some(TextDocumentEdit { text_document, edits: edits.map(edit).collect() })
     }
 
-    pub(super) fn actions(&self, params: &CodeActionParams) -> Option<Vec<CodeAction>> {
+    pub(crate) fn actions(&self, params: &CodeActionParams) -> Option<Vec<CodeAction>> {
         let (path, text) = self.document(&params.text_document.uri)?;
         let lines = self.documents.lines(&path, &text);
         let [start, end] =

@@ -5,14 +5,14 @@ use std::thread;
 
 use editor::{Documents, Project};
 
-use super::guard::guarded;
-use super::incoming::{CheckResult, Incoming};
+use crate::guard::guarded;
+use crate::incoming::{CheckResult, Incoming};
 
 /// What to check, and the number of the edit after which it is so.
-pub(super) type Job = (u64, Documents);
+pub(crate) type Job = (u64, Documents);
 
 /// Starts the thread. Of the jobs that wait, only the last one is done.
-pub(super) fn start(results: Sender<Incoming>) -> Sender<Job> {
+pub(crate) fn start(results: Sender<Incoming>) -> Sender<Job> {
     let (sender, jobs) = channel::<Job>();
     thread::spawn(move || {
         let mut project = Project::default();

@@ -19,11 +19,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::checker::{self, Job};
-use super::guard::guarded;
-use super::incoming::{CheckResult, Incoming, parsed};
-use super::questions::{Abilities, Questions};
-use super::{address, wire};
+use crate::checker::{self, Job};
+use crate::guard::guarded;
+use crate::incoming::{CheckResult, Incoming, parsed};
+use crate::questions::{Abilities, Questions};
+use crate::{address, wire};
 
 /// An open document.
 struct Opened {
@@ -39,7 +39,7 @@ struct Published {
 }
 
 /// One editor.
-pub(super) struct Server {
+pub(crate) struct Server {
     unit: Unit,
     documents: Documents,
     /// By path.
@@ -64,7 +64,7 @@ pub(super) struct Server {
 impl Server {
     /// A server for the editor that `params` describe. Its messages go to `send`, and the results of checks to
     /// `results`.
-    pub(super) fn new(params: &InitializeParams, send: impl Fn(Message) + 'static, results: Sender<Incoming>) -> Self {
+    pub(crate) fn new(params: &InitializeParams, send: impl Fn(Message) + 'static, results: Sender<Incoming>) -> Self {
         let general = params.capabilities.general.as_ref();
         let units = general.and_then(|general| general.position_encodings.as_ref());
         let is_utf8 = units.is_some_and(|units| units.contains(&PositionEncodingKind::UTF8));
@@ -97,7 +97,7 @@ impl Server {
     }
 
     /// What it does for an editor.
-    pub(super) fn capabilities(&self) -> ServerCapabilities {
+    pub(crate) fn capabilities(&self) -> ServerCapabilities {
         let sync = TextDocumentSyncOptions {
             open_close: Some(true),
             change: Some(TextDocumentSyncKind::INCREMENTAL),
@@ -131,12 +131,12 @@ impl Server {
         }
     }
 
-    pub(super) fn reply(&self, response: Response) {
+    pub(crate) fn reply(&self, response: Response) {
         (self.send)(response.into());
     }
 
     /// Answers a request.
-    pub(super) fn request(&self, request: Request) {
+    pub(crate) fn request(&self, request: Request) {
         let Request { id, method, params } = request;
         let answer = guarded(|| self.answer(&method, params));
         let answer = answer.unwrap_or_else(|defect| Err((ErrorCode::InternalError, defect)));
@@ -175,7 +175,7 @@ impl Server {
     }
 
     /// Follows what happens in the editor.
-    pub(super) fn notification(&mut self, said: Notification) {
+    pub(crate) fn notification(&mut self, said: Notification) {
         let understood = match said.method.as_str() {
             "textDocument/didOpen" => parsed(said.params).map(|params| self.open(params)),
             "textDocument/didChange" => parsed(said.params).map(|params| self.change(params)),
@@ -192,7 +192,7 @@ impl Server {
     }
 
     /// Asks the editor to say when files change outside of it.
-    pub(super) fn watch_files(&self) {
+    pub(crate) fn watch_files(&self) {
         if self.watches {
             let files = json!({ "watchers": [{ "globPattern": "**/*.{toml,xml,scxml,scope,jani,yaml,yml,ini,pgm,png,bmp,msg,srv,action}" }] });
             let wish = json!({ "id": "files", "method": "workspace/didChangeWatchedFiles", "registerOptions": files });
@@ -242,7 +242,7 @@ impl Server {
     }
 
     /// Shows the findings of a check, unless there has been an edit since. A file that has none any more is cleared.
-    pub(super) fn publish(&mut self, checked: CheckResult) {
+    pub(crate) fn publish(&mut self, checked: CheckResult) {
         if checked.edit != self.edits {
             return;
         }
