@@ -46,3 +46,20 @@ fn a_kidnapped_robot_relocalizes_and_finishes_its_errand() {
         assert!(reached["reached_at_s"].as_f64() > Some(f64::from(at_s) + 10.0), "{reached}");
     }
 }
+
+#[test]
+fn a_robot_that_drives_through_a_place_has_been_there_without_coming_to_rest() {
+    let folder = tempdir().unwrap();
+    let places = include_str!("../../../maps/house.places.toml").to_owned();
+    let band = "\n[OnTheWay]\ncorners_m = [[-14, 3.0], [14, 3.0], [14, 3.2], [-14, 3.2]]\n";
+    std::fs::write(folder.path().join("places.toml"), places + band).unwrap();
+    let scenario = folder.path().join("through.toml");
+    let text = "base = \"errand\"\nplaces = \"places.toml\"\nexpect.not_reached = [\"OnTheWay\"]\n";
+    std::fs::write(&scenario, text).unwrap();
+    let report = report(&scenario, &[]);
+    assert_eq!(report["outcome"], "not_as_expected");
+    let said = report["differences"][0].as_str().unwrap();
+    assert!(said.starts_with("the robot was expected never to be at OnTheWay and was there at "), "{said}");
+    let place = report["places"].as_array().unwrap().iter().find(|place| place["name"] == "OnTheWay").unwrap();
+    assert!(place["reached_at_s"].is_null() && place["entered_at_s"].as_f64() > Some(1.0), "{place}");
+}
