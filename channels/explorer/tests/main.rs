@@ -5,3 +5,8 @@ mod limits;
 mod naive;
 mod random_systems;
 mod spin;
+mod storing;
+
+#[expect(dead_code, reason = "only what the search stores and finds again is tested here")]
+#[path = "../src/store.rs"]
+mod store;
