@@ -65,7 +65,7 @@ pub(crate) fn overview() -> String {
 fn details(kind: &FaultKind) -> String {
     let parameters: Vec<Key> = kind.parameters.iter().map(Parameter::key).collect();
     let timing = ScenarioFile::keys().iter().filter(|key| key.split().0 == "faults[]" && key.split().1 != "kind");
-    let timing = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s"));
+    let timing = timing.filter(|key| !(kind.is_momentary() && key.split().1 == "lasts_s"));
     let timing: Vec<Key> = timing.cloned().collect();
     let column = column(parameters.iter().chain(&timing).map(|key| key.split().1));
     let list = |keys: &[Key]| keys.iter().map(|key| entry(column, key.split().1, &key.meaning())).collect::<String>();
@@ -92,7 +92,7 @@ fn as_json(kind: &FaultKind) -> serde_json::Value {
         "kind": kind.name,
         "place": kind.subsystem.name(),
         "about": kind.about,
-        "momentary": kind.momentary,
+        "momentary": kind.is_momentary(),
         "parameters": parameters.collect::<Vec<_>>(),
         "example": format!("[[faults]]\nkind = \"{}\"\n{}\n", kind.name, kind.example),
         "scenario": format!("faults/{}", kind.name),

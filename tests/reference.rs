@@ -175,7 +175,7 @@ fn faults() {
             text += &format!("\n## {}\n", scenarios::faults::sentence(kind.subsystem.name()).trim_end_matches('.'));
             place = Some(kind.subsystem);
         }
-        let momentary = if kind.momentary { " Happens at one instant." } else { "" };
+        let momentary = if kind.is_momentary() { " Happens at one instant." } else { "" };
         text += &format!("\n### `{}`\n\n{}{momentary}\n\n", kind.name, scenarios::faults::sentence(kind.about));
         let parameters: Vec<Key> = kind.parameters.iter().map(Parameter::key).collect();
         text += &rows(parameters.iter().collect());

@@ -35,6 +35,12 @@ impl FieldKind {
         Self::Symbol(names.map(Symbol::new).to_vec())
     }
 
+    /// The kind of a value if there is one: that inside an optional kind; any other kind itself.
+    #[must_use]
+    pub fn present(&self) -> &Self {
+        if let Self::Optional(kind) = self { kind.present() } else { self }
+    }
+
     /// Whether a field of this kind may hold the value.
     #[must_use]
     pub fn contains(&self, value: &Value) -> bool {

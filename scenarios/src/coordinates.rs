@@ -9,7 +9,6 @@ pub(crate) const POINT: &str = "[x, y] in meters";
 /// The numbers of a pose.
 pub(crate) const POSE: &str = "[x, y, heading] in meters and degrees";
 
-/// Several points.
 pub(crate) fn points() -> Value {
     let mut point = <[f64; 2]>::takes();
     point["title"] = json!(POINT);

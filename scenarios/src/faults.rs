@@ -57,7 +57,7 @@ impl Fault {
         let kind = kind.required();
         // Without a kind, the other keys cannot be checked.
         let timing = table.form(kind.is_some());
-        let timing = timing.and_then(|table| Timing::read(table, kind.is_some_and(|kind| kind.momentary)));
+        let timing = timing.and_then(|table| Timing::read(table, kind.is_some_and(FaultKind::is_momentary)));
         let Some(kind) = kind else {
             table.allow_other_keys();
             return None;
@@ -99,7 +99,7 @@ impl Fault {
     pub fn record(&self) -> recording::Fault {
         recording::Fault {
             kind: self.kind.name.to_owned(),
-            momentary: self.kind.momentary,
+            momentary: self.kind.is_momentary(),
             words: self.words(),
             arguments: self.arguments.iter().map(|(name, value)| (name.to_owned(), value.record())).collect(),
         }

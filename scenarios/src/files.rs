@@ -183,7 +183,6 @@ impl Files {
         }
     }
 
-    /// Whether the scenario is a shipped one.
     pub(crate) fn are_shipped(&self) -> bool {
         self.is_shipped
     }

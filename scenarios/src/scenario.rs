@@ -79,7 +79,6 @@ pub use stop::{SomeProperties, Stop};
 pub use truth::{Fact, Truths};
 pub use world::WorldBody;
 
-use self::monitoring::Described;
 use self::schedule::Schedule;
 use crate::Error;
 use crate::faults::FaultKind;
@@ -187,18 +186,14 @@ impl Scenario {
         Some(of_shipped).filter(|_| !names.is_empty()).into_iter().chain(of_disk).collect()
     }
 
-    /// The machines of its skills, components and monitors, as they are written.
-    pub fn written_charts(&self) -> impl Iterator<Item = &Arc<Chart>> {
-        self.machine_processes().map(|(_, skill)| &skill.machine).chain(self.watching.values())
-    }
-
     /// The warnings about its machines, to be rendered: those of each file once, and whether it can be halted only if a
     /// leaf that uses it can. A model has already reported its own.
     #[must_use]
     pub fn machine_concerns(&self) -> Vec<Concerns> {
         let Behavior::Tree(tree) = &self.behavior else { return Vec::new() };
-        let written = self.written_charts().map(|chart| (chart.file().name(), (chart, None)));
-        let mut machines: BTreeMap<&str, (&Arc<Chart>, Option<bool>)> = written.collect();
+        let written = self.machine_processes().map(|(_, skill)| &skill.machine).chain(self.watching.values());
+        let mut machines: BTreeMap<&str, (&Arc<Chart>, Option<bool>)> =
+            written.map(|chart| (chart.file().name(), (chart, None))).collect();
         for leaf in tree.leaves() {
             if let Some((_, can_halt)) =
                 self.skills.get(leaf.process()).and_then(|skill| machines.get_mut(skill.machine.file().name()))
@@ -239,8 +234,8 @@ impl Scenario {
             return Ok(Arc::clone(made));
         }
         let Self { file, properties, watching, .. } = self;
-        let described = Described { file, model: self.model().map(Arc::as_ref), properties, watching };
-        let made = Arc::new(Monitoring::new(described, topology)?);
+        let model = self.model().map(Arc::as_ref);
+        let made = Arc::new(Monitoring::new(file, model, properties, watching, topology)?);
         // If a scenario with other channels shares the cell, it is already set and stays so.
         let _ = self.monitoring.set(Arc::clone(&made));
         Ok(made)

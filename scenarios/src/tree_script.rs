@@ -151,7 +151,6 @@ impl TreeScript {
     }
 }
 
-/// The names for numbers.
 fn constants(table: &Table<'_>) -> Option<Vec<(String, i64)>> {
     let Some(constants) = table.table("constants").optional() else { return Some(Vec::new()) };
     let names: Vec<&str> = constants.keys().map(|(name, _)| name).collect();

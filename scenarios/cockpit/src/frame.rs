@@ -63,7 +63,7 @@ fn fault_kind(kind: &FaultKind, view: &RunView, scenario: Option<&Scenario>) -> 
         })
     });
     json!({
-        "name": kind.name, "place": kind.subsystem.name(), "about": kind.about, "momentary": kind.momentary,
+        "name": kind.name, "place": kind.subsystem.name(), "about": kind.about, "momentary": kind.is_momentary(),
         "parameters": parameters.collect::<Vec<_>>(), "example": suggestions::entries(kind, view, scenario),
     })
 }

@@ -15,11 +15,9 @@ pub(crate) struct Description {
     pub(crate) scenario: Option<String>,
     /// Whether the scenario was a file of the user, which may have the name of a shipped one.
     is_own: bool,
-    /// The version of the program that wrote the log.
     version: Option<String>,
     /// The time between ticks.
     pub(crate) tick: Option<Duration>,
-    /// Whether the ticks of the tree are unknown.
     pub(crate) lacks_ticks: bool,
     /// The messages that the channels of the run could carry.
     pub(crate) carried: Option<Carried>,
@@ -47,7 +45,6 @@ impl Description {
         Self { scenario: text("scenario"), is_own, version: text("version"), tick, lacks_ticks, carried, remote }
     }
 
-    /// The description of a recorded run.
     pub(crate) fn of_recording(header: &Header) -> Self {
         Self {
             scenario: Some(header.scenario.clone()),

@@ -103,7 +103,6 @@ pub(crate) fn verify_by(
     let context = &LogContext { tree: recorded_tree.clone(), lacks_ticks, ..LogContext::default() };
     let subject = Subject { name: judge::name(path), about, mapping: String::new(), system: &system, context };
     let monitoring = subject.judge(events.chain(unfit), &mut properties, doubts, wanted)?;
-    let later = monitoring.notes(&properties);
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let GapNotes { first, more } = gaps.into_inner();
@@ -113,11 +112,12 @@ pub(crate) fn verify_by(
     let is_cut = is_followed && (host.is_interrupted)() && log.end().is_none();
     let stopped = is_cut.then(|| STILL_WRITTEN.to_owned());
     let left_open = lacks_ticks.then(|| tree_log::LEFT_OPEN.to_owned());
-    let notes = skipped.into_iter().chain(missing).chain(left).chain(later).chain(stopped).chain(left_open);
     let nodes = request.tree.into_iter().flat_map(|named| node_places(&named.tree));
     let processes = run.tree.iter().map(|node| node.process.clone()).zip(nodes).collect();
-    let result = VerificationResult::of_monitoring(properties, monitoring, notes.collect());
+    let result = VerificationResult::of(properties, monitoring);
+    let notes = skipped.into_iter().chain(missing).chain(left).chain(result.notes).chain(stopped).chain(left_open);
     Ok(VerificationResult {
+        notes: notes.collect(),
         unjudged,
         unreported_levels: unreported.unwrap_or(result.unreported_levels),
         header: run,

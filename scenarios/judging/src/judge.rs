@@ -71,16 +71,9 @@ pub(crate) fn recorded_properties(header: &Header) -> Result<(Vec<Property>, Vec
 }
 
 impl VerificationResult {
-    /// The result for events until `end`.
-    pub(crate) fn of(properties: Vec<Property>, end: LogEnd, doubts: &Doubts) -> Self {
-        let monitoring = MonitoringResult::of(end, doubts, &properties);
-        let notes = monitoring.notes(&properties);
-        Self::of_monitoring(properties, monitoring, notes)
-    }
-
     /// The result for a log of which nothing else is known.
-    pub(crate) fn of_monitoring(properties: Vec<Property>, monitoring: MonitoringResult, notes: Vec<String>) -> Self {
-        let MonitoringResult { end, evidence, stories, inputs, .. } = monitoring;
+    pub(crate) fn of(properties: Vec<Property>, monitoring: MonitoringResult) -> Self {
+        let MonitoringResult { end, evidence, stories, notes, inputs } = monitoring;
         Self {
             unreported_levels: vec![None; properties.len()],
             properties,
@@ -171,40 +164,32 @@ pub(crate) fn unreported_levels(view: &RunView, properties: &[Property], topolog
     properties.iter().map(unreported).collect()
 }
 
-/// The result of the monitors at the end of a log: the end, and the evidence for the verdicts. Also why violations
-/// after the first, and the number and the length of violations, are unsure.
+/// The result of the monitors at the end of a log.
 pub(crate) struct MonitoringResult {
     pub(crate) end: LogEnd,
     pub(crate) evidence: Vec<Evidence>,
     /// The stories of violations, if they are wanted.
     pub(crate) stories: Vec<Vec<String>>,
+    /// What is unsure about violations although the first is sure, in words.
+    notes: Vec<String>,
     inputs: Vec<InputFile>,
-    later: Vec<Option<String>>,
-    extents: Vec<Option<String>>,
 }
 
 impl MonitoringResult {
-    fn of(end: LogEnd, doubts: &Doubts, properties: &[Property]) -> Self {
+    pub(crate) fn of(end: LogEnd, doubts: &Doubts, properties: &[Property]) -> Self {
         let evidence = properties.iter().enumerate().map(|(index, property)| doubts.evidence(index, property));
-        let owned = |why: Option<&str>| why.map(str::to_owned);
+        let note = |(index, Property { name, .. }): (usize, &Property)| {
+            let again = |why| format!("whether {name} was violated again is unsure: {why}");
+            let extent = |why| format!("how often and how long {name} was violated is unsure: {why}");
+            doubts.why_later(index).map(again).or_else(|| doubts.why_extent(index).map(extent))
+        };
         Self {
             end,
             evidence: evidence.collect(),
             stories: vec![Vec::new(); properties.len()],
+            notes: properties.iter().enumerate().filter_map(note).collect(),
             inputs: Vec::new(),
-            later: doubts.later().map(owned).collect(),
-            extents: doubts.extents().map(owned).collect(),
         }
-    }
-
-    /// What is unsure about violations although the first is sure, in words.
-    pub(crate) fn notes(&self, properties: &[Property]) -> Vec<String> {
-        let of = |(Property { name, .. }, (later, extent)): (&Property, (&Option<String>, &Option<String>))| {
-            let again = later.as_ref().map(|why| format!("whether {name} was violated again is unsure: {why}"));
-            let extent = extent.as_ref();
-            again.or(extent.map(|why| format!("how often and how long {name} was violated is unsure: {why}")))
-        };
-        properties.iter().zip(self.later.iter().zip(&self.extents)).filter_map(of).collect()
     }
 }
 
@@ -234,7 +219,6 @@ pub fn load(files: &[PathBuf], system: &System, host: Host) -> Result<Vec<Proper
     Ok(properties)
 }
 
-/// The name of a log.
 pub(crate) fn name(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -242,7 +226,6 @@ pub(crate) fn name(path: &Path) -> String {
 /// What is judged, besides its events.
 pub(crate) struct Subject<'s> {
     pub(crate) name: String,
-    /// A description, in words.
     pub(crate) about: String,
     /// The text of its mapping.
     pub(crate) mapping: String,

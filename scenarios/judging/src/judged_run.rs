@@ -89,7 +89,6 @@ impl<'l, I: Iterator<Item = Result<Found, Error>>> JudgedRun<'l, I> {
         Some(step)
     }
 
-    /// Shows the observer what is new.
     fn observe(&mut self, view: &RunView) -> Result<(), Error> {
         self.observer
             .as_mut()

@@ -31,12 +31,6 @@ pub struct LogContext {
 }
 
 impl LogContext {
-    /// The context of a tree whose ticks are unknown.
-    #[must_use]
-    pub fn without_ticks() -> Self {
-        Self { lacks_ticks: true, ..Self::default() }
-    }
-
     /// The time of a point of the trajectory, on the clock of the events.
     pub(crate) fn time(&self, point: &TrajectoryPoint) -> Duration {
         let ns = point.stamp_ns.filter(|_| !self.is_by_log).unwrap_or(point.log_ns);

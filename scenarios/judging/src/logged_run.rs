@@ -26,7 +26,6 @@ impl RecordedTree {
         Self { nodes: header.tree.clone(), outcomes: RefCell::default() }
     }
 
-    /// Adds the tree to a header.
     pub(crate) fn describe(&self, header: &mut Header) {
         header.tree.clone_from(&self.nodes);
     }

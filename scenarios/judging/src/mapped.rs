@@ -111,13 +111,15 @@ impl Mapped<'_> {
         if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
             write_violations(&properties, start_ns, folder)?;
         }
-        let notes = survey.lost.iter().cloned().chain(events.notes()).chain(monitoring.notes(&properties)).collect();
+        let result = VerificationResult::of(properties, monitoring);
+        let notes = survey.lost.iter().cloned().chain(events.notes()).chain(result.notes).collect();
         let origin = Origin { argument: self.scenario.unwrap_or_default().to_owned(), ..Origin::default() };
         Ok(VerificationResult {
             header: Header { origin, ..Header::default() },
             start_ns: events.start_ns(),
             knows_ticks: true,
-            ..VerificationResult::of_monitoring(properties, monitoring, notes)
+            notes,
+            ..result
         })
     }
 }

@@ -72,7 +72,6 @@ impl RecordedEvents {
         events
     }
 
-    /// Takes the events and gaps of the current step.
     fn take_step(&mut self) {
         self.events.extend(self.view.events().iter().cloned());
         self.outcomes.extend(self.view.step().details.iter().flat_map(|details| &details.outcomes).copied());

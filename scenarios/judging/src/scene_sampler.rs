@@ -15,7 +15,6 @@ use crate::log_context::LogContext;
 /// The shortest time between scenes: a page that is open for days keeps all of them.
 const SCENE_PERIOD: Duration = Duration::from_millis(500);
 
-/// Samples the pose, the scan and the path of a running robot.
 pub(crate) struct SceneSampler {
     live_pose: Rc<RefCell<LivePose>>,
     /// Whether scans can be shown: the laser was known at the beginning.

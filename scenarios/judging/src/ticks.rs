@@ -10,7 +10,6 @@ use monitors::{Bound, Formula, Property, ScopeMonitor};
 
 /// The ticks of a log so far, and what properties need to know of them.
 pub(crate) struct Ticks {
-    /// Whether properties count ticks.
     are_counted: bool,
     /// If the log does not say how long a tick takes, and bounds in seconds were made ticks with that of the scenario:
     /// how long this is, and the largest of these bounds.
@@ -30,7 +29,6 @@ impl Ticks {
         Self { are_counted: !bounds.is_empty(), assumed: assumed.zip(longest), has_message: false, span: None }
     }
 
-    /// Takes note of an event.
     pub(crate) fn note(&mut self, found: &Result<Found, Error>) {
         let Ok(Found::Event(event)) = found else { return };
         if event.kind == EventKind::Tick {

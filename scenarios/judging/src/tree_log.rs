@@ -8,7 +8,6 @@ use monitors::{Formula, Need, Property, ScopeMonitor};
 pub(crate) const LEFT_OPEN: &str = "the log has the changes of status, and not the answers that repeat the one before: \
                                     what `time_until` waits for is a change; nor does it say whether it is whole";
 
-/// The ground for the messages in such a log.
 pub(crate) fn ground() -> Ground {
     Ground::Assumed("the program logged every change of status".to_owned())
 }

@@ -14,7 +14,7 @@ use recording::{Detail, Doubts, Ended, Header, Next, Origin, RecordSource, RunVi
 use tree_logs::LoggedTree;
 
 use crate::boards::{BoardBudget, entry_value};
-use crate::judge::{VerificationResult, load, stories};
+use crate::judge::{MonitoringResult, VerificationResult, load, stories};
 use crate::log_context::LogContext;
 use crate::tree_log::refuse_unknown;
 use crate::wanted::{Host, VerdictObserver, Wanted};
@@ -69,7 +69,8 @@ impl TreeProgram {
         let (presentation, view) = wanted.conduct(&mut tree)?;
         let stories = stories(presentation, &view)?;
         let left_open = (!tree.properties.is_empty()).then(|| LEFT_OPEN.to_owned());
-        let result = VerificationResult::of(tree.properties, tree.run.end(), tree.run.doubts());
+        let monitoring = MonitoringResult::of(tree.run.end(), tree.run.doubts(), &tree.properties);
+        let result = VerificationResult::of(tree.properties, monitoring);
         let notes = result.notes.into_iter().chain(left_open).chain(tree.unshown).collect();
         Ok(Some(VerificationResult { notes, stories: stories.unwrap_or(result.stories), ..result }))
     }
@@ -107,7 +108,6 @@ struct WatchedTree<'p> {
     unshown: Vec<String>,
 }
 
-/// Whether the program answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Connection {
     Answers,
@@ -160,7 +160,6 @@ impl<'p> WatchedTree<'p> {
         Ok(watched)
     }
 
-    /// Takes the statuses of a snapshot.
     fn apply(&mut self, snapshot: &TreeSnapshot) {
         self.last_us = snapshot.at_us;
         self.steps.push_back(self.run.find(snapshot.at_us, snapshot.nodes.iter().map(|node| (node.status, node.last))));
@@ -281,7 +280,7 @@ impl RecordSource for WatchedTree<'_> {
                 Connection::Lost => self.ask_again(),
             }
         }
-        let context = LogContext::without_ticks();
+        let context = LogContext { lacks_ticks: true, ..LogContext::default() };
         let Some(step) = self.steps.pop_front() else {
             self.observer.iter_mut().for_each(|observer| observer.idle(&self.properties, &context));
             return Ok(Next::Idle);

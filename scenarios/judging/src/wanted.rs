@@ -91,7 +91,6 @@ pub struct Wanted<'w> {
 }
 
 impl Wanted<'_> {
-    /// Whether there are records of the run.
     pub(crate) fn has_records(&self) -> bool {
         self.folder.is_some() || self.stories || self.record.is_some() || self.page.is_some()
     }

@@ -16,7 +16,6 @@ pub(crate) struct BatteryModel {
     pub(crate) bounds: Option<Bounds>,
 }
 
-/// The bounds of a battery's level.
 #[derive(Clone, Debug)]
 pub(crate) struct Bounds {
     pub(crate) rates: Rates,
@@ -34,7 +33,6 @@ pub(super) struct Charge {
     /// lost no more than a tick's drain from there.
     pub(super) reference: Class,
     pub(super) is_charging: bool,
-    /// What it has done since the last tick.
     pub(super) since: Since,
 }
 

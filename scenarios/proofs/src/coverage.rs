@@ -95,7 +95,6 @@ impl Coverage {
         unreached
     }
 
-    /// The errors so far.
     pub(super) fn mistakes(&self) -> Vec<Mistake> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner).mistakes.iter().cloned().collect()
     }
@@ -172,7 +171,6 @@ fn of_tree(tree: &Tree, seen: &Seen) -> Vec<Unreached> {
     unreached
 }
 
-/// A short description of a node.
 fn named(node: &Node) -> String {
     if node.kind().is_leaf() { node.process().to_owned() } else { format!("{} ({})", node.label(), node.id()) }
 }

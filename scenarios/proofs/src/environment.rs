@@ -221,7 +221,6 @@ impl RobotEnvironment {
         legs
     }
 
-    /// What the battery's driver may report.
     fn battery_updates(&self, state: WorldState, leg: Leg, instant: Instant) -> Vec<Option<BatteryUpdate>> {
         let Some(battery) = &self.battery else { return vec![None] };
         let is_docked = leg.at.is_some() && leg.at == self.station;

@@ -8,12 +8,10 @@ use channels::{
     Action, ChannelId, ChannelSystem, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId,
     RequestNumber, Topology, TransitionId, Use,
 };
-use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 use explorer::{AnyEnvironment, Environment, EnvironmentState, Instant, Move, Path, PathStep};
 use runs::{Switched, SwitchedEffect as Effect, opposite, restart};
 use scenarios::Complaints;
 use scenarios::scenario::Scenario;
-use scenarios::scenario::schedule::DriverData;
 use skills::SkillProcess;
 
 /// The faults that a scenario's `[prove.faults]` allows.
@@ -143,7 +141,6 @@ pub(super) struct WithFaults {
     driven: Vec<ProcessId>,
 }
 
-/// The state of an environment with faults.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct FaultyState {
     inner: EnvironmentState,
@@ -157,10 +154,8 @@ pub(super) fn without_faults(state: &EnvironmentState) -> &EnvironmentState {
     state.get().map_or(state, |FaultyState { inner, .. }| inner)
 }
 
-/// A fault begins or ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Switching {
-    /// Its number.
     pub(super) index: usize,
     pub(super) begins: bool,
 }
@@ -201,19 +196,6 @@ pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Switching>>
         Some(Switching { index, begins: active[index] })
     };
     run.steps().iter().map(change).collect()
-}
-
-/// The data that the components of a system received last, regardless of the faults around them.
-pub(super) fn driver_data(system: &ChannelSystem) -> DriverData {
-    let process = |name| system.clone_process(system.topology().find_process(name)?);
-    let processes = [BATTERY_READER, LOCALIZATION, NAVIGATION].map(process);
-    let [battery, localization, navigation] =
-        processes.each_ref().map(|process| Some(inside(process.as_deref()?).as_any()));
-    DriverData::received_by(
-        battery.and_then(|battery| battery.downcast_ref()),
-        localization.and_then(|localization| localization.downcast_ref()),
-        navigation.and_then(|navigation| navigation.downcast_ref()),
-    )
 }
 
 impl WithFaults {

@@ -6,7 +6,6 @@ use std::ops::RangeInclusive;
 /// A level in millionths of a percent: sums and comparisons are exact.
 pub(crate) type Micros = i64;
 
-/// A full battery.
 pub(crate) const FULL: Micros = 100_000_000;
 
 /// With more classes than this, a search would take too long. Chosen, not measured.
@@ -102,7 +101,6 @@ impl Levels {
         Some(Self { points: all.into_iter().collect(), ..self.clone() })
     }
 
-    /// How many classes there are.
     pub(crate) fn len(&self) -> usize {
         2 * self.points.len() - 1
     }

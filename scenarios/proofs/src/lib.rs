@@ -73,7 +73,6 @@ pub struct Proof {
     /// The levels with which its machines compare the battery's.
     thresholds: BTreeSet<Micros>,
     damaged: Vec<ChannelId>,
-    /// The faults that may occur.
     faults: Vec<Switched>,
     questions: Vec<Question>,
     /// What the world shows to monitors, if a property speaks of it.
@@ -287,7 +286,6 @@ impl Proof {
         }
     }
 
-    /// The system, its environment, and the ticks.
     fn model(&self, monitor: Option<&dyn Monitor>, battery: Option<BatteryModel>) -> Model {
         let environment = match self.ids.robot {
             Some(_) => self.environment(monitor, battery).erased(),

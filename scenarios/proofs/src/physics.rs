@@ -83,7 +83,7 @@ impl Proof {
     /// What the components know after each tick of the run.
     fn after_ticks(&self, answer: &Answer, run: &Path) -> Result<Vec<DriverData>, Error> {
         let (steps, mut known) = (run.steps(), Vec::new());
-        self.replayed(answer, run, |_, system| known.push(faults::driver_data(system)))?;
+        self.replayed(answer, run, |_, system| known.push(DriverData::inside(system, faults::inside)))?;
         let is_later = |step: &PathStep| matches!(step, PathStep::Environment { .. } | PathStep::Wait(_));
         let ticks = (0..steps.len()).filter(|step| matches!(steps[*step], PathStep::Tick { .. }));
         let ends = ticks.map(|tick| tick + steps[tick..].iter().position(is_later).unwrap_or(steps.len() - tick) - 1);
@@ -202,7 +202,6 @@ fn outcomes(run: &Run) -> Vec<(String, Outcome)> {
     run.properties().map(str::to_owned).zip(outcomes).collect()
 }
 
-/// How long a run takes.
 pub(super) fn duration(run: &Path) -> Duration {
     let waits = run.steps().iter().map(|step| if let PathStep::Wait(span) = step { *span } else { Duration::ZERO });
     waits.sum()

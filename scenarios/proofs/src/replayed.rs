@@ -110,7 +110,6 @@ fn piled_up(system: &ChannelSystem) -> Option<String> {
     }
 }
 
-/// The events of a run, in order.
 fn events(
     path: &Path,
     replay: &Replay,

@@ -161,7 +161,11 @@ pub(super) fn check_numbers(
                     let shapes = topology.get(event.channel).domain.shapes();
                     let kinds =
                         |field: usize| shapes.iter().filter_map(move |shape| shape.fields().get(field.checked_sub(1)?));
-                    let is_open = |field: usize| kinds(field).any(|(_, kind)| !is_enumerated(kind));
+                    // Of the other kinds, a proof tries every value, or enough of them: of texts, which `texts` follows.
+                    let is_open = |field: usize| {
+                        let mut kinds = kinds(field).map(|(_, kind)| kind.present());
+                        kinds.any(|kind| matches!(kind, FieldKind::Int | FieldKind::Real | FieldKind::List(_)))
+                    };
                     event.condition.related_fields(&mut |field| is_followed &= !is_open(field));
                     // A number that the property computes, `10 + 5`, is not among them.
                     event.condition.comparisons(&mut |_, _, value| {
@@ -181,15 +185,6 @@ pub(super) fn check_numbers(
             let help = "compare it with constants only, or write a machine that stands for the component";
             complaints.push(problem.with_help(help));
         }
-    }
-}
-
-/// Whether a proof tries every value of the kind, or enough of them (of texts, which [`check_texts`] follows).
-fn is_enumerated(kind: &FieldKind) -> bool {
-    match kind {
-        FieldKind::Symbol(_) | FieldKind::Bool | FieldKind::Text => true,
-        FieldKind::Optional(kind) => is_enumerated(kind),
-        FieldKind::Int | FieldKind::Real | FieldKind::List(_) => false,
     }
 }
 

@@ -70,7 +70,7 @@ impl Texts<'_> {
         let carried = |name: &str| {
             self.carriers_on(channel).any(|carrier| carrier.field.as_deref().is_none_or(|field| field == name))
         };
-        fields.into_iter().any(|(name, kind)| is_text(kind) && carried(name))
+        fields.into_iter().any(|(name, kind)| *kind.present() == FieldKind::Text && carried(name))
     }
 
     /// Whether the property does nothing but compare such texts.
@@ -111,12 +111,5 @@ impl Texts<'_> {
                 condition.operands().into_iter().all(|part| self.compares(part, channel, many))
             }
         }
-    }
-}
-
-fn is_text(kind: &FieldKind) -> bool {
-    match kind {
-        FieldKind::Optional(kind) => is_text(kind),
-        kind => *kind == FieldKind::Text,
     }
 }

@@ -62,7 +62,7 @@ impl Proof {
         let mut data = vec![None; steps.len()];
         self.replayed(answer, run, |step, system| {
             if let PathStep::Environment { .. } = steps[step] {
-                data[step] = Some(faults::driver_data(system));
+                data[step] = Some(DriverData::inside(system, faults::inside));
             }
         })?;
         Ok(data)
@@ -82,7 +82,6 @@ impl Proof {
         replayed.map(|_| ()).map_err(failed)
     }
 
-    /// The scenario that follows the schedule.
     fn counterexample(&self, about: &str, answer: &Answer, run: &Run, folder: &Path) -> Result<String, Error> {
         let mut text = format!("# It follows {SCHEDULE}, without physics: see `steward help prove`.\n");
         let more = self.long_enough(duration(run) + self.scenario.file.execution.tick);

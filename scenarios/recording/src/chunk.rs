@@ -12,7 +12,6 @@ pub(crate) const MAX_CHUNK_BYTES: u64 = 1 << 30;
 /// A chunk is full once its records take this many bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
 
-/// Collects records for a file, several at a time.
 pub(crate) struct Chunk {
     records: Vec<u8>,
     /// Compresses each chunk in the same memory.
@@ -55,13 +54,11 @@ impl Chunk {
     }
 }
 
-/// Adds a record, encoded, to others.
 pub(crate) fn encode(record: RecordRef<'_>, records: &mut Vec<u8>) -> io::Result<()> {
     *records = postcard::to_extend(&record, std::mem::take(records)).map_err(io::Error::other)?;
     Ok(())
 }
 
-/// The records of a compressed chunk, encoded.
 pub(crate) fn unpack(packed: &[u8]) -> Result<Vec<u8>, ChunkError> {
     let mut records = Vec::new();
     let read = FrameDecoder::new(packed).take(MAX_CHUNK_BYTES + 1).read_to_end(&mut records);

@@ -176,14 +176,10 @@ impl Doubts {
         self.states[index].later.as_deref()
     }
 
-    /// The same for all.
-    pub fn later(&self) -> impl Iterator<Item = Option<&str>> {
-        self.states.iter().map(|state| state.later.as_deref())
-    }
-
-    /// For each property: why it is unsure how often and how long it was violated, although each violation is sure.
-    pub fn extents(&self) -> impl Iterator<Item = Option<&str>> {
-        self.states.iter().map(|state| state.extent.as_deref())
+    /// Why it is unsure how often and how long a property was violated, although each violation is sure.
+    #[must_use]
+    pub fn why_extent(&self, index: usize) -> Option<&str> {
+        self.states[index].extent.as_deref()
     }
 
     /// The verdict that no missing message can change, or else inconclusive.

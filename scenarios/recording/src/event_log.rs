@@ -33,7 +33,6 @@ fn is_of_world(event: &Event, topology: &Topology) -> bool {
     matches!(event.kind, EventKind::Received { channel, .. } if topology.ends(channel).0 == WORLD)
 }
 
-/// A gap as a line of the event log, without the newline.
 fn gap_line(gap: &Gap, topology: &Topology) -> serde_json::Value {
     let flaw = match gap.flaw {
         Flaw::Missing => "missing",

@@ -36,13 +36,11 @@ pub struct UndoneFault {
     pub reason: String,
 }
 
-/// The faults of a run so far.
 #[derive(Clone, Debug)]
 pub(crate) struct FaultLog {
     /// Those that have taken effect.
     pub(crate) records: Vec<FaultRecord>,
     pub(crate) undone: Vec<UndoneFault>,
-    /// Whether each fault of the scenario has been due.
     due: Vec<bool>,
     /// Whether a person has caused any of them.
     pub(crate) has_acts: bool,
@@ -59,7 +57,6 @@ impl FaultLog {
         self.has_acts = true;
     }
 
-    /// A fault of the scenario takes effect.
     pub(crate) fn begin(&mut self, record: FaultRecord) {
         self.due[record.index] = true;
         self.records.push(record);
@@ -71,7 +68,6 @@ impl FaultLog {
         Ok(())
     }
 
-    /// A fault of the scenario could not be injected.
     pub(crate) fn leave_undone(&mut self, index: usize, fault: UndoneFault) {
         self.due[index] = true;
         self.undone.push(fault);

@@ -4,9 +4,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
 use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES, unpack};
-use crate::{End, FORMAT, Follower, RecordRef, RunView};
+use crate::{FORMAT, Follower, RecordRef, RunView};
 
-/// The first bytes of every recording.
 const MAGIC: [u8; 8] = *b"STEWREC\n";
 
 /// Writes a recording.
@@ -38,23 +37,12 @@ impl<W: Write> Writer<W> {
     }
 
     /// Writes what has been collected: from then on, readers see it.
-    ///
-    /// # Errors
-    /// If writing fails.
-    pub fn flush(&mut self) -> io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         let Some(packed) = self.chunk.pack()? else { return Ok(()) };
         let length = u32::try_from(packed.len()).map_err(io::Error::other)?;
         self.output.write_all(&length.to_le_bytes())?;
         self.output.write_all(packed)?;
         self.output.flush()
-    }
-
-    /// Writes the end of a run whose last step has been written.
-    ///
-    /// # Errors
-    /// If writing fails.
-    pub fn end(&mut self, end: &End) -> io::Result<()> {
-        self.write(RecordRef::End(end))
     }
 
     /// Ends the recording and returns its file.
@@ -75,7 +63,6 @@ impl<W: Write> Follower for Writer<W> {
     }
 }
 
-/// Reads the chunks of a recording.
 #[derive(Debug)]
 pub(crate) struct FileChunks(BufReader<File>);
 

@@ -101,6 +101,12 @@ impl Header {
     pub fn lasers(&self) -> &[LaserSpec] {
         self.robot.as_ref().map_or(&[], |robot| &robot.lasers)
     }
+
+    /// What the run was made from.
+    #[must_use]
+    pub fn provenance(&self) -> Provenance {
+        self.origin.provenance(self.commit.clone())
+    }
 }
 
 /// Where a run takes place.
@@ -129,14 +135,6 @@ pub struct RobotBody {
     /// The laser scanners.
     #[serde(with = "plain::lasers")]
     pub lasers: Vec<LaserSpec>,
-}
-
-impl Header {
-    /// What the run was made from.
-    #[must_use]
-    pub fn provenance(&self) -> Provenance {
-        self.origin.provenance(self.commit.clone())
-    }
 }
 
 impl Origin {

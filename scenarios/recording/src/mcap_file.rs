@@ -24,12 +24,10 @@ pub(crate) struct McapWriter<W: Write> {
     records: Topic<ros::Records>,
     chunk: Vec<u8>,
     topics: Option<Topics>,
-    /// When the file was last written to.
     flushed: Option<Duration>,
 }
 
 impl<W: Write> McapWriter<W> {
-    /// Starts the recording of a run at its start.
     pub(crate) fn begin(output: W, view: &RunView) -> io::Result<Self> {
         let mut output = Output::begin(output)?;
         let records = output.topic(TOPIC)?;

@@ -25,7 +25,6 @@ fn of_byte(byte: u8) -> Option<Cell> {
     [Cell::Free, Cell::Occupied, Cell::Unknown].get(usize::from(byte)).copied()
 }
 
-/// The form in which a [`Shape`] is written.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(remote = "Shape")]
 pub(crate) enum ShapeRecord {

@@ -7,7 +7,6 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-/// The commit of the running program.
 static COMMIT: OnceLock<String> = OnceLock::new();
 
 /// Names the commit from which the program was built, for everything that it writes. Only a program knows it; the first

@@ -67,7 +67,6 @@ pub struct Recording {
     ahead: Option<Record>,
 }
 
-/// Where records come from.
 #[derive(Debug)]
 enum Records {
     /// A recording: the records of a chunk, and how many of their bytes have been read.
@@ -76,7 +75,6 @@ enum Records {
     Tree(Box<TreeLog>),
 }
 
-/// Where chunks come from.
 #[derive(Debug)]
 enum Chunks {
     File(FileChunks),

@@ -138,7 +138,6 @@ impl Topics {
         Ok(())
     }
 
-    /// Writes the states that have changed.
     fn write_states<W: Write>(&mut self, view: &RunView, output: &mut Output<W>) -> io::Result<()> {
         let (last, time) = (&mut self.last, view.time());
         let statuses = |status| ros::Statuses { header: Header::new(time, ""), status };

@@ -13,7 +13,6 @@ use crate::{Doubts, Ended, Origin, Record, Step, TreeRun};
 pub(crate) struct TreeLog {
     log: Log,
     run: TreeRun,
-    /// What is known of each node.
     known: Vec<KnownStatus>,
     /// Since when changes may be missing, as far as that has been told.
     lost_since: Duration,
@@ -29,7 +28,6 @@ pub(crate) struct TreeLog {
 struct KnownStatus {
     /// Its last status; none before it is first told.
     status: Option<NodeStatus>,
-    /// Since when.
     since: Duration,
     /// Whether changes have been lost since then, so that it may have another.
     is_stale: bool,

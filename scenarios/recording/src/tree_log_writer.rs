@@ -15,7 +15,6 @@ pub(crate) struct TreeLogWriter<W: Write>(LogWriter<W>);
 const BEGAN_US: i64 = 0;
 
 impl<W: Write> TreeLogWriter<W> {
-    /// Starts the log of a run at its start.
     pub(crate) fn begin(output: W, view: &RunView) -> io::Result<Self> {
         let header = view.header();
         let refused = |why: &str| Err(io::Error::other(format!("a log of BehaviorTree.CPP has a tree, but {why}")));

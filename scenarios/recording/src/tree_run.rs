@@ -218,7 +218,6 @@ impl TreeRun {
         Duration::from_micros(u64::try_from(at_us.saturating_sub(self.began_us)).unwrap_or(0))
     }
 
-    /// How far it has come.
     pub(crate) fn time(&self) -> Duration {
         self.time
     }

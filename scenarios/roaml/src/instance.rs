@@ -6,7 +6,6 @@ use bt::NodeId;
 
 use crate::machine::{DataKind, Machine, TREE};
 
-/// The fields of an event, with their kinds.
 pub(crate) type Fields = Vec<(String, DataKind)>;
 
 /// The event of the topic `clock`, a `builtin_interfaces/Time`.
@@ -19,11 +18,9 @@ pub(crate) const RECORDER: &str = "Recorder";
 /// Names that no machine may have.
 pub(crate) const RESERVED: [&str; 4] = [TREE, TICK_GENERATOR, CLOCK, RECORDER];
 
-/// A machine with its name.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub(crate) name: String,
-    /// The leaf of the tree that it implements.
     pub(crate) leaf: Option<NodeId>,
     pub(crate) machine: Machine,
 }
@@ -55,7 +52,6 @@ pub(crate) struct MachineProcess<'m> {
     pub(crate) thread: Option<(usize, usize)>,
 }
 
-/// The processes that run the machines, in order.
 pub(crate) fn machine_processes(machines: &[Instance]) -> Vec<MachineProcess<'_>> {
     let mut processes = Vec::new();
     for instance in machines {

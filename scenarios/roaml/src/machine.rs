@@ -34,11 +34,9 @@ pub struct Machine {
     /// The constant values of a leaf's input ports, and the names of the model's own types.
     given: (BTreeMap<String, String>, Vec<String>),
     pub(crate) interfaces: Vec<Interface>,
-    /// The ports that it declares, with their kinds.
     pub(crate) ports: BTreeMap<String, (PortDirection, DataKind)>,
     /// Its outgoing messages, by event.
     pub(crate) sends: BTreeMap<String, Sent>,
-    /// The threads of its action servers.
     pub(crate) threads: Vec<Thread>,
     /// What is strange about the file, but no error, with locations.
     pub(crate) warnings: Vec<Problem>,

@@ -394,7 +394,6 @@ fn wrong_value(node: Node<'_, '_>, value: &str, expected: &str) -> Problem {
     Problem::new(format!("`{value}` is not {expected}")).at(value_span(node, "value"), "here")
 }
 
-/// The names of `<struct>`s.
 fn xml_structures(text: &str) -> Result<Vec<String>, Problem> {
     let document = parse(text)?;
     let structures = document.root_element().children().filter(|node| is(node, "struct"));

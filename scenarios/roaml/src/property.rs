@@ -42,7 +42,6 @@ impl Property {
         Ok(read::properties(file, events)?.into_iter().map(property).collect())
     }
 
-    /// The events that it is about.
     pub(crate) fn events(&self) -> impl Iterator<Item = &str> {
         let mut found = Vec::new();
         self.visit(&mut |variable| {
@@ -53,7 +52,6 @@ impl Property {
         found.into_iter()
     }
 
-    /// Whether it is about nodes of the tree.
     fn asks_for_nodes(&self) -> bool {
         let mut asks = false;
         self.visit(&mut |variable| asks |= matches!(variable, Variable::Node(_)));

@@ -82,7 +82,6 @@ impl<'m> Wiring<'m> {
         processes
     }
 
-    /// The events that properties are about.
     fn recorded(&self) -> Vec<&'m str> {
         self.model.recorded().collect()
     }
@@ -182,7 +181,6 @@ impl<'m> Wiring<'m> {
         Ok(())
     }
 
-    /// The wiring between a process's machine and its channels.
     fn adapter_wiring(&self, index: usize, topology: &Topology, recorded: &[&str]) -> AdapterWiring {
         let (id, process) = (self.ids[index], &self.processes[index]);
         let outgoing = outgoing(topology, id);

@@ -6,7 +6,6 @@ use channels::Verdict;
 use recording::{Ended, Happening, RunView};
 use scenarios::scenario::{ScenarioFile, Stop};
 
-/// Watches for the end of a run.
 #[derive(Debug, Default)]
 pub(crate) struct Ending {
     /// The stop condition that has been met, and when the run ends because of it.

@@ -153,7 +153,7 @@ impl Injector {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         // Effects that last are not applied here: `renew` derives them from all active faults, so that the end of one
         // leaves the others as they were.
-        match (effect, run.world.robot_mut()) {
+        match (effect, run.world.robot.as_mut()) {
             (Effect::Charge(charge_pct), Some(robot)) => robot.sim.set_battery_charge(*charge_pct),
             (Effect::Kidnap(to), Some(robot)) => {
                 if let Err(error) = robot.sim.kidnap(to.value) {
@@ -196,7 +196,7 @@ impl Injector {
 
     /// Recomputes the lasting effects from the active faults.
     fn renew(&mut self, run: &mut SystemUnderTest<'_>) {
-        if let Some(robot) = run.world.robot_mut() {
+        if let Some(robot) = run.world.robot.as_mut() {
             self.renew_world(&mut robot.sim);
             robot.software.ignore_zones(|zone| {
                 let ignores = |effect: &Effect| {
@@ -210,7 +210,6 @@ impl Injector {
         self.machines.renew(&holding, run.system, run.world.time());
     }
 
-    /// The effects on the simulated world.
     fn renew_world(&self, sim: &mut Simulation) {
         let mut wrong = sim::Faults::default();
         for effect in self.effects() {
@@ -229,7 +228,7 @@ impl Injector {
             let is_out = self
                 .effects()
                 .any(|effect| matches!(effect, Effect::Outage { component, .. } if component.value == *name));
-            if let (Some(driver), Some(robot)) = (Component::named(name), run.world.robot_mut()) {
+            if let (Some(driver), Some(robot)) = (Component::named(name), run.world.robot.as_mut()) {
                 robot.software.outages_mut().set(driver, is_out);
             }
             if run.system.is_suspended(*id) != is_out {
@@ -283,17 +282,16 @@ fn check_place(effect: &Effect, world: &World, complaints: &mut Complaints) {
 /// Restarts a component that has crashed: a machine or program starts again, a built-in component together with its
 /// driver.
 fn restart(id: ProcessId, name: &str, run: &mut SystemUnderTest<'_>) {
-    if let Some(crashed) = run.system.process::<SkillProcess>(id) {
-        let successor = crashed.succeeding(crashed, run.world.time());
-        run.system.replace(id, Box::new(successor)).expect("it runs the machine that it had");
-    } else if let Some(crashed) = run.system.process::<ProgramProcess>(id) {
-        let successor = crashed.succeeding(crashed, run.world.time());
-        run.system.replace(id, Box::new(successor)).expect("it runs the program that it had");
+    let now = run.world.time();
+    if let Some(skill) = run.system.process_mut::<SkillProcess>(id) {
+        *skill = skill.succeeding(skill, now);
+    } else if let Some(program) = run.system.process_mut::<ProgramProcess>(id) {
+        *program = program.succeeding(program, now);
     } else if let Some(component) = run.system.process_mut::<RemoteProcess>(id) {
         component.restart();
     } else if let Some(device) = run.system.process_mut::<DeviceProcess>(id) {
-        device.restart(run.world.time());
-    } else if let (Some(component), Some(robot)) = (Component::named(name), run.world.robot_mut()) {
+        device.restart(now);
+    } else if let (Some(component), Some(robot)) = (Component::named(name), run.world.robot.as_mut()) {
         robot.software.restart(component, run.system);
     }
 }

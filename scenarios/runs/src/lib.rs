@@ -15,7 +15,6 @@
 mod controller;
 mod end_is_final;
 mod ending;
-mod error;
 mod injector;
 mod machines;
 mod partners;
@@ -34,7 +33,6 @@ mod wiring;
 mod world;
 
 pub use controller::{Controller, ControllerInput, ControllerOutput, Touched, TripCommand};
-pub use error::StepError;
 pub use injector::opposite;
 pub use machines::record as machine_record;
 pub use partners::Partners;

@@ -16,12 +16,10 @@ pub enum Partners {
 }
 
 impl Partners {
-    /// The controller of the robot, if there is one.
     pub(crate) fn controller(&mut self) -> Option<&mut dyn Controller> {
         if let Self::Controller(controller) = self { Some(controller.as_mut()) } else { None }
     }
 
-    /// The components that are nodes of ROS 2, if there are any.
     pub(crate) fn components(&mut self) -> Option<&mut dyn RemoteComponents> {
         if let Self::Components(components) = self { Some(components.as_mut()) } else { None }
     }

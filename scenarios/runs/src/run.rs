@@ -31,7 +31,6 @@ use self::recorded::Recorded;
 use self::run_monitors::RunMonitors;
 use self::trace::StepTrace;
 use crate::ending::Ending;
-use crate::error::StepError;
 use crate::injector::{FaultHappening, Injector, SystemUnderTest};
 use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
@@ -79,7 +78,6 @@ enum RunKind {
     /// The timers and ticks of a RoAML model: each step happens at the time of one.
     Model {
         model: Arc<Model>,
-        /// Whether the first step has been made.
         begun: bool,
         /// Whether no step may be longer than [`STEP`].
         is_fine: bool,
@@ -188,15 +186,15 @@ impl Run {
     /// recorded.
     ///
     /// # Errors
-    /// [`StepError`] if the processes cannot continue.
-    pub fn step(&mut self) -> Result<(), StepError> {
+    /// If the processes cannot continue, or a schedule that it follows requires something impossible.
+    pub fn step(&mut self) -> Result<(), Error> {
         while !self.advance(true)? {}
         Ok(())
     }
 
     /// Performs one step, or the rest of it. Returns whether it is done: if it `waits` for partners, it may not be
     /// after a moment, and continues with the next call.
-    pub(crate) fn advance(&mut self, waits: bool) -> Result<bool, StepError> {
+    pub(crate) fn advance(&mut self, waits: bool) -> Result<bool, Error> {
         if !self.partnership.is_waiting {
             self.trace.happenings.clear();
             self.tree_watch.begin_step();
@@ -226,7 +224,7 @@ impl Run {
         }
         self.trace.happenings.extend(self.tree_watch.take_new());
         self.skill_errors.note(&self.system, now);
-        let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
+        let given_up = self.world.robot.as_mut().and_then(SimulatedRobot::note_given_up);
         self.trace.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
         let speeches = self.world.new_speeches(&self.system);
         self.trace.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
@@ -247,7 +245,7 @@ impl Run {
     }
 
     /// Performs a step with faults, physics and drivers. Returns whether it is done, or waits for partners.
-    fn act(&mut self, waits: bool) -> Result<bool, StepError> {
+    fn act(&mut self, waits: bool) -> Result<bool, Error> {
         if !std::mem::replace(&mut self.partnership.is_waiting, true) {
             self.apply_faults();
             let now = self.next_time();
@@ -306,7 +304,7 @@ impl Run {
     }
 
     /// Lets everything happen that is due now; in a model, timers come before the tick.
-    fn happen(&mut self, now: Duration) -> Result<(), StepError> {
+    fn happen(&mut self, now: Duration) -> Result<(), Error> {
         let fired = self.system.advance(now);
         self.trace.stirred |= fired;
         if self.communicate(now, !fired || !self.kind.is_model())? {
@@ -330,7 +328,7 @@ impl Run {
 
     /// Generates a tick if one is due and `may` come, and runs the channel system until it is quiet. Returns whether
     /// there was a tick.
-    fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
+    fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, Error> {
         let topology = Arc::clone(self.system.topology());
         let Self { system, scheduler, trace, tree_watch, .. } = self;
         let clock = self.tick_clock.as_mut().filter(|_| may);
@@ -357,7 +355,7 @@ impl Run {
         let limit = self.scenario.file.execution.run_budget;
         match failure {
             Some(error) => Err(error.into()),
-            None if self.system.steps() > limit => Err(StepError::Budget(limit)),
+            None if self.system.steps() > limit => Err(Error::Budget(limit)),
             None => Ok(ticked.is_some()),
         }
     }
@@ -396,7 +394,7 @@ impl Run {
 
     fn note_arrivals(&mut self) {
         let is_start = self.time() <= self.scenario.file.execution.step();
-        let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
+        let Some((robot, premises)) = self.world.robot.as_mut().zip(self.scenario.premises.as_ref()) else { return };
         let arrivals = robot.note_arrivals(premises, is_start);
         self.trace.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
     }

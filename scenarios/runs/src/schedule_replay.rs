@@ -7,13 +7,12 @@ use std::time::Duration;
 use channels::{ChannelSystem, Enabled, EnabledKind, Event, ProcessId, Topology};
 use diagnostics::{Problem, Span, Spanned};
 use explorer::{Damage, EnvironmentState, PathStep, Performer, Update};
-use scenarios::Complaints;
 use scenarios::names::unknown;
 use scenarios::scenario::Scenario;
 use scenarios::scenario::schedule::driven;
 use scenarios::scenario::schedule::{EnvironmentMove, FaultChange, Schedule, ScheduleStep, Taken};
+use scenarios::{Complaints, Error};
 
-use crate::error::StepError;
 use crate::switched::{Switchboard, Switched};
 use crate::tree_watch::TreeWatch;
 
@@ -21,12 +20,10 @@ use crate::tree_watch::TreeWatch;
 #[derive(Debug)]
 pub(crate) struct ScheduleReplay {
     schedule: Arc<Schedule>,
-    /// The number of the next step.
     next: usize,
     performer: Performer,
     /// The places that Localization knows.
     known: Arc<[String]>,
-    /// The faults that begin and end.
     switchboard: Switchboard,
 }
 
@@ -58,12 +55,10 @@ impl ScheduleReplay {
         Self { schedule: Arc::clone(schedule), next: 0, performer, known, switchboard }
     }
 
-    /// Whether the schedule has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.next >= self.schedule.steps.len()
     }
 
-    /// The simulated time in the run.
     pub(crate) fn now(&self) -> Duration {
         self.performer.now
     }
@@ -75,7 +70,7 @@ impl ScheduleReplay {
         system: &mut ChannelSystem,
         watch: &mut TreeWatch,
         replayed: &mut ReplayedSteps,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Error> {
         let schedule = Arc::clone(&self.schedule);
         let mut may_begin = true;
         while let Some(Spanned { value: step, span }) = schedule.steps.get(self.next) {
@@ -100,7 +95,7 @@ impl ScheduleReplay {
         span: &Span,
         system: &mut ChannelSystem,
         replayed: &mut ReplayedSteps,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Error> {
         let mut begun = None;
         let step = match step {
             ScheduleStep::Environment(moved) => {
@@ -135,7 +130,7 @@ impl ScheduleReplay {
     }
 
     /// A fault acts on a message as soon as it is sent.
-    fn damage(&self, step: &PathStep, system: &mut ChannelSystem) -> Result<(), StepError> {
+    fn damage(&self, step: &PathStep, system: &mut ChannelSystem) -> Result<(), Error> {
         let PathStep::Take { enabled: Enabled { kind: EnabledKind::Send(_), .. }, .. } = step else { return Ok(()) };
         let acts = |enabled: &Enabled| matches!(enabled.kind, EnabledKind::Disturb(_));
         while let Some(enabled) = system.enabled().into_iter().find(acts) {
@@ -145,7 +140,7 @@ impl ScheduleReplay {
     }
 
     /// The transition of the system to which a step refers.
-    fn take(&mut self, taken: &Taken, system: &mut ChannelSystem, span: &Span) -> Result<PathStep, StepError> {
+    fn take(&mut self, taken: &Taken, system: &mut ChannelSystem, span: &Span) -> Result<PathStep, Error> {
         let enabled = system.enabled();
         let topology = system.topology();
         let means = |one: &&channels::Enabled| {
@@ -163,7 +158,7 @@ impl ScheduleReplay {
             possible => format!("possible here: {}", possible.join(", ")),
         };
         let problem = problem(span, &format!("{} is not possible here", taken.words()));
-        Err(StepError::Schedule(problem.with_help(help)))
+        Err(Error::bad_input(problem.with_help(help)))
     }
 }
 
@@ -216,7 +211,7 @@ fn problem(span: &Span, what: &str) -> Problem {
     span.problem("the schedule does not fit the system").with_label(what)
 }
 
-fn misfit(span: &Span, what: &str) -> StepError {
+fn misfit(span: &Span, what: &str) -> Error {
     let help = "a schedule fits the tree, the skills and the settings for which it was written";
-    StepError::Schedule(problem(span, what).with_help(help))
+    Error::bad_input(problem(span, what).with_help(help))
 }

@@ -151,7 +151,7 @@ impl Session {
             }
             self.record_end();
         }
-        Ok(stepped?)
+        stepped
     }
 
     fn record_end(&mut self) {
@@ -167,7 +167,7 @@ impl Session {
     /// The lasting faults that were caused by acts during the run and are still active, each with its index.
     pub fn lasting(&self) -> impl Iterator<Item = (usize, &Fault)> {
         let acts = self.run.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
-        acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none())
+        acts.filter(|(_, act)| !act.kind().is_momentary() && act.timing.lasts.is_none())
     }
 
     /// Does something now: `fault` is an entry of `[[faults]]` without a trigger. Returns the index of the fault in the
@@ -221,7 +221,6 @@ impl Session {
         Ok(faults)
     }
 
-    /// Continues with these faults.
     fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
         let known = self.found.files.remembered();
         // A file that was refused may be corrected.
@@ -314,7 +313,6 @@ fn file_name(path: &str) -> String {
     Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Loads the session's scenario.
 fn load(found: &Found, written: &Table, faults: &[Value]) -> Result<Scenario, Error> {
     Scenario::load(&Found { text: text(written, faults), ..found.clone() }, &[])
 }

@@ -23,7 +23,6 @@ impl SkillErrors {
         Self { skills, first: Vec::new() }
     }
 
-    /// Records new errors.
     pub(crate) fn note(&mut self, system: &ChannelSystem, time: Duration) {
         for skill in &self.skills {
             let known = self.first.iter().filter(|(noted, ..)| noted == skill).count();

@@ -3,7 +3,6 @@
 use recording::{Detail, Ended, Next, RecordSource, RunView, fitting};
 use scenarios::Error;
 
-use crate::error::StepError;
 use crate::run::Run;
 
 /// The step in which its scenario or its schedule ends the run is the last. A stopped run ends as
@@ -19,7 +18,7 @@ impl RecordSource for Run {
         Ok(match self.go_on(view, wanted, is_stopped) {
             Ok(true) => Next::Step,
             Ok(false) => Next::Idle,
-            Err(failure) => Next::Failed(failure.into()),
+            Err(failure) => Next::Failed(failure),
         })
     }
 }
@@ -28,7 +27,7 @@ impl Run {
     /// Performs a step, and ends the run if its scenario or its schedule ends it there, or if it `is_stopped`. The view
     /// has the step even if it fails. Returns whether it is done: otherwise it still waits for partners; one that
     /// `is_stopped` does not.
-    pub(crate) fn go_on(&mut self, view: &mut RunView, wanted: Detail, is_stopped: bool) -> Result<bool, StepError> {
+    pub(crate) fn go_on(&mut self, view: &mut RunView, wanted: Detail, is_stopped: bool) -> Result<bool, Error> {
         let stepped = self.advance(!is_stopped);
         if let Ok(false) = stepped {
             return Ok(false);

@@ -164,7 +164,6 @@ impl Switchboard {
         self.faults.push(fault);
     }
 
-    /// Begins or ends a fault.
     pub(crate) fn switch(&mut self, fault: usize, begins: bool, system: &mut ChannelSystem, now: Duration) {
         let Switched { process, effect, .. } = &self.faults[fault];
         let (id, before) = (*process, self.active.iter().position(|(active, _)| *active == fault));

@@ -154,7 +154,7 @@ impl TimedFault {
             return false;
         }
         self.left -= 1;
-        self.state = if self.fault.kind().momentary { Phase::Waiting } else { Phase::Holding(observed.now) };
+        self.state = if self.fault.kind().is_momentary() { Phase::Waiting } else { Phase::Holding(observed.now) };
         true
     }
 }

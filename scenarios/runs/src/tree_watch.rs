@@ -52,12 +52,10 @@ impl TreeWatch {
         }
     }
 
-    /// The errors that are new.
     pub(crate) fn take_new(&mut self) -> impl Iterator<Item = Happening> {
         self.new.drain(..)
     }
 
-    /// For each tick of the step, the outcomes before it.
     pub(crate) fn take_before_ticks(&mut self) -> Vec<Vec<Option<Outcome>>> {
         std::mem::take(&mut self.before_ticks)
     }

@@ -10,7 +10,6 @@ use crate::world::SimulatedRobot;
 #[derive(Debug)]
 pub(crate) struct TruthShow {
     truths: Truths,
-    /// The message that was shown last.
     shown: Option<Message>,
 }
 

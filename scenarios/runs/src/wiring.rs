@@ -28,7 +28,6 @@ use scenarios::scenario::{
 use scenarios::{Complaints, Error};
 use skills::SkillProcess;
 
-/// A process and its id in the topology.
 type WiredProcess = (ProcessId, Box<dyn Process>);
 
 /// A wired system, with the processes that the run must know.

@@ -31,7 +31,6 @@ pub(crate) struct World {
 
 struct Device {
     process: ProcessId,
-    /// Its spoken text.
     speech: Option<String>,
     /// When the last audible speech began.
     last: Option<Duration>,
@@ -118,27 +117,16 @@ impl World {
         new
     }
 
-    /// The visible and audible scene.
     pub(crate) fn scene(&self) -> Option<Scene> {
         let scene = self.robot.as_ref().map(SimulatedRobot::scene)?;
         Some(Scene { speeches: self.devices.iter().filter_map(|device| device.speech.clone()).collect(), ..scene })
     }
 
-    /// Time since the start of the run.
     pub(crate) fn time(&self) -> Duration {
         self.now
     }
-
-    pub(crate) fn robot_mut(&mut self) -> Option<&mut SimulatedRobot> {
-        self.robot.as_mut()
-    }
-
-    pub(crate) fn robot_state(&self) -> RobotState {
-        self.robot.as_ref().map_or_else(RobotState::default, SimulatedRobot::state)
-    }
 }
 
-/// A simulated robot with its software.
 pub(crate) struct SimulatedRobot {
     pub(crate) sim: Simulation,
     pub(crate) software: Software,
@@ -146,7 +134,6 @@ pub(crate) struct SimulatedRobot {
     advice: VelocityCommand,
     /// How many trips navigation had given up in the last step.
     trips_given_up: u64,
-    /// The bodies of the world, as they were described.
     bodies: Vec<ObstacleConfig>,
     /// How it stands to each place.
     visits: Vec<Visit>,
@@ -231,7 +218,7 @@ impl SimulatedRobot {
         new
     }
 
-    fn state(&self) -> RobotState {
+    pub(crate) fn state(&self) -> RobotState {
         let truth = self.sim.truth();
         let battery = truth.battery();
         RobotState {
@@ -289,7 +276,6 @@ impl SimulatedRobot {
         tray.drop_box(&mut self.around())
     }
 
-    /// What is visible now.
     fn scene(&self) -> Scene {
         let (truth, software) = (self.sim.truth(), &self.software);
         let stride = software.particle_count().div_ceil(Scene::MAX_PARTICLES).max(1);

@@ -83,7 +83,6 @@ pub enum ArgumentValue {
 }
 
 impl Parameter {
-    /// A required parameter.
     pub(super) const fn required(name: &'static str, about: &'static str, domain: ArgumentDomain) -> Self {
         Self { name, about, domain, default: ArgumentDefault::Required }
     }
@@ -207,7 +206,6 @@ impl Arguments {
         *number
     }
 
-    /// A whole number, for counting.
     pub(super) fn whole(&self, name: &str) -> usize {
         let ArgumentValue::Whole(number) = self.get(name) else { unreachable!("`{name}` is a whole number") };
         usize::try_from(*number).unwrap_or(usize::MAX)
@@ -242,7 +240,6 @@ impl Arguments {
         self.given.get(name).map_or(&self.span, |argument| &argument.span).clone()
     }
 
-    /// True or false.
     pub(super) fn flag(&self, name: &str) -> bool {
         matches!(self.get(name), ArgumentValue::Flag(true))
     }

@@ -77,6 +77,10 @@ pub const KINDS: &[&FaultKind] = &[
     &world::STATION_MOVED,
 ];
 
+/// The kinds that happen at one instant.
+const MOMENTARY: [&FaultKind; 5] =
+    [&battery::LEVEL, &software::KIDNAP, &software::WRONG_POSE, &software::GOAL, &devices::BOX_DROPPED];
+
 /// The kind with this name.
 #[must_use]
 pub fn kind(name: &str) -> Option<&'static FaultKind> {
@@ -84,6 +88,12 @@ pub fn kind(name: &str) -> Option<&'static FaultKind> {
 }
 
 impl FaultKind {
+    /// Whether it is instantaneous, so that it cannot last.
+    #[must_use]
+    pub fn is_momentary(&self) -> bool {
+        MOMENTARY.iter().any(|kind| kind.name == self.name)
+    }
+
     /// Whether it can begin after the start of a run, so that a person can cause it in a session.
     #[must_use]
     pub fn can_begin_later(&self) -> bool {
@@ -100,7 +110,6 @@ impl FaultKind {
         troubles.into_iter().find(|(kind, _)| kind.name == self.name).map(|(_, trouble)| trouble)
     }
 
-    /// Whether it acts on a door.
     pub(crate) fn is_of_doors(&self) -> bool {
         self.name == devices::DOOR_STUCK.name
     }

@@ -51,8 +51,6 @@ pub struct FaultKind {
     pub about: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// Whether it is instantaneous, so that it cannot last.
-    pub momentary: bool,
     /// An entry of `[[faults]]` without its kind.
     pub example: &'static str,
     pub(super) effect: fn(&Arguments) -> Effect,

@@ -19,7 +19,7 @@ pub(super) fn rules(keys: &[Key]) -> Value {
 }
 
 fn of_kind(kind: &FaultKind, keys: &[Key]) -> Value {
-    let shared = keys.iter().filter(|key| !(kind.momentary && key.path == "lasts_s"));
+    let shared = keys.iter().filter(|key| !(kind.is_momentary() && key.path == "lasts_s"));
     let shared = shared.map(|key| (key.path.clone(), json!(true)));
     let parameters: Vec<Key> = kind.parameters.iter().map(super::Parameter::key).collect();
     let own = parameters.iter().map(|key| {

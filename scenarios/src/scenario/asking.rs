@@ -43,14 +43,12 @@ struct Endpoint {
     name: Spanned<String>,
 }
 
-/// A field that is written to a port.
 #[derive(Clone, Debug, PartialEq)]
 struct Written {
     port: Spanned<String>,
     field: Spanned<String>,
 }
 
-/// The value of a field of a request.
 #[derive(Clone, Debug, PartialEq)]
 enum Argument {
     Constant(Datum),
@@ -64,7 +62,6 @@ pub(super) const FORMS: [&str; 4] = ["machine", "request", "action", "topic"];
 /// How long a service may take to answer, unless the entry says otherwise: as in the shipped skills.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// An entry has at most one form.
 pub(super) fn one_form() -> Value {
     let pairs = (0..FORMS.len()).flat_map(|a| (a + 1..FORMS.len()).map(move |b| [FORMS[a], FORMS[b]]));
     let both: Vec<Value> = pairs.map(|pair| json!({ "required": pair })).collect();

@@ -8,7 +8,6 @@ use diagnostics::{FileProblems, Source, Spanned};
 use super::find;
 use crate::files::{Files, named, scenario_names, unmarked};
 
-/// A file from which a scenario inherits.
 pub(super) struct Base {
     /// Its path: relative to the scenario's folder, or that of a shipped file.
     pub(super) path: PathBuf,
@@ -19,7 +18,6 @@ pub(super) struct Base {
     identity: PathBuf,
     /// Its text, with the folder to which its paths are relative.
     pub(super) source: Source,
-    /// Its own contents.
     pub(super) document: Document,
 }
 

@@ -55,13 +55,6 @@ pub enum Runs {
     Device(DeviceSettings),
 }
 
-impl Runs {
-    /// Whether it is a device of the world.
-    pub fn is_device(&self) -> bool {
-        matches!(self, Self::Device(_))
-    }
-}
-
 impl Component {
     /// Its machine, if it runs one.
     #[must_use]

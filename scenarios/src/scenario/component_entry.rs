@@ -39,7 +39,6 @@ impl ComponentEntry {
         self.runs = RunsEntry::Anything { place: place.clone(), asks };
     }
 
-    /// The kind of device, if it is one.
     pub(super) fn device(&self) -> Option<DeviceKind> {
         match &self.runs {
             RunsEntry::Device { settings, .. } => Some(settings.value.kind()),

@@ -356,7 +356,6 @@ fn declare(
     Ok((tree, places.map(|_| of_robot(topology))))
 }
 
-/// The components of a robot.
 fn of_robot(topology: &Topology) -> Processes {
     let id = |name| topology.find_process(name).expect("it has just been declared, or a component has its name");
     Processes { battery_reader: id(BATTERY_READER), localization: id(LOCALIZATION), navigation: id(NAVIGATION) }

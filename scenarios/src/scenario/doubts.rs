@@ -67,7 +67,6 @@ impl Scenario {
         doubts
     }
 
-    /// Faults that begin after the end of the run.
     fn late_faults(&self) -> Vec<Problem> {
         let end = self.file.execution.max_time;
         let late = self.file.faults.iter().filter_map(|fault| {

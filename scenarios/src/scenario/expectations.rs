@@ -61,33 +61,26 @@ impl Expectations {
                      says it.";
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
         let names = |key, about, what| table.get(key).about(about).words("an array of names").refers_to(what);
+        let places = |key, about| names(key, about, Referent::Place).needs(MAP).or_empty();
         let mut expect = Self {
-            reached: names(
+            reached: places(
                 "reached",
                 "Places where the robot must have come to rest. One where it stands from the start counts once it has \
                  left and come back to rest there.",
-                Referent::Place,
-            )
-            .needs(MAP)
-            .or_empty(),
-            not_reached: names(
+            ),
+            not_reached: places(
                 "not_reached",
                 "Places where the robot must never have been, not even on its way: in no step was its true position \
                  within the area, or within the tolerance of the point (with any heading).",
-                Referent::Place,
+            ),
+            errors: names(
+                "errors",
+                "Skills, components and nodes of the tree in which an error must occur: a program that fails, an \
+                 expression or script that cannot be evaluated, a leaf that does not answer in time. An error elsewhere \
+                 makes the run not as expected.",
+                Referent::Process,
             )
-            .needs(MAP)
             .or_empty(),
-            errors: table
-                .get("errors")
-                .about(
-                    "Skills, components and nodes of the tree in which an error must occur: a program that fails, an \
-                     expression or script that cannot be evaluated, a leaf that does not answer in time. An error elsewhere \
-                     makes the run not as expected.",
-                )
-                .words("an array of names")
-                .refers_to(Referent::Process)
-                .or_empty(),
             max_collisions: table
                 .get("max_collisions")
                 .about("The maximum number of collisions.")

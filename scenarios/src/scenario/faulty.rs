@@ -25,14 +25,12 @@ const MOST_COMBINATIONS: usize = 100;
 /// A machine's file: its name and its text.
 type MachineFile = (String, String);
 
-/// A fault that changes a machine.
 struct Changing<'f> {
     index: usize,
     fault: &'f Fault,
     change: LoadedChange,
 }
 
-/// The change of the machine.
 enum LoadedChange {
     Replaced(MachineFile),
     Mutated(Mutation),

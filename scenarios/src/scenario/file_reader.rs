@@ -12,9 +12,7 @@ use super::schedule::Schedule;
 use crate::error::Complaints;
 use crate::files::{Files, Kind};
 
-/// Reads the files that a scenario names, and records their problems.
 pub(super) struct FileReader<'a> {
-    /// Where they are looked up.
     pub(super) files: &'a Files,
     pub(super) complaints: &'a mut Complaints,
 }
@@ -82,7 +80,6 @@ impl FileReader<'_> {
         self.complaints.note(Schedule::parse(&path.value.display().to_string(), &text))
     }
 
-    /// The text of the file named at `span`.
     pub(super) fn text(&mut self, span: &Span, role: FileRole, path: &Path) -> Option<String> {
         let text = self.files.read_text(path);
         text.map_err(|error| self.complaints.push(self.files.hinted(path, unreadable(span, role, path, &error)))).ok()

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::Disk;
 
+use super::schedule::quoted;
 use crate::Error;
 use crate::files::{Files, scenario_names, shipped_paths, shipped_scenarios};
 
@@ -119,10 +120,8 @@ pub fn is_model(path: &Path, text: &str) -> bool {
 fn of_model(path: &Path) -> Found {
     let argument = path.display().to_string();
     let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy()).into_owned();
-    // JSON writes strings as TOML does.
-    let text = |text: &str| serde_json::Value::from(text).to_string();
-    let about = text(&format!("The RoAML model {argument}."));
-    let text = format!("about = {about}\nmodel = {}\n", text(&argument));
+    let about = quoted(&format!("The RoAML model {argument}."));
+    let text = format!("about = {about}\nmodel = {}\n", quoted(&argument));
     Found { name, kind: FoundKind::Model, path: argument.clone(), argument, text, files: Files::beside(".") }
 }
 

@@ -188,8 +188,7 @@ impl Parts {
             behavior: Some(Behavior::Model(Arc::clone(model))),
             skills: Some(skills),
             components: Some(components),
-            samples: Samples::default(),
-            driven_to: BTreeMap::new(),
+            ..Self::default()
         }
     }
 }
@@ -332,7 +331,6 @@ impl Loader<'_> {
         })
     }
 
-    /// The premises, from the map and the places of the file.
     fn premises(
         &mut self,
         file: &ScenarioFile,

@@ -35,15 +35,6 @@ pub struct Watched {
     pub place: Span,
 }
 
-/// A scenario's settings for its monitors.
-#[derive(Clone, Copy, Debug)]
-pub struct Described<'a> {
-    pub file: &'a ScenarioFile,
-    pub model: Option<&'a Model>,
-    pub properties: &'a [(String, String)],
-    pub watching: &'a BTreeMap<usize, Arc<Chart>>,
-}
-
 /// The monitors of a scenario in their initial state.
 #[derive(Debug)]
 pub struct Monitoring {
@@ -63,7 +54,10 @@ impl Monitoring {
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
     pub fn new(
-        Described { file, model, properties, watching }: Described<'_>,
+        file: &ScenarioFile,
+        model: Option<&Model>,
+        properties: &[(String, String)],
+        watching: &BTreeMap<usize, Arc<Chart>>,
         topology: &Arc<Topology>,
     ) -> Result<Self, Error> {
         let tick = file.execution.tick;

@@ -163,7 +163,6 @@ fn in_zone(what: &str, at: &Point, zone: &Zone) -> String {
     format!("at {what} {}, the robot would be in `{}`, which it must keep out of", position(at), zone.name)
 }
 
-/// The problem of an unreachable place.
 fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, premises: &Premises) -> Problem {
     let at = position(&goal.position);
     let message = match error {
@@ -188,7 +187,6 @@ fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, premises:
     span.problem(message).with_label("this place")
 }
 
-/// A suggestion for another goal.
 fn instead(map: &OccupancyGrid, reach: &Reach, start: &Point, goal: &Goal) -> String {
     match reach.instead(start, goal) {
         Some(point) => format!("the nearest reachable place is {}", position(&point)),

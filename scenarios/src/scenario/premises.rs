@@ -151,9 +151,7 @@ pub struct Premises {
     /// The places to which skills always drive, each with one such skill.
     pub(super) driven_to: BTreeMap<String, String>,
     pub(super) written: Arc<PlacesFile>,
-    /// Warnings about the map.
     pub(super) map_concerns: Vec<Problem>,
-    /// The part of the map that the robot can reach.
     pub(super) reach: Arc<Reach>,
     /// What is computed from the map on first use, and then shared by all runs.
     pub(super) memo: Arc<Memo>,

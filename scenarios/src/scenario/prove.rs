@@ -173,7 +173,6 @@ impl AllowedFault {
         if self == Self::Mutant { Referent::Mutant } else { Referent::Component }
     }
 
-    /// The meaning of its key.
     fn about(self) -> &'static str {
         match self {
             Self::Crash => "Components that may crash, and restart.",

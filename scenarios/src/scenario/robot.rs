@@ -18,7 +18,6 @@ use crate::names::unknown;
 /// Time between the steps of a run whose ticks are not more frequent.
 pub const STEP: Duration = Duration::from_millis(20);
 
-/// Reads the settings of the simulated robot.
 pub(super) fn read_sim(root: Table<'_>) -> SimConfig {
     let mut sim = SimConfig { dt: STEP, ..SimConfig::default() };
     if let Some(robot) =

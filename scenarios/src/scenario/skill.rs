@@ -200,7 +200,6 @@ impl FileReader<'_> {
     }
 }
 
-/// The problem of a machine that has another name than its file.
 fn misnamed(tree: &Tree, leaf: &Node, path: &Path, chart: &Chart) -> Option<Problem> {
     if path.file_stem().is_none_or(|stem| stem == chart.name()) {
         return None;

@@ -38,7 +38,6 @@ pub(super) struct StandIns<'a> {
     properties: Vec<Value>,
     interfaces: &'a BTreeMap<&'a str, Interface>,
     tree: Option<&'a Tree>,
-    /// The machines, by process.
     machines: Vec<(&'a String, &'a Skill)>,
     texts: Chosen,
 }
@@ -97,7 +96,8 @@ impl<'a> StandIns<'a> {
         let found: RefCell<BTreeMap<String, Vec<Value>>> = RefCell::default();
         let samples = |field: &Field| {
             let values = self.samples(name, field, &hearing)?;
-            if has_many(&field.kind) {
+            // There are too many values of these to try all.
+            if let FieldKind::Int | FieldKind::Real | FieldKind::Text = field.kind.present() {
                 found.borrow_mut().insert(field.name.clone(), values.clone());
             }
             Ok(values)
@@ -167,15 +167,6 @@ impl<'a> StandIns<'a> {
             name.push('\'');
         }
         all
-    }
-}
-
-/// Whether there are too many values of the kind to try all.
-fn has_many(kind: &FieldKind) -> bool {
-    match kind {
-        FieldKind::Optional(kind) => has_many(kind),
-        FieldKind::Int | FieldKind::Real | FieldKind::Text => true,
-        FieldKind::Symbol(_) | FieldKind::Bool | FieldKind::List(_) => false,
     }
 }
 

@@ -42,14 +42,21 @@ impl Stop {
         let Some(table) = root.table("stop").about(about).optional() else { return Self::default() };
         let at = table.get("at").about("When the robot has come to rest at this place, or at one of several.");
         let Names(at) = at.refers_to(Referent::Place).needs(MAP).or(Names(Vec::new()));
-        let on_violation = table.get("on_violation").about(
+        let some = |key, about| {
+            let some = table.get(key).about(about).refers_to(Referent::Property);
+            some.rules(|| json!({ "default": false })).or(SomeProperties::None)
+        };
+        let on_violation = some(
+            "on_violation",
             "When a property is violated: any (`true`), or one of those named. Without monitors, the run continues.",
         );
-        let when_settled = table.get("when_settled").about(
+        let when_settled = some(
+            "when_settled",
             "When properties have their final verdicts: all of them (`true`), or those named. Without monitors, the run \
              continues.",
         );
-        let final_for = table.get("final_for").about(
+        let final_for = some(
+            "final_for",
             "Properties for which nothing comes after the end of the run: all (`true`), or those named. What is still \
              pending then, such as an `eventually` that never came, is violated; what has a deadline after the end \
              stays inconclusive. An interrupted run has not come to its end.",
@@ -66,22 +73,7 @@ impl Stop {
             let help = format!("add one of {}; the whole run is limited by `execution.max_time_s`", ends.join(", "));
             table.report(problem.with_label("after what?").with_help(help));
         }
-        Self {
-            at,
-            on_violation: on_violation
-                .refers_to(Referent::Property)
-                .rules(|| json!({ "default": false }))
-                .or(SomeProperties::None),
-            when_settled: when_settled
-                .refers_to(Referent::Property)
-                .rules(|| json!({ "default": false }))
-                .or(SomeProperties::None),
-            after: after.map_or(Duration::ZERO, |after| after.value),
-            final_for: final_for
-                .refers_to(Referent::Property)
-                .rules(|| json!({ "default": false }))
-                .or(SomeProperties::None),
-        }
+        Self { at, on_violation, when_settled, after: after.map_or(Duration::ZERO, |after| after.value), final_for }
     }
 }
 

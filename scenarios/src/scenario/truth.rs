@@ -16,12 +16,10 @@ use super::{Premises, Scenario};
 use crate::faults::Trigger;
 use crate::processes::SUBSCRIBER;
 
-/// A field of the world's message.
 #[derive(Clone, Debug, PartialEq)]
 struct TruthField {
     /// Its name in properties.
     name: String,
-    /// What it says.
     fact: Fact,
 }
 
@@ -123,9 +121,7 @@ impl Premises {
         }
         fields
     }
-}
 
-impl Premises {
     /// That a zone is respected: a sentence, and the formula. `None` if there is no such zone.
     pub(super) fn respects(&self, zone: &str) -> Option<(String, String)> {
         let Zone { keep_out, speed_mps, .. } = self.places.zones().iter().find(|known| known.name == zone)?;

@@ -177,7 +177,6 @@ fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     Some((Shape::Box { length_m, width_m: LEAF_M }, at?, ObstacleMotion::Door(door)))
 }
 
-/// Intervals of time.
 fn read_intervals(table: Table<'_>, key: &str, about: &str) -> Vec<(Duration, Duration)> {
     let intervals = table.get::<Vec<Interval>>(key).about(about).words("[[from, to], …] in seconds").or_empty();
     intervals.into_iter().map(|Interval(from, to)| (from, to)).collect()

@@ -89,7 +89,6 @@ impl MessageType {
         Bundle { message: ros_messages::Message { fields, ..Default::default() }, types }
     }
 
-    /// Writes a received message.
     pub(super) fn write(&self, event: &Event, message: &Message, cdr: &mut CdrWriter) {
         Moment { step: event.step, tick: event.tick }.write(cdr);
         // A message has one of the shapes: if none of the others, the last.

@@ -18,7 +18,6 @@ const WIDTH_M: f64 = 0.03;
 /// The height of the names.
 const LETTERS_M: f64 = 0.25;
 
-/// The outline of something that has a name.
 pub(super) struct Outline {
     name: String,
     /// Its corners; the line is closed.
@@ -101,7 +100,6 @@ pub(super) fn markers(time: Duration, frame: &'static str, outlines: &[Outline])
     Markers { markers: std::iter::once(clear).chain(two).collect() }
 }
 
-/// Points along outlines.
 pub(super) fn points(time: Duration, frame: &'static str, outlines: &[Outline]) -> PointCloud {
     let along = outlines.iter().flat_map(|outline| {
         let ends = outline.line().zip(outline.line().skip(1));

@@ -23,7 +23,6 @@ pub(crate) struct Output<W: Write> {
     message: Vec<u8>,
 }
 
-/// A topic of a file.
 pub(crate) struct Topic<T> {
     channel: u16,
     of: PhantomData<T>,
@@ -97,7 +96,6 @@ impl<W: Write> Output<W> {
         self.mcap.flush().map_err(unwritten)
     }
 
-    /// Ends the file and returns it.
     pub(crate) fn finish(mut self) -> io::Result<W> {
         self.mcap.finish().map_err(unwritten)?;
         self.mcap.into_inner().into_inner().into_inner().map_err(io::IntoInnerError::into_error)

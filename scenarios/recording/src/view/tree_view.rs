@@ -93,7 +93,6 @@ impl TreeView {
         (0..tree.len()).filter(is_running).filter(move |&node| is_leaf(node)).map(|node| tree[node].process.as_str())
     }
 
-    /// What the tree is doing, in words.
     pub(super) fn doing(&self, tree: &[Node]) -> String {
         let names: Vec<&str> = self.running(tree).collect();
         match cause(tree, &self.outcomes) {

@@ -34,7 +34,6 @@ pub(crate) enum PortDirection {
     Out,
 }
 
-/// A port that a machine declares.
 #[derive(Clone, Debug)]
 pub(super) struct Port {
     pub(super) key: String,
@@ -82,7 +81,6 @@ impl Declarations {
         declared
     }
 
-    /// The ports with their directions and kinds.
     pub(super) fn ports(&self) -> BTreeMap<String, (PortDirection, DataKind)> {
         self.ports.iter().map(|port| (port.key.clone(), (port.direction, port.kind))).collect()
     }

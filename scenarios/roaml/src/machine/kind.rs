@@ -3,7 +3,6 @@
 use channels::{FieldKind, Value};
 use skills::Datum;
 
-/// The kind of a field of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum DataKind {
     /// `true` or `false`.
@@ -18,7 +17,6 @@ pub(crate) enum DataKind {
     Any,
 }
 
-/// The basic types of data, with their kinds.
 const TYPES: [(&str, DataKind); 12] = [
     ("bool", DataKind::Bool),
     ("float32", DataKind::Real),
@@ -43,7 +41,6 @@ impl DataKind {
         Some(if name.contains('[') { Self::Any } else { known })
     }
 
-    /// The names of the basic types.
     pub(crate) fn type_names() -> impl Iterator<Item = &'static str> {
         TYPES.iter().map(|(name, _)| *name)
     }
@@ -115,7 +112,6 @@ impl DataKind {
         }
     }
 
-    /// The datum that a field holds.
     pub(crate) fn datum(self, value: &Value) -> Datum {
         match value {
             Value::Bool(truth) => (*truth).into(),

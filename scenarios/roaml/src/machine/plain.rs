@@ -23,7 +23,6 @@ struct Piece {
 }
 
 impl<'f> Plain<'f> {
-    /// The translation of this file, without anything yet.
     pub(crate) fn of(file: &'f str) -> Self {
         Self { file, text: String::new(), pieces: Vec::new() }
     }
@@ -34,7 +33,6 @@ impl<'f> Plain<'f> {
         attributes.iter().for_each(|(name, value)| self.attribute(name, value, from));
     }
 
-    /// Appends an attribute to a start tag.
     pub(crate) fn attribute(&mut self, name: &str, value: &str, from: &Range<usize>) {
         self.write(&format!(" {name}=\"{}\"", markup::attribute(value)), from);
     }
@@ -51,17 +49,14 @@ impl<'f> Plain<'f> {
         self.write(">", from);
     }
 
-    /// Ends an element without content.
     pub(crate) fn close_empty(&mut self, from: &Range<usize>) {
         self.write("/>", from);
     }
 
-    /// Ends an element with content.
     pub(crate) fn close(&mut self, element: &str, from: &Range<usize>) {
         self.write(&format!("</{element}>"), from);
     }
 
-    /// Appends a part of the file unchanged.
     pub(crate) fn copy(&mut self, from: Range<usize>) {
         let copy = self.file.get(from.clone()).unwrap_or_default();
         self.pieces.push(Piece { start: self.text.len(), from, copied: true });
@@ -74,7 +69,6 @@ impl<'f> Plain<'f> {
         self.text.push_str(words);
     }
 
-    /// The translation.
     pub(crate) fn text(&self) -> &str {
         &self.text
     }

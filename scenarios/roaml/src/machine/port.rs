@@ -1,11 +1,9 @@
 //! Where a leaf's machine keeps the values of ports while it runs.
 
-/// The datum of a machine that receives the value of an input port.
 pub(crate) fn input_datum(port: &str) -> String {
     format!("bt_in__{port}")
 }
 
-/// The datum of a machine that holds the value of an output port.
 pub(crate) fn output_datum(port: &str) -> String {
     format!("bt_out__{port}")
 }

@@ -25,7 +25,6 @@ pub(super) struct Translated<'f> {
     pub(super) sends: BTreeMap<String, Sent>,
 }
 
-/// An event that a machine sends.
 #[derive(Clone, Debug)]
 pub(crate) struct Sent {
     pub(crate) way: Way,
@@ -270,7 +269,6 @@ impl<'f, 'p> Translator<'f, 'p> {
         self.out.plain.copy(from..range.end);
     }
 
-    /// The interface that an element names.
     fn interface(&mut self, node: Node<'_, '_>, role: Role) -> Option<String> {
         let alias = required(node, "name", self.problems)?;
         match self.declared.find(role, alias) {

@@ -20,6 +20,16 @@ pub(crate) enum Role {
 }
 
 impl Role {
+    const ALL: [Self; 7] = [
+        Self::Publisher,
+        Self::Subscriber,
+        Self::Client,
+        Self::Server,
+        Self::ActionClient,
+        Self::ActionServer,
+        Self::Timer,
+    ];
+
     /// The element that declares it.
     pub(super) fn element(self) -> &'static str {
         match self {
@@ -44,16 +54,7 @@ impl Role {
     }
 
     pub(super) fn declared_by(element: &str) -> Option<Self> {
-        const ALL: [Role; 7] = [
-            Role::Publisher,
-            Role::Subscriber,
-            Role::Client,
-            Role::Server,
-            Role::ActionClient,
-            Role::ActionServer,
-            Role::Timer,
-        ];
-        ALL.into_iter().find(|role| role.element() == element)
+        Self::ALL.into_iter().find(|role| role.element() == element)
     }
 }
 
@@ -138,7 +139,6 @@ pub(super) struct Sending {
     pub(super) event: &'static str,
     pub(super) way: Way,
     pub(super) attributes: &'static [&'static str],
-    /// The code of the result.
     pub(super) code: Option<u8>,
 }
 
@@ -188,9 +188,7 @@ pub(super) fn sanitized(interface: &str) -> String {
 pub(super) fn elements() -> impl Iterator<Item = &'static str> {
     let others = ["bt_declare_port_in", "bt_declare_port_out", "bt_get_input", "bt_return_halted", "bt_return_status"];
     let more = ["bt_set_output", "field", "ros_action_thread", "target"];
-    let roles = ["ros_topic_publisher", "ros_topic_subscriber", "ros_service_client", "ros_service_server"];
-    let actions = ["ros_action_client", "ros_action_server", "ros_time_rate"];
     let reactions = REACTIONS.iter().map(|reaction| reaction.element);
     let sendings = SENDINGS.iter().map(|sending| sending.element);
-    reactions.chain(sendings).chain(others).chain(more).chain(roles).chain(actions)
+    reactions.chain(sendings).chain(others).chain(more).chain(Role::ALL.map(Role::element))
 }

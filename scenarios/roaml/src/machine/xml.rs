@@ -7,7 +7,6 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::vocabulary;
 
-/// Reads a text as XML.
 pub(crate) fn parse(text: &str) -> Result<Document<'_>, Problem> {
     diagnostics::xml::check_attributes(text, 1000)?;
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 100_000, ..ParsingOptions::default() };

@@ -20,7 +20,6 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Whether the verdict depends on the number of steps.
     pub(super) fn counts_steps(&self) -> bool {
         self.from > 0 || self.to.is_some()
     }
@@ -40,7 +39,6 @@ impl Path {
 /// AS2FM's number for the first node of a tree.
 pub(super) const FIRST_NODE: usize = 1000;
 
-/// A variable of a formula.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Variable {
     /// Whether an event has been sent.
@@ -132,7 +130,6 @@ pub(crate) struct Valuation {
 }
 
 impl Expression {
-    /// Whether it is true.
     pub(super) fn holds(&self, state: &Valuation) -> bool {
         matches!(self.value(state), Datum::Bool(true))
     }
@@ -171,7 +168,6 @@ impl Expression {
         }
     }
 
-    /// Calls `visit` with every variable.
     pub(super) fn visit<'e>(&'e self, visit: &mut dyn FnMut(&'e Variable)) {
         match self {
             Self::Bool(_) | Self::Number(_) | Self::Array(_) => {}

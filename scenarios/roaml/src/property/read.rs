@@ -99,7 +99,6 @@ fn operator(json: &Json) -> Option<&str> {
     json.get("op").and_then(Json::as_str)
 }
 
-/// The bounds for the number of steps.
 fn bounds(formula: &Json) -> Result<(u64, Option<u64>), Unfit> {
     if let Some(other) = ["time-bounds", "reward-bounds"].into_iter().find(|name| formula.get(name).is_some()) {
         let words = Some(other.to_owned());

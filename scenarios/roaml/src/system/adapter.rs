@@ -27,9 +27,7 @@ pub(super) struct AdapterWiring {
     /// The index of the channel to the process that properties listen to.
     pub(super) recorder: Option<usize>,
     pub(super) routes: BTreeMap<String, Route>,
-    /// The fields of all events of the model.
     pub(super) events: Arc<BTreeMap<String, Fields>>,
-    /// The connection to the tree, for a leaf.
     pub(super) leaf: Option<LeafConnection>,
 }
 
@@ -116,7 +114,6 @@ impl RosAdapter {
         }
     }
 
-    /// Passes a client's request to the machine.
     fn serve(&mut self, service: &str, client: usize, data: Datum) -> Event {
         self.post.serving.insert(service.to_owned(), client);
         Event::external(format!("srv_{service}_request")).with_data(data)
@@ -295,7 +292,6 @@ impl Hash for RosAdapter {
     }
 }
 
-/// The value of an output port in an answer.
 fn port_value(datum: &Datum, kind: &FieldKind) -> Value {
     let FieldKind::Optional(kind) = kind else { return Value::symbol(FieldKind::NONE) };
     let value = match (&**kind, datum) {

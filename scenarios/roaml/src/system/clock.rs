@@ -19,7 +19,6 @@ pub(super) struct Timer {
     pub(super) period_ns: u64,
 }
 
-/// The clock's messages, and their receivers.
 #[derive(Debug, Default)]
 pub(super) struct ClockWiring {
     pub(super) outgoing: Vec<ChannelId>,

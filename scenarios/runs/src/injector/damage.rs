@@ -18,14 +18,12 @@ use scenarios::occurrences::messages;
 pub(super) struct Damages {
     /// One for each channel, with the channel's name.
     disturbances: Vec<(String, Disturbance)>,
-    /// The probability for each message.
     probability: f64,
     streams: Streams,
     /// The prefix of its streams of random numbers.
     stream: String,
     /// How often it has become active.
     times: u64,
-    /// The current disturbances, while it is active.
     current: Vec<DisturbanceId>,
     /// The number of messages hit by earlier disturbances.
     hits: u64,
@@ -48,7 +46,6 @@ impl Damages {
         Self { disturbances, probability, streams, stream, times: 0, current: Vec::new(), hits: 0 }
     }
 
-    /// Starts to disturb messages.
     pub(super) fn begin(&mut self, system: &mut ChannelSystem) {
         let Self { disturbances, probability, streams, stream, times, current, .. } = self;
         for (channel, disturbance) in disturbances {
@@ -59,12 +56,10 @@ impl Damages {
         *times += 1;
     }
 
-    /// Stops damaging messages.
     pub(super) fn end(&mut self, system: &mut ChannelSystem) {
         self.hits += self.current.drain(..).filter_map(|id| system.calm(id)).sum::<u64>();
     }
 
-    /// The number of messages disturbed so far.
     pub(super) fn hits(&self, system: &ChannelSystem) -> u64 {
         self.hits + self.current.iter().filter_map(|id| system.hits(*id)).sum::<u64>()
     }

@@ -78,7 +78,6 @@ impl Skill {
         self.faulty.contains_key([fault].as_slice())
     }
 
-    /// The process for the currently active faults.
     fn process(&self) -> &SkillProcess {
         match self.holding.as_slice() {
             [] => &self.sound,

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use channels::{ChannelId, Gap};
 use remote::{Loss, Lost};
 
-/// The gaps in the channels of a run.
 #[derive(Debug, Default)]
 pub(super) struct Losses {
     /// By what is lost, the channel of each gap.

@@ -30,7 +30,6 @@ impl Partnership {
         Self { partners: Partners::None, remote, clients, outbox, is_waiting: false, losses }
     }
 
-    /// Whether a controller drives the robot.
     pub(super) fn has_controller(&self) -> bool {
         matches!(self.partners, Partners::Controller(_))
     }

@@ -14,12 +14,12 @@ use recording::{
 };
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
-use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario, TreeForm};
+use scenarios::scenario::{Behavior, MachineMonitor, Premises, Runs, Scenario, TreeForm};
 
 use super::{Judged, Run};
+use crate::world::SimulatedRobot;
 use crate::{end_is_final, machines};
 
-/// The records of a run.
 impl Run {
     /// The constant data of the run.
     #[must_use]
@@ -72,7 +72,7 @@ impl Run {
         if let Some(ids) = self.ids.tree.filter(|_| detail > Detail::Verdicts && self.time().is_zero()) {
             bt::note_transitions_in(&mut self.system, ids.tree);
         }
-        let mut robot = self.world.robot_state();
+        let mut robot = self.world.robot.as_ref().map(SimulatedRobot::state).unwrap_or_default();
         if self.kind.has_schedule() {
             let known = DriverData::of(&self.system).battery;
             robot.battery = known.map(|(charge_pct, charging)| recording::Battery { charge_pct, charging });
@@ -121,7 +121,8 @@ impl Run {
             details.transitions = self.new_transitions();
             details.entries = self.new_entries();
         }
-        let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
+        let is_device =
+            |name: &str| components.get(name).is_some_and(|component| matches!(component.runs, Runs::Device(_)));
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
         details.locations = self.new_locations(moves);
         details.monitors = self.monitors.judged.as_mut().map_or_else(Vec::new, Judged::take_states);
@@ -135,7 +136,6 @@ impl Run {
         details
     }
 
-    /// The outcomes of the tree's nodes that have changed.
     fn new_outcomes(&mut self) -> Vec<(usize, Option<bt::Outcome>)> {
         let Some((tree, ids)) = self.scenario.tree().zip(self.ids.tree) else { return Vec::new() };
         let states = bt::states_in(tree, &self.system, ids.tree);
@@ -153,14 +153,12 @@ impl Run {
         self.scenario.tree().filter(|_| self.scenario.file.execution.tree == TreeForm::Whole)
     }
 
-    /// The changes of status in the tree since they were last recorded.
     fn new_transitions(&mut self) -> Vec<(usize, Option<bt::Status>)> {
         let Some(ids) = self.ids.tree else { return Vec::new() };
         let transitions = bt::take_transitions_in(&mut self.system, ids.tree);
         transitions.iter().map(|transition| (transition.node.index(), transition.status)).collect()
     }
 
-    /// The entries of the tree's blackboards that have changed.
     fn new_entries(&mut self) -> Vec<(usize, String, Option<EntryValue>)> {
         let Some(board) = self.ids.tree.and_then(|ids| bt::blackboard_in(&self.system, ids.tree)) else {
             return Vec::new();

@@ -66,7 +66,6 @@ impl RunMonitors {
     }
 }
 
-/// The monitors of the scenario's properties.
 fn monitoring(scenario: &Scenario, system: &ChannelSystem) -> Result<Arc<Monitoring>, Error> {
     let monitoring = scenario.monitoring(system.topology())?;
     let mut complaints = Complaints::default();

@@ -9,7 +9,6 @@ pub(super) struct StepTrace {
     pub(super) hash: TraceHash,
     /// The communications of the last step, and the truths that monitors were shown.
     pub(super) events: Vec<Event>,
-    /// What else happened in it.
     pub(super) happenings: Vec<Happening>,
     /// Whether a timer or a fault moved a process in it.
     pub(super) stirred: bool,

@@ -15,7 +15,6 @@ use crate::partners::Partners;
 use crate::remote_components::Delivery;
 use crate::wiring::start_programs;
 
-/// A run with partners.
 impl Run {
     /// The scenario at its start, as [`new`](Self::new) makes it, with partners, which set its pace: another run need
     /// not be the same. If a controller drives the robot, the tree gets no ticks; the monitors still do.

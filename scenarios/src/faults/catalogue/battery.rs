@@ -10,7 +10,6 @@ pub(super) const LEVEL: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery's charge is set to a level",
     parameters: &[Parameter::required("level_pct", "the charge, in percent", PERCENT)],
-    momentary: true,
     example: "at_s = 20.5\nlevel_pct = 10",
     effect: |with| Effect::Charge(with.number("level_pct")),
     words: |with| format!("battery level set to {} %", with.number("level_pct")),
@@ -21,7 +20,6 @@ pub(super) const DRAIN: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery drains faster",
     parameters: &[Parameter::required("factor", "how much faster", ArgumentDomain::Numbers(0.0, 1e6))],
-    momentary: false,
     example: "at_s = 10\nfactor = 5\nlasts_s = 60",
     effect: |with| {
         let factor = with.number("factor");
@@ -35,7 +33,6 @@ pub(super) const FADE: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery has aged: it holds only a share of its charge, and drains and charges faster in proportion",
     parameters: &[Parameter::required("capacity", "the share that remains", ArgumentDomain::Numbers(0.01, 1.0))],
-    momentary: false,
     example: "at_s = 0\ncapacity = 0.5",
     effect: |with| {
         let capacity = with.number("capacity");
@@ -49,7 +46,6 @@ pub(super) const SENSOR_STUCK: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery's sensor keeps reporting its last reading",
     parameters: &[],
-    momentary: false,
     example: "at_s = 10",
     effect: |_| Effect::world(|faults| faults.battery.reported.stuck = true),
     words: |_| "the battery's sensor is stuck".to_owned(),
@@ -64,7 +60,6 @@ pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
         "the error that it adds, in percent",
         ArgumentDomain::Numbers(-100.0, 100.0),
     )],
-    momentary: false,
     example: "at_s = 0\noffset_pct = 15",
     effect: |with| {
         let offset = with.number("offset_pct");
@@ -78,7 +73,6 @@ pub(super) const SENSOR_NOISE: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery's sensor is noisy",
     parameters: &[Parameter::required("sigma_pct", "standard deviation of a reading, in percent", PERCENT)],
-    momentary: false,
     example: "at_s = 0\nsigma_pct = 3",
     effect: |with| {
         let sigma = with.number("sigma_pct");
@@ -92,7 +86,6 @@ pub(super) const SENSOR_DROPOUT: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery's sensor gives no readings; BatteryReader keeps reporting the last one",
     parameters: &[],
-    momentary: false,
     example: "at_s = 10\nlasts_s = 60",
     effect: |_| Effect::world(|faults| faults.battery.reported.missing = true),
     words: |_| "the battery's sensor gives no readings".to_owned(),
@@ -103,7 +96,6 @@ pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the battery reports that it is charging, or that it is not, regardless of the truth",
     parameters: &[Parameter::flag("charging", "the reported state")],
-    momentary: false,
     example: "at_s = 10\ncharging = false",
     effect: |with| {
         let charging = with.flag("charging");
@@ -120,7 +112,6 @@ pub(super) const STATION_DEAD: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the charging station supplies no current",
     parameters: &[],
-    momentary: false,
     example: "at_s = 0",
     effect: |_| Effect::world(|faults| faults.battery.charger_factor = 0.0),
     words: |_| "the charging station is dead".to_owned(),
@@ -131,7 +122,6 @@ pub(super) const STATION_SLOW: FaultKind = FaultKind {
     subsystem: Subsystem::Battery,
     about: "the charging station charges slowly",
     parameters: &[Parameter::number("factor", "the share of its current that remains", 0.0, 1.0, 0.2)],
-    momentary: false,
     example: "at_s = 0\nfactor = 0.2",
     effect: |with| {
         let factor = with.number("factor");

@@ -57,7 +57,6 @@ pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
         SKILL,
         Parameter::required("machine", "its SCXML file", ArgumentDomain::Name(Referent::File(&["scxml"]))),
     ],
-    momentary: false,
     example: "at_s = 0\nskill = \"AtDestination\"\nmachine = \"skills/AtRechargingStation.scxml\"",
     effect: |with| {
         let Spanned { value, span } = with.name("machine");
@@ -76,7 +75,6 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
         Parameter::text("data", "the id of the `<data>` element", "threshold"),
         Parameter::required("value", "its new expression", ArgumentDomain::Text),
     ],
-    momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nvalue = \"20\"",
     effect: |with| {
         let (id, expr) = (with.text("data").to_owned(), with.text("value").to_owned());
@@ -90,7 +88,6 @@ pub(super) const GUARD_NEGATED: FaultKind = FaultKind {
     subsystem: Subsystem::Behavior,
     about: "a transition of a skill's machine has its condition negated",
     parameters: &[SKILL, STATE, EVENT, NTH],
-    momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"",
     effect: |with| mutated(with, Mutation::NegateGuard { transition: transition(with) }),
     words: |with| format!("the guard of {} is negated", transition_words(with)),
@@ -101,7 +98,6 @@ pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
     subsystem: Subsystem::Behavior,
     about: "a transition of a skill's machine leads to another state",
     parameters: &[SKILL, STATE, EVENT, NTH, Parameter::required("target", "its new target", ArgumentDomain::Text)],
-    momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"\nnth = 2\ntarget = \"success\"",
     effect: |with| {
         let target = with.text("target").to_owned();
@@ -115,7 +111,6 @@ pub(super) const TRANSITION_DROPPED: FaultKind = FaultKind {
     subsystem: Subsystem::Behavior,
     about: "a transition of a skill's machine is missing",
     parameters: &[SKILL, STATE, EVENT, NTH],
-    momentary: false,
     example: "at_s = 0\nskill = \"GoToDestination\"\nstate = \"trip\"\nevent = \"BT.halt\"",
     effect: |with| mutated(with, Mutation::DropTransition { transition: transition(with) }),
     words: |with| format!("{} is missing", transition_words(with)),
@@ -126,7 +121,6 @@ pub(super) const STATE_STUCK: FaultKind = FaultKind {
     subsystem: Subsystem::Behavior,
     about: "a skill's machine gets stuck in a state: no transition leaves it",
     parameters: &[SKILL, Parameter::required("state", "the state", ArgumentDomain::Text)],
-    momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"",
     effect: |with| mutated(with, Mutation::StuckState { state: with.text("state").to_owned() }),
     words: |with| format!("nothing leaves the state {} of {}", with.text("state"), with.text("skill")),
@@ -141,7 +135,6 @@ pub(super) const MUTATED: FaultKind = FaultKind {
         "the skill and the mistake, as listed",
         ArgumentDomain::Name(Referent::Mutant),
     )],
-    momentary: false,
     example: "at_s = 0\nmutant = \"BatteryLevel: no transition leaves `get`\"",
     effect: |with| {
         let Spanned { value, span } = with.name("mutant");
@@ -157,7 +150,6 @@ pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
     subsystem: Subsystem::Behavior,
     about: "the tree receives a leaf's success as failure, and its failure as success",
     parameters: &[LEAF],
-    momentary: false,
     example: "at_s = 0\nleaf = \"BatteryLevel\"",
     effect: |with| {
         let decided = "m[1] = <success> or m[1] = <failure>";
@@ -171,7 +163,6 @@ pub(super) const HALT_LOST: FaultKind = FaultKind {
     subsystem: Subsystem::Behavior,
     about: "a leaf is halted without its skill being told: the tree believes that it has stopped",
     parameters: &[LEAF],
-    momentary: false,
     example: "at_s = 0\nleaf = \"GoToDestination\"",
     effect: |with| damaged(with, "BT", with.text("leaf"), "m[1] = <halt>", Damage::Pretence("halted")),
     words: |with| format!("{} is not told when it is halted", with.text("leaf")),

@@ -14,7 +14,6 @@ pub(super) const DOOR_STUCK: FaultKind = FaultKind {
     subsystem: Subsystem::Devices,
     about: "a door of the world does not move",
     parameters: &[Parameter::required("door", "the door's name in the world", ArgumentDomain::Name(Referent::Door))],
-    momentary: false,
     example: "at_s = 10\ndoor = \"gallery\"\nlasts_s = 60",
     effect: |with| {
         let door = with.text("door").to_owned();
@@ -28,7 +27,6 @@ pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
     subsystem: Subsystem::Devices,
     about: "a button, a microphone or a people sensor detects nothing",
     parameters: &[Parameter::required("component", "which device", ArgumentDomain::Name(Referent::Component))],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"CallButton\"\nlasts_s = 60",
     effect: |with| device(with, DeviceTrouble::Deaf),
     words: |with| format!("{} detects nothing", with.text("component")),
@@ -39,7 +37,6 @@ pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
     subsystem: Subsystem::Devices,
     about: "a speaker cannot be heard, but reports success",
     parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Name(Referent::Component))],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"Speaker\"\nlasts_s = 60",
     effect: |with| device(with, DeviceTrouble::Mute),
     words: |with| format!("{} cannot be heard", with.text("component")),
@@ -50,7 +47,6 @@ pub(super) const BOX_DROPPED: FaultKind = FaultKind {
     subsystem: Subsystem::Devices,
     about: "the box on a tray falls off behind the robot, and the tray finds out when it is to put it down",
     parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Name(Referent::Component))],
-    momentary: true,
     example: "at_s = 10\ncomponent = \"Tray\"",
     effect: |with| device(with, DeviceTrouble::Drop),
     words: |with| format!("the box falls off {}", with.text("component")),

@@ -33,7 +33,6 @@ pub(super) const DEAD: FaultKind = FaultKind {
     subsystem: Subsystem::Lasers,
     about: "a laser sends no scans",
     parameters: &[LASER],
-    momentary: false,
     example: "at_s = 10\nlaser = \"front\"",
     effect: |with| trouble(with, LaserTrouble::Dead),
     words: |with| format!("no more scans from {}", who(with)),
@@ -44,7 +43,6 @@ pub(super) const DROPOUT: FaultKind = FaultKind {
     subsystem: Subsystem::Lasers,
     about: "a share of the beams gets no echo",
     parameters: &[LASER, Parameter::required("share", "the share of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
-    momentary: false,
     example: "at_s = 10\nshare = 0.5",
     effect: |with| trouble(with, LaserTrouble::Dropout { probability: with.number("share") }),
     words: |with| format!("{} % of the beams of {} get no echo", 100.0 * with.number("share"), who(with)),
@@ -55,7 +53,6 @@ pub(super) const STUCK: FaultKind = FaultKind {
     subsystem: Subsystem::Lasers,
     about: "a laser repeats its last scan",
     parameters: &[LASER],
-    momentary: false,
     example: "at_s = 10\nlasts_s = 20",
     effect: |with| trouble(with, LaserTrouble::Stuck),
     words: |with| format!("the same scan repeatedly from {}", who(with)),
@@ -69,7 +66,6 @@ pub(super) const NOISE: FaultKind = FaultKind {
         LASER,
         Parameter::required("sigma_m", "standard deviation of a range, in meters", ArgumentDomain::Numbers(0.0, 10.0)),
     ],
-    momentary: false,
     example: "at_s = 0\nsigma_m = 0.3",
     effect: |with| trouble(with, LaserTrouble::Noise { sigma_m: with.number("sigma_m") }),
     words: |with| format!("noise of σ = {} m on the ranges of {}", with.number("sigma_m"), who(with)),
@@ -80,7 +76,6 @@ pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
     subsystem: Subsystem::Lasers,
     about: "a laser has a limited range: fog, dust, a dirty window",
     parameters: &[LASER, Parameter::required("max_m", "the range, in meters", ArgumentDomain::Numbers(0.01, 1e3))],
-    momentary: false,
     example: "at_s = 0\nmax_m = 1.5",
     effect: |with| trouble(with, LaserTrouble::RangeLimit { max_m: with.number("max_m") }),
     words: |with| format!("the range of {} is limited to {} m", who(with), with.number("max_m")),
@@ -96,7 +91,6 @@ pub(super) const MOUNT: FaultKind = FaultKind {
         Parameter::number("y_m", "the error to the left, in meters", -1.0, 1.0, 0.0),
         Parameter::number("turn_deg", "the rotation to the left, in degrees", -180.0, 180.0, 0.0),
     ],
-    momentary: false,
     example: "at_s = 0\nlaser = \"front\"\nturn_deg = 5",
     effect: |with| {
         let (x_m, y_m, yaw_rad) = (with.number("x_m"), with.number("y_m"), with.radians("turn_deg"));
@@ -118,7 +112,6 @@ pub(super) const GHOST: FaultKind = FaultKind {
         Parameter::number("bearing_deg", "its direction from the laser, in degrees", -180.0, 180.0, 0.0),
         Parameter::number("width_deg", "its width, in degrees", 0.0, 360.0, 30.0),
     ],
-    momentary: false,
     example: "at_s = 10\nlaser = \"front\"\ndistance_m = 0.8\nlasts_s = 30",
     effect: |with| {
         let (bearing_rad, width_rad) = (with.radians("bearing_deg"), with.radians("width_deg"));

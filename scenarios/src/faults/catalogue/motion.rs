@@ -14,7 +14,6 @@ pub(super) const WHEEL_SLIP: FaultKind = FaultKind {
         "the share of the wheels' motion that is lost",
         ArgumentDomain::Numbers(0.0, 1.0),
     )],
-    momentary: false,
     example: "at_s = 10\nshare = 0.3\nlasts_s = 20",
     effect: |with| {
         let slip = with.number("share");
@@ -38,7 +37,6 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
             0.0,
         ),
     ],
-    momentary: false,
     example: "at_s = 0\ndistance = 0.1\ndeg_per_m = 3",
     effect: |with| {
         let [distance, angle, deg_per_m] = ["distance", "angle", "deg_per_m"].map(|name| with.number(name));
@@ -63,7 +61,6 @@ pub(super) const ODOMETRY_FREEZE: FaultKind = FaultKind {
     subsystem: Subsystem::Motion,
     about: "odometry reports no motion, whatever the wheels do",
     parameters: &[],
-    momentary: false,
     example: "at_s = 10\nlasts_s = 10",
     effect: |_| Effect::world(|faults| faults.odometry.frozen = true),
     words: |_| "odometry is frozen".to_owned(),
@@ -77,7 +74,6 @@ pub(super) const JOYPAD: FaultKind = FaultKind {
         Parameter::number("linear_mps", "forward speed, in m/s", -2.0, 2.0, 0.0),
         Parameter::number("angular_radps", "turning rate, in rad/s, counter-clockwise", -5.0, 5.0, 0.0),
     ],
-    momentary: false,
     example: "near = \"RechargingStation\"\nwithin_m = 1.5\nlinear_mps = -0.4\nlasts_s = 8\ntimes = 1000",
     effect: |with| {
         let command =
@@ -103,7 +99,6 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
         },
         Parameter::required("factor", "the share of its speed that remains", ArgumentDomain::Numbers(0.0, 1.0)),
     ],
-    momentary: false,
     example: "at_s = 10\nwheel = \"left\"\nfactor = 0.7",
     effect: |with| {
         let (left, factor) = (with.text("wheel") == "left", with.number("factor"));
@@ -120,7 +115,6 @@ pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
     subsystem: Subsystem::Motion,
     about: "the speed of the base is limited, whatever its command",
     parameters: &[Parameter::required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
-    momentary: false,
     example: "at_s = 10\nmax_mps = 0.1",
     effect: |with| {
         let limit = with.number("max_mps");
@@ -137,7 +131,6 @@ pub(super) const EMERGENCY_STOP: FaultKind = FaultKind {
     subsystem: Subsystem::Motion,
     about: "the emergency stop is pressed: the motors are off",
     parameters: &[],
-    momentary: false,
     example: "at_s = 10\nlasts_s = 30",
     effect: |_| Effect::world(|faults| faults.base.emergency_stop = true),
     words: |_| "the emergency stop is pressed".to_owned(),
@@ -148,7 +141,6 @@ pub(super) const COMMAND_DELAY: FaultKind = FaultKind {
     subsystem: Subsystem::Motion,
     about: "velocity commands take effect late",
     parameters: &[Parameter::required("delay_s", "the delay, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
-    momentary: false,
     example: "at_s = 10\ndelay_s = 0.5",
     effect: |with| {
         let delay = with.seconds("delay_s");

@@ -8,7 +8,6 @@ use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
-/// The affected component.
 const COMPONENT: Parameter =
     Parameter::required("component", "which component", ArgumentDomain::Name(Referent::Component));
 
@@ -27,7 +26,6 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "the robot is lifted and put down elsewhere; odometry does not register it",
     parameters: &[Parameter::required("to", "its new pose", ArgumentDomain::Pose)],
-    momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Kidnap(with.spanned_pose("to")),
     words: |with| {
@@ -41,7 +39,6 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "localization is given a wrong pose",
     parameters: &[Parameter::required("to", "the pose that it is given", ArgumentDomain::Pose)],
-    momentary: true,
     example: "at_s = 0\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Belief(with.pose("to")),
     words: |with| {
@@ -55,7 +52,6 @@ pub(super) const GOAL: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "somebody else sends Navigation a goal: it replaces the current trip, which fails",
     parameters: &[Parameter::required("to", "the pose to drive to", ArgumentDomain::Pose)],
-    momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Goal(with.spanned_pose("to")),
     words: |with| {
@@ -73,7 +69,6 @@ pub(in crate::faults) const WRONG_MAP: FaultKind = FaultKind {
         "the map's YAML file",
         ArgumentDomain::Name(Referent::File(&["yaml", "yml"])),
     )],
-    momentary: false,
     example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",
     effect: |with| {
         let Spanned { value, span } = with.name("map");
@@ -92,7 +87,6 @@ pub(super) const ZONE_IGNORED: FaultKind = FaultKind {
         domain: ArgumentDomain::Name(Referent::Zone),
         default: ArgumentDefault::Absent,
     }],
-    momentary: false,
     example: "at_s = 10",
     effect: |with| Effect::Zones(with.has("zone").then(|| with.name("zone"))),
     words: |with| match with.has("zone") {
@@ -106,7 +100,6 @@ pub(super) const FROZEN: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "a component hangs: it answers nothing and does nothing, and continues when the fault ends",
     parameters: &[COMPONENT],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"Navigation\"\nlasts_s = 10",
     effect: |with| Effect::Outage { component: component(with), crashed: false },
     words: |with| format!("{} hangs", with.text("component")),
@@ -117,7 +110,6 @@ pub(super) const CRASH: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "a component crashes; when the fault ends, it restarts and has forgotten everything",
     parameters: &[COMPONENT],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"Navigation\"\nlasts_s = 5",
     effect: |with| Effect::Outage { component: component(with), crashed: true },
     words: |with| format!("{} crashes", with.text("component")),
@@ -128,7 +120,6 @@ pub(super) const SLOW: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "a component's answers come late",
     parameters: &[COMPONENT, Parameter::number("delay_s", "the delay, in seconds", 0.0, 1e3, 1.0)],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"BatteryReader\"\ndelay_s = 0.3",
     effect: |with| every_message(with, Which::From(component(with)), Damage::Delay(with.seconds("delay_s"))),
     words: |with| format!("{} answers {} s late", with.text("component"), with.number("delay_s")),
@@ -139,7 +130,6 @@ pub(super) const WRONG_REPLY: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "a component reports the opposite: true for false, 100 − level for a level, failure for running and success",
     parameters: &[COMPONENT],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"Localization\"\nlasts_s = 5",
     effect: |with| every_message(with, Which::From(component(with)), Damage::Opposite),
     words: |with| format!("{} reports the opposite of the truth", with.text("component")),
@@ -150,7 +140,6 @@ pub(super) const NO_REPLY: FaultKind = FaultKind {
     subsystem: Subsystem::Software,
     about: "a component never receives its requests",
     parameters: &[COMPONENT],
-    momentary: false,
     example: "at_s = 10\ncomponent = \"BatteryReader\"\nlasts_s = 5",
     effect: |with| every_message(with, Which::To(component(with)), Damage::Loss),
     words: |with| format!("{} does not receive its requests", with.text("component")),

@@ -8,7 +8,6 @@ use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Walk};
 use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDomain, Effect, Parameter};
 
-/// The pose of the object.
 const AT: Parameter = Parameter::required("at", "the pose of its center", ArgumentDomain::Pose);
 const POINT: Parameter = Parameter::required("at", "its first point", ArgumentDomain::Point);
 const ROUTE: Parameter = Parameter::required("route", "its further points, in order", ArgumentDomain::Points);
@@ -49,7 +48,6 @@ pub(super) const DOOR: FaultKind = FaultKind {
     subsystem: Subsystem::World,
     about: "a door closes",
     parameters: &[AT, Parameter::number("width_m", "the width of the doorway, in meters", 0.1, 20.0, 1.0)],
-    momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 90]\nwidth_m = 1.0\nlasts_s = 60",
     effect: |with| {
         let shape = Shape::Box { length_m: with.number("width_m"), width_m: 0.08 };
@@ -67,7 +65,6 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
         Parameter::number("length_m", "its length along its heading, in meters", 0.05, 20.0, 0.6),
         Parameter::number("width_m", "its width, in meters", 0.05, 20.0, 0.4),
     ],
-    momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 0]",
     effect: |with| {
         let shape = Shape::Box { length_m: with.number("length_m"), width_m: with.number("width_m") };
@@ -81,7 +78,6 @@ pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
     subsystem: Subsystem::World,
     about: "a trolley moves back and forth and yields to nobody",
     parameters: &[POINT, ROUTE, Parameter::number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
-    momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\nspeed_mps = 0.3",
     effect: |with| {
         let at = with.point("at");
@@ -103,7 +99,6 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         Parameter::whole("count", "how many", 0, 50, 3),
         Parameter::flag("gives_way", "whether they wait for the robot instead of walking into it"),
     ],
-    momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\ncount = 3",
     effect: |with| {
         let (at, route, speed_mps) = (with.point("at"), with.points("route"), with.number("speed_mps"));
@@ -142,7 +137,6 @@ pub(super) const STATION_OCCUPIED: FaultKind = FaultKind {
     subsystem: Subsystem::World,
     about: "another robot stands at the charging station",
     parameters: &[AT],
-    momentary: false,
     example: "at_s = 0\nat = [1.0, 1.0, 90]",
     effect: |with| {
         let shape = Shape::Disc { radius_m: 0.3 };
@@ -160,7 +154,6 @@ pub(super) const STATION_MOVED: FaultKind = FaultKind {
         "its new position, and the heading of a docked robot",
         ArgumentDomain::Pose,
     )],
-    momentary: false,
     example: "at_s = 0\nto = [3.0, 1.0, 90]",
     effect: |with| {
         let to = with.pose("to");

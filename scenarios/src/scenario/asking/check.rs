@@ -94,7 +94,7 @@ impl Asking {
         let offer = offered(self.of, &self.asked, offers).ok()?;
         let (of, written) = self.written().find(|(_, written)| written.port.value == port)?;
         let (name, kind) = offer.fields(of).find(|(name, _)| *name == written.field.value)?;
-        Some((format!("`{name}` of {}", self.asked.component.value), present(kind)))
+        Some((format!("`{name}` of {}", self.asked.component.value), kind.present()))
     }
 
     /// Reports ports of a leaf that do not fit what is offered: an input port that is not set though the request needs
@@ -125,7 +125,7 @@ impl Asking {
             let Some((_, taken)) = ports.into_iter().find(|(known, _)| *known == port.value) else { continue };
             let Some(given) = kind(of, &field.value) else { continue };
             if sample(given).is_some_and(|value| skills::field_value(&value, taken).is_none()) {
-                let taken = present(taken);
+                let taken = taken.present();
                 let message = format!(
                     "the port `{}` of `{}` is {taken}, and `{}` of {} is {given}",
                     port.value,
@@ -139,11 +139,6 @@ impl Asking {
         }
         problems
     }
-}
-
-/// What an optional kind is if there is a value; any other kind as it is.
-fn present(kind: &FieldKind) -> &FieldKind {
-    if let FieldKind::Optional(kind) = kind { kind } else { kind }
 }
 
 /// A value of a kind; `None` for a list, which no port takes.

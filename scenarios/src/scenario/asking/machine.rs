@@ -237,7 +237,6 @@ impl Text {
         });
     }
 
-    /// A transition that only leads to a state.
     fn go_to(&mut self, state: &str, event: &str) {
         self.transition(event, None, Some(state), |_| {});
     }
@@ -253,7 +252,6 @@ impl Text {
         self.message("BT", answer, fields);
     }
 
-    /// A transition that answers the tree.
     fn answered(&mut self, event: &str, target: Option<&str>, answer: &str, outputs: &[Written]) {
         self.transition(event, None, target, |text| text.send_to_tree(answer, outputs, Written::datum));
     }

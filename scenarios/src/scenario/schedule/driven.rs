@@ -35,24 +35,17 @@ pub fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Option<Proc
 impl DriverData {
     /// The data that the components of a system received last.
     pub fn of(system: &ChannelSystem) -> Self {
-        let id = |name| system.topology().find_process(name);
-        Self::received_by(
-            id(BATTERY_READER).and_then(|id| system.process(id)),
-            id(LOCALIZATION).and_then(|id| system.process(id)),
-            id(NAVIGATION).and_then(|id| system.process(id)),
-        )
+        Self::inside(system, |process| process)
     }
 
-    /// The data that these components received last.
-    pub fn received_by(
-        battery: Option<&BatteryReader>,
-        localization: Option<&Localization>,
-        navigation: Option<&Navigation>,
-    ) -> Self {
+    /// The same of a system with wrapped components, which `unwrap` unwraps.
+    pub fn inside(system: &ChannelSystem, unwrap: fn(&dyn Process) -> &dyn Process) -> Self {
+        let component = |name| Some(unwrap(system.any_process(system.topology().find_process(name)?)?).as_any());
+        let [battery, localization, navigation] = [BATTERY_READER, LOCALIZATION, NAVIGATION].map(component);
         Self {
-            battery: battery.and_then(BatteryReader::reading),
-            place: localization.and_then(Localization::place).map(str::to_owned),
-            trip: navigation.and_then(Navigation::trip_status),
+            battery: battery.and_then(|battery| battery.downcast_ref::<BatteryReader>()?.reading()),
+            place: localization.and_then(|process| process.downcast_ref::<Localization>()?.place()).map(str::to_owned),
+            trip: navigation.and_then(|navigation| navigation.downcast_ref::<Navigation>()?.trip_status()),
         }
     }
 

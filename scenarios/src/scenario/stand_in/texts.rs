@@ -54,17 +54,13 @@ pub(super) struct Chosen {
 /// Everything that may do something with a text.
 pub(super) struct System<'a> {
     pub(super) tree: Option<&'a Tree>,
-    /// The machines, by process.
     pub(super) machines: Vec<(&'a String, &'a Skill)>,
     /// The interfaces of all components that the scenario describes.
     pub(super) interfaces: &'a BTreeMap<&'a str, Interface>,
     /// Those that answer anything.
     pub(super) anything: &'a BTreeSet<&'a str>,
-    /// The places of the map, if there is one.
     pub(super) places: Option<&'a Places>,
-    /// The names and texts of property files.
     pub(super) properties: &'a [(String, String)],
-    /// How many messages may be delivered twice.
     pub(super) repeated: usize,
 }
 
@@ -136,7 +132,6 @@ impl System<'_> {
         cells
     }
 
-    /// The kinds of a field of a message.
     fn kinds(&self, cell: &Cell) -> Vec<FieldKind> {
         let mut shapes = Vec::new();
         shapes.extend(self.interfaces.get(cell.from.as_str()).into_iter().flat_map(spoken));
@@ -162,10 +157,7 @@ fn spoken(interface: &Interface) -> Vec<Shape> {
 }
 
 fn is_text(kind: &FieldKind) -> bool {
-    match kind {
-        FieldKind::Optional(kind) => is_text(kind),
-        kind => *kind == FieldKind::Text,
-    }
+    *kind.present() == FieldKind::Text
 }
 
 /// The symbols that a field of this kind can be.
@@ -403,7 +395,6 @@ fn heard(Cell { from, head, field, value, .. }: &Cell) -> HeardEvent {
     event
 }
 
-/// The texts in a property file.
 fn texts(file: &str) -> Vec<Arc<str>> {
     let parsed = parse_file(file);
     let texts = parsed.file.literals().into_iter().filter_map(|literal| match literal {

@@ -15,7 +15,6 @@ use super::super::xml::{is, value_span};
 use super::{Sent, Translator};
 
 impl Translator<'_, '_> {
-    /// Writes an element that sends an event.
     pub(super) fn sending(&mut self, node: Node<'_, '_>, sending: &Sending) {
         let known: Vec<&str> = ["name"].into_iter().chain(sending.attributes.iter().copied()).collect();
         self.known_attributes(node, &known);

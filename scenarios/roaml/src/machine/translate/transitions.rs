@@ -12,7 +12,6 @@ use super::super::xml::{is, value_span};
 use super::Translator;
 
 impl Translator<'_, '_> {
-    /// Writes an SCXML transition.
     pub(super) fn transition(&mut self, node: Node<'_, '_>) {
         let event = node.attribute_node("event");
         let event = event.map(|event| (event.value().to_owned(), event.range_value()));
@@ -20,7 +19,6 @@ impl Translator<'_, '_> {
         self.branches(node, event, None);
     }
 
-    /// Writes an element that reacts to an event.
     pub(super) fn reaction(&mut self, node: Node<'_, '_>, reaction: &Reaction) {
         let known: &[&str] = if reaction.role.is_some() { &["name", "cond", "target"] } else { &["cond", "target"] };
         self.known_attributes(node, known);
