@@ -19,7 +19,6 @@ impl TreeError {
         Self { text, problems, included: Vec::new() }
     }
 
-    /// The error of a file and of those that it includes.
     pub(crate) fn with_included(mut self, included: Vec<Self>) -> Self {
         self.included = included;
         self

@@ -98,7 +98,6 @@ fn name_of(text: &str, element: Element<'_, '_>) -> String {
     format!("{} on line {line}", named.unwrap_or(element.tag_name().name()))
 }
 
-/// Renames an element in its tags.
 fn renamed(text: &str, element: Element<'_, '_>, other: &str) -> Vec<Edit> {
     let (range, length) = (element.range(), element.tag_name().name().len());
     let begin = range.start + 1;

@@ -24,23 +24,9 @@ mod parse;
 mod reading;
 mod token;
 
-use std::ops::Range;
-
 pub(crate) use evaluate::ScriptError;
 pub(crate) use expression::{Assignment, Binary, Comparison, Expression, Script};
 pub(crate) use reading::{Names, SyntaxError};
-
-impl Script {
-    /// Reads a script. Also gives the place of the first statement that no semicolon separates from the one before it.
-    pub(crate) fn parse(text: &str, names: &mut dyn Names) -> Result<(Self, Option<Range<usize>>), SyntaxError> {
-        parse::parse(text, names).map(|(statements, unseparated)| (Self { statements }, unseparated))
-    }
-
-    /// The script that does nothing.
-    pub(crate) fn empty() -> Self {
-        Self { statements: Vec::new() }
-    }
-}
 
 #[cfg(test)]
 mod tests;

@@ -189,7 +189,6 @@ impl Mark {
         }
     }
 
-    /// The mark of a node that has answered.
     pub(crate) fn answered(self, status: Status) -> Self {
         match (status, self) {
             (Status::Running, _) => Self::Running,

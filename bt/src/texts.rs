@@ -76,11 +76,7 @@ fn of_value(value: &Value) -> Possible {
     match value {
         Value::Int(_) | Value::Real(_) => Possible::number(),
         Value::Text(text) => Possible::texts([text.clone()]),
-        Value::List(items) => {
-            let mut all = Possible::default();
-            items.iter().for_each(|item| _ = all.join(&of_value(item)));
-            all.around()
-        }
+        Value::List(items) => items.iter().map(of_value).collect::<Possible>().around(),
     }
 }
 
@@ -261,8 +257,7 @@ impl<'a> Board<'a> {
 
     /// What Nav2's nodes read are goals, paths and numbers, never plain texts.
     fn nav2(&mut self, node: &Node, nav2: &Nav2) {
-        let mut all = Possible::default();
-        nav2.entries().into_iter().for_each(|slot| _ = all.join(&self.entry(slot)));
+        let all: Possible = nav2.entries().into_iter().map(|slot| self.entry(slot)).collect();
         self.keep_out(node, &all, "looks into {}");
         for slot in nav2.outputs() {
             self.write(slot, &Possible::anything());
@@ -360,9 +355,7 @@ impl<'a> Board<'a> {
             Expression::Choice(parts) => {
                 let condition = self.value(node, &parts[0]);
                 self.keep_out(node, &condition, "takes {} as a condition");
-                let mut either = self.value(node, &parts[1]);
-                either.join(&self.value(node, &parts[2]));
-                either
+                parts[1..].iter().map(|part| self.value(node, part)).collect()
             }
             Expression::Assignment(assignment, slot, _, right) => {
                 let right = self.value(node, right);

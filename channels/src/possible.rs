@@ -194,6 +194,17 @@ impl Comparisons {
     }
 }
 
+/// What one of these may be.
+impl FromIterator<Self> for Possible {
+    fn from_iter<I: IntoIterator<Item = Self>>(all: I) -> Self {
+        let both = |mut one: Self, other| {
+            one.join(&other);
+            one
+        };
+        all.into_iter().reduce(both).unwrap_or_default()
+    }
+}
+
 /// What a constant may be.
 impl From<&Value> for Possible {
     fn from(value: &Value) -> Self {
@@ -201,11 +212,7 @@ impl From<&Value> for Possible {
             Value::Symbol(symbol) => Self::texts([symbol.name()]),
             Value::Text(text) => Self::texts([Arc::clone(text)]),
             Value::Bool(_) | Value::Int(_) | Value::Real(_) => Self::number(),
-            Value::List(items) => {
-                let mut all = Self::default();
-                items.iter().for_each(|item| _ = all.join(&item.into()));
-                all.around()
-            }
+            Value::List(items) => items.iter().map(Self::from).collect::<Self>().around(),
         }
     }
 }

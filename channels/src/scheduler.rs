@@ -17,6 +17,31 @@ pub use starving::Starving;
 
 use crate::{ChannelSystem, Enabled};
 
+/// Some of the enabled transitions, and their indices among all; the memory is used again for each choice.
+#[derive(Debug, Default)]
+struct Rest {
+    transitions: Vec<Enabled>,
+    places: Vec<usize>,
+}
+
+impl Rest {
+    /// Lets `choose` pick among the transitions that do not wait, or among all if there are no others.
+    fn choose(
+        &mut self,
+        enabled: &[Enabled],
+        waits: impl Fn(&Enabled) -> bool,
+        choose: impl FnOnce(&[Enabled]) -> usize,
+    ) -> usize {
+        self.transitions.clear();
+        self.places.clear();
+        for (place, transition) in enabled.iter().enumerate().filter(|(_, transition)| !waits(transition)) {
+            self.transitions.push(transition.clone());
+            self.places.push(place);
+        }
+        if self.transitions.is_empty() { choose(enabled) } else { self.places[choose(&self.transitions)] }
+    }
+}
+
 /// A scheduling policy.
 pub trait Scheduler: Debug + Send {
     /// The index of the transition to take. `enabled` is never empty.

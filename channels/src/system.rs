@@ -279,12 +279,9 @@ impl ChannelSystem {
     pub fn is_ready_for_tick(&mut self, generator: ProcessId) -> bool {
         let process = self.process::<TickGenerator>(generator).expect("ticks come from a TickGenerator");
         let (channel, pending) = (process.output(), process.is_pending());
-        !pending && self.contents[channel.0].is_none() && self.awaits_tick(channel)
-    }
-
-    fn awaits_tick(&mut self, channel: ChannelId) -> bool {
         self.refresh();
-        self.cache.offers.iter().flatten().any(|offer| takes_ticks(offer, channel))
+        let mut offers = self.cache.offers.iter().flatten();
+        !pending && self.contents[channel.0].is_none() && offers.any(|offer| takes_ticks(offer, channel))
     }
 
     /// The transitions that can be taken now, in an order that depends only on the state. If there are none, the system
@@ -381,7 +378,7 @@ impl ChannelSystem {
             }
             EnabledKind::Send(channel) => {
                 let envelope = self.sent(process, transition, channel)?;
-                self.disturbances.enter(channel, &envelope.message, self.clock.time);
+                self.disturbances.arm(channel, 0, &envelope.message, self.clock.time);
                 self.contents[channel.0] = Some(envelope);
                 self.follow(process, transition, None);
                 Ok(None)

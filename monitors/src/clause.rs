@@ -329,7 +329,6 @@ pub(crate) fn products(formula: &Formula, vocabulary: &Vocabulary) -> Result<For
     form(formula, true, Shape::Products, vocabulary)
 }
 
-/// The form of a formula, or of its negation.
 fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Result<Form, FormulaError> {
     let of = |part: &Formula, holds, shape| form(part, holds, shape, words);
     match formula {

@@ -46,7 +46,6 @@ impl Values {
         Self::new(bindings)
     }
 
-    /// The values of these names.
     pub(crate) fn only(&self, names: &[Arc<str>]) -> Self {
         if self.bindings().iter().all(|(name, _)| names.contains(name)) {
             return self.clone();
@@ -243,7 +242,6 @@ impl MessageCondition {
         self.holds_with(message, &Values::default())
     }
 
-    /// Whether a message satisfies the condition with these values.
     pub(crate) fn holds_with(&self, message: &Message, values: &Values) -> bool {
         self.holds_in(Seen { message, item: None }, values)
     }

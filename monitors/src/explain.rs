@@ -90,7 +90,6 @@ impl Explainer<'_> {
         }
     }
 
-    /// A formula as the clause of a sentence.
     fn clause(&self, formula: &Formula) -> String {
         match formula {
             Formula::True => "nothing is required".to_owned(),
@@ -166,7 +165,6 @@ impl Explainer<'_> {
         if matches!(formula.parts(), Parts::Prefix(..)) { self.clause(formula) } else { self.inside(formula) }
     }
 
-    /// A formula inside another one.
     fn inside(&self, formula: &Formula) -> String {
         let is_one = match formula {
             Formula::True | Formula::False | Formula::Event(_) | Formula::Fresh(_) | Formula::TimeUntil { .. } => true,
@@ -297,7 +295,6 @@ impl Explainer<'_> {
         }
     }
 
-    /// A condition inside another one.
     fn condition_inside(&self, condition: &MessageCondition, channel: ChannelId) -> String {
         let condition = &*self.as_called(condition, channel);
         let is_one = match condition {

@@ -9,6 +9,7 @@ mod shape;
 mod text;
 
 pub(crate) use picture::Picture;
+pub(crate) use shape::MAX_DRAWN_STATES;
 
 use channels::Topology;
 

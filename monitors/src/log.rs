@@ -323,7 +323,6 @@ impl<R: BufRead> EventLog<R> {
         LogError::Line { line: self.continuity.line, column: at + 1, problem: problem.to_owned() }
     }
 
-    /// The event of a line, if it has one.
     fn event(&mut self, line: &[u8]) -> Result<Option<Event>, LogError> {
         let number = self.continuity.line;
         let unreadable =

@@ -15,7 +15,7 @@ use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm
 use crate::clause::Window;
 use crate::describe;
 use crate::engine::{CompactRun, Letter, Limits, Obligation, Situation, State, Symbol, combinations};
-use crate::export::{Format, Picture};
+use crate::export::{Format, MAX_DRAWN_STATES, Picture};
 use crate::formula::{EventAtom, Formula, FormulaError};
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
@@ -125,7 +125,7 @@ impl ScopeMonitor {
             return Err(FormulaError::NoSuchField);
         }
         let synthesis = Synthesis::new(&formula, topology, choice, limits)?;
-        let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
+        let picture = Picture::of(name, &synthesis, topology, MAX_DRAWN_STATES).map(Arc::new);
         let run = synthesis.start();
         let rules = synthesis.rules.as_ref().filter(|_| synthesis.compact().is_none());
         Ok(Self {
@@ -364,7 +364,7 @@ impl ScopeMonitor {
     }
 
     fn picture_of_any_size(&self) -> Option<Picture> {
-        Picture::of_any_size(&self.name, &self.synthesis, &self.topology)
+        Picture::of(&self.name, &self.synthesis, &self.topology, usize::MAX)
     }
 
     /// The state that determines how it continues: the verdict if it is final, else that of the machine, and whether τ

@@ -165,7 +165,6 @@ impl Oracle<'_> {
         before.is_some_and(|j| self.ago(bound, i, j) && clauses.iter().all(|clause| self.clause(clause, j, values)))
     }
 
-    /// The states up to i.
     fn up_to(&self, i: usize) -> impl DoubleEndedIterator<Item = usize> + use<> {
         0..(i + 1).min(self.states.len())
     }

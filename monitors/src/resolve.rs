@@ -68,7 +68,6 @@ struct Inside {
 }
 
 impl Inside {
-    /// Inside an operator of this tense, in this place.
     fn operator(self, tense: Tense) -> Self {
         Self { temporal: self.temporal || tense == Tense::Future, past: self.past || tense == Tense::Past }
     }
@@ -282,7 +281,6 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// The names that a file defines twice.
 pub(crate) fn defined_twice(file: &File) -> Vec<Problem> {
     let mut known: BTreeMap<&str, ByteRange> = BTreeMap::new();
     let names = file.items.iter().map(|item| match item {

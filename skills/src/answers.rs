@@ -141,7 +141,8 @@ type Moment = (StateId, Owes);
 struct Conversation<'c> {
     chart: &'c Chart,
     can_halt: bool,
-    classes: Classes,
+    tick: EventClass,
+    halt: EventClass,
     /// Whether it sends anything to itself or to others than the tree, which may answer.
     gets_others: bool,
     /// The next moments of each. What is owed is settled in between if the machine owes it no more.
@@ -156,21 +157,15 @@ struct Conversation<'c> {
     deaf: BTreeSet<StateId>,
 }
 
-struct Classes {
-    tick: EventClass,
-    halt: EventClass,
-}
-
 impl<'c> Conversation<'c> {
     fn of(chart: &'c Chart, can_halt: bool) -> Self {
-        let classes =
-            Classes { tick: chart.events.class(&request("tick")), halt: chart.events.class(&request("halt")) };
         let mut gets_others = false;
         chart.visit_sends(&mut |send| gets_others |= to_tree(send) != Some(true));
         let mut conversation = Self {
             chart,
             can_halt,
-            classes,
+            tick: chart.events.class(&request("tick")),
+            halt: chart.events.class(&request("halt")),
             gets_others,
             next: BTreeMap::new(),
             answers: BTreeMap::new(),
@@ -179,7 +174,7 @@ impl<'c> Conversation<'c> {
             deaf: BTreeSet::new(),
         };
         let start = BTreeSet::from([Owes::Nothing]);
-        let mut open: Vec<Moment> = conversation.enter(StateId::ROOT, None, start).into_iter().collect();
+        let mut open: Vec<Moment> = conversation.enter(StateId::ROOT, StateId::ROOT, start).into_iter().collect();
         while let Some(moment) = open.pop() {
             if conversation.next.contains_key(&moment) {
                 continue;
@@ -214,12 +209,12 @@ impl<'c> Conversation<'c> {
             next.extend(self.take(way, state, owes));
         }
         if matches!(owes, Owes::Nothing | Owes::Running) {
-            for way in self.enabled(with_event(), self.classes.tick) {
+            for way in self.enabled(with_event(), self.tick) {
                 next.extend(self.take(way, state, Owes::Answer));
             }
         }
         if owes == Owes::Running && self.can_halt {
-            let enabled = self.enabled(with_event(), self.classes.halt);
+            let enabled = self.enabled(with_event(), self.halt);
             if enabled.is_empty() && chart.state(state).kind != StateKind::Final {
                 self.deaf.insert(state);
             }
@@ -260,7 +255,6 @@ impl<'c> Conversation<'c> {
         })
     }
 
-    /// The moments after a transition from this state.
     fn take(&mut self, way: TransitionId, state: StateId, owes: Owes) -> BTreeSet<Moment> {
         let chart = self.chart;
         let transition: &Transition = chart.transition(way);
@@ -275,37 +269,31 @@ impl<'c> Conversation<'c> {
         }
         owed = self.run(&transition.content, owed);
         match transition.targets.first() {
-            Some(target) => self.enter(domain, Some(*target), owed),
+            Some(target) => self.enter(domain, *target, owed),
             None => owed.into_iter().map(|owes| (state, owes)).collect(),
         }
     }
 
-    /// The moments after entering a state from one around it, and what is below it by default.
-    fn enter(&mut self, around: StateId, target: Option<StateId>, mut owed: BTreeSet<Owes>) -> BTreeSet<Moment> {
+    /// The moments after entering a state from one around it, or from itself, and what is below it by default.
+    fn enter(&mut self, around: StateId, target: StateId, owed: BTreeSet<Owes>) -> BTreeSet<Moment> {
         let chart = self.chart;
-        let mut state = around;
-        if let Some(target) = target {
-            let mut path: Vec<StateId> =
-                std::iter::once(target).chain(chart.ancestors(target)).take_while(|state| *state != around).collect();
-            path.reverse();
-            for entered in path {
-                owed = self.run_all(&chart.state(entered).on_entry, owed);
-                state = entered;
-            }
-        }
+        let (mut state, mut owed) = (target, self.descend(around, target, owed));
         while chart.state(state).kind == StateKind::Compound {
             let Some(initial) = chart.state(state).initial.as_ref() else { break };
             owed = self.run(&initial.content, owed);
             let Some(first) = initial.targets.first() else { break };
-            let mut path: Vec<StateId> =
-                std::iter::once(*first).chain(chart.ancestors(*first)).take_while(|one| *one != state).collect();
-            path.reverse();
-            for entered in path {
-                owed = self.run_all(&chart.state(entered).on_entry, owed);
-                state = entered;
-            }
+            owed = self.descend(state, *first, owed);
+            state = *first;
         }
         owed.into_iter().map(|owes| (state, owes)).collect()
+    }
+
+    /// What the machine may owe after entering the states inside `around`, down to `target`.
+    fn descend(&mut self, around: StateId, target: StateId, owed: BTreeSet<Owes>) -> BTreeSet<Owes> {
+        let chart = self.chart;
+        let way = std::iter::once(target).chain(chart.ancestors(target)).take_while(|state| *state != around);
+        let way: Vec<StateId> = way.collect();
+        way.iter().rev().fold(owed, |owed, entered| self.run_all(&chart.state(*entered).on_entry, owed))
     }
 
     fn run_all(&mut self, blocks: &'c [Block], owed: BTreeSet<Owes>) -> BTreeSet<Owes> {

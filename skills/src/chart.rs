@@ -18,7 +18,7 @@ use miette::SourceSpan;
 
 pub(crate) use content::{
     Action, ActionKind, AssignTarget, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Invoke,
-    InvokeSource, Named, Param, Payload, Send, SendId, Source, visit_actions,
+    InvokeSource, Param, Payload, Send, SendId, Source, visit_actions,
 };
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
 pub(crate) use mentions::{ADDRESS, Mentions};
@@ -212,8 +212,8 @@ impl Chart {
     pub fn sends_elsewhere(&self, known: &[&str], hint: &str) -> Option<Concerns> {
         let mut problems: Vec<Problem> = Vec::new();
         self.visit_sends(&mut |send| {
-            let processor = send.processor.as_ref().and_then(|processor| processor.literal());
-            if let (Some(CHANNEL_PROCESSOR), Some(target)) = (processor.map(|name| &**name), &send.target)
+            if send.goes_by_channel()
+                && let Some(target) = &send.target
                 && let Some(name) = target.literal().filter(|name| !known.contains(&&***name))
             {
                 let problem = Problem::new(format!("the machine sends to the process `{name}`")).as_warning();
@@ -231,13 +231,10 @@ impl Chart {
     pub fn channel_messages(&self) -> Vec<(&str, &str)> {
         let mut messages = Vec::new();
         self.visit_sends(&mut |send| {
-            let processor = send.processor.as_ref().and_then(|processor| processor.literal());
-            let target = send.target.as_ref().and_then(|target| target.literal());
-            let event = send.event.as_ref().and_then(|event| event.literal());
-            if let (Some(CHANNEL_PROCESSOR), Some(target), Some(event)) = (processor.map(|name| &**name), target, event)
-            {
-                messages.push((&**target, &**event));
-            }
+            let target = send.target.as_ref().and_then(Attribute::literal);
+            let event = send.event.as_ref().and_then(Attribute::literal);
+            let both = target.zip(event).filter(|_| send.goes_by_channel());
+            messages.extend(both.map(|(target, event)| (&**target, &**event)));
         });
         messages
     }

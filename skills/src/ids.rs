@@ -64,7 +64,6 @@ impl Identifiers {
         Self { machine, states, data }
     }
 
-    /// The id of a state, if the index is that of one.
     #[cfg(feature = "ecmascript")]
     pub(crate) fn state(&self, index: usize) -> Option<&Arc<str>> {
         self.states.get(index)

@@ -7,7 +7,7 @@ use diagnostics::Problem;
 use miette::SourceSpan;
 
 use crate::chart::{Action, ActionKind, AssignTarget, Content, Send, visit_actions};
-use crate::expression::{BinaryOp, EventField, Expr, Statement, UnaryOp};
+use crate::expression::{EventField, Expr, Statement, UnaryOp};
 use crate::ids::DataId;
 use crate::{Chart, Datum};
 
@@ -104,19 +104,12 @@ impl<'a> Following<'a> {
 
     /// Whether the value of the expression may depend on the quantity.
     fn mentions(&self, expr: &Expr) -> bool {
-        let any = |parts: &[Expr]| parts.iter().any(|part| self.mentions(part));
         match expr {
             _ if self.is_quantity(expr) => true,
             Expr::Event | Expr::EventField(EventField::Data | EventField::Raw) => true,
             Expr::Foreign(code) => code.mentions_event || code.mentions.iter().any(|data| self.holders.contains(data)),
             Expr::Member(of, _) if matches!(**of, Expr::EventField(EventField::Data)) => false,
-            Expr::Member(part, _) | Expr::Unary(_, part) | Expr::InDynamic(part) => self.mentions(part),
-            Expr::Index(parts) | Expr::Binary(_, parts) | Expr::Logic(_, parts) => any(&parts[..]),
-            Expr::Choice(parts) => any(&parts[..]),
-            Expr::Array(items) => any(items),
-            Expr::Object(members) => members.iter().any(|(_, value)| self.mentions(value)),
-            Expr::Constant(_) | Expr::Data(_) | Expr::Unknown(_) | Expr::Broken(_) | Expr::EventField(_) => false,
-            Expr::MachineName | Expr::SessionId | Expr::IoProcessors | Expr::In(_) => false,
+            _ => expr.parts().into_iter().any(|part| self.mentions(part)),
         }
     }
 
@@ -124,7 +117,7 @@ impl<'a> Following<'a> {
     /// comparison.
     fn carries(&self, expr: &Expr) -> bool {
         match expr {
-            Expr::Binary(op, _) if compares(*op) => false,
+            Expr::Binary(op, _) if op.compares() => false,
             Expr::Unary(UnaryOp::Not, _) => false,
             Expr::Choice(parts) => parts[1..].iter().any(|part| self.carries(part)),
             Expr::Logic(_, parts) => parts.iter().any(|part| self.carries(part)),
@@ -143,7 +136,7 @@ impl<'a> Following<'a> {
             return;
         }
         match expr {
-            Expr::Binary(op, parts) if compares(*op) => {
+            Expr::Binary(op, parts) if op.compares() => {
                 let [left, right] = &**parts;
                 for (this, other) in [(left, right), (right, left)] {
                     if self.is_quantity(this) {
@@ -234,10 +227,8 @@ impl<'a> Following<'a> {
         }
         chart.blocks().for_each(|block| visit_actions(block, &mut |action| self.check_action(action)));
         for invoke in chart.invokes() {
-            for value in
-                invoke.params.iter().map(|param| &param.value).chain(invoke.name_list.iter().map(|it| &it.value))
-            {
-                self.pass_on(value, invoke.span);
+            for param in invoke.params.iter().chain(&invoke.name_list) {
+                self.pass_on(&param.value, invoke.span);
             }
         }
         for (payload, span) in chart.states.iter().map(|state| (&state.done_data, state.span)) {
@@ -297,11 +288,6 @@ impl<'a> Following<'a> {
             self.follow(value, place);
         }
     }
-}
-
-fn compares(op: BinaryOp) -> bool {
-    use BinaryOp::{Equal, Greater, GreaterEqual, Identical, Less, LessEqual, NotEqual, NotIdentical};
-    matches!(op, Equal | NotEqual | Identical | NotIdentical | Less | LessEqual | Greater | GreaterEqual)
 }
 
 #[cfg(test)]

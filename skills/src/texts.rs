@@ -10,15 +10,6 @@ mod trigger;
 mod walk;
 
 pub use self::sources::{HeardEvent, PassedText, TextSources, TextUse};
-use crate::Chart;
-
-impl Chart {
-    /// What the machine, and those inside it, may do with texts in any run.
-    #[must_use]
-    pub fn text_use(&self, sources: TextSources<'_>) -> TextUse {
-        walk::text_use(self, sources)
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -28,7 +19,7 @@ mod tests {
     use diagnostics::Problem;
 
     use super::*;
-    use crate::Datum;
+    use crate::{Chart, Datum};
 
     fn text_use(data: &str, body: &str) -> TextUse {
         let text = format!(

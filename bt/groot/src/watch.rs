@@ -278,7 +278,6 @@ impl TreeWatch {
         self.tree.change(transition).map_err(|problem| self.client.foreign(problem))
     }
 
-    /// Statuses in the order of the nodes.
     fn by_node(&self, statuses: &Statuses) -> Result<Vec<NodeSnapshot>, GrootError> {
         let mut nodes = vec![None; self.nodes.len()];
         for (uid, code) in statuses {

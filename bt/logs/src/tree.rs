@@ -113,7 +113,6 @@ impl LoggedTree {
     }
 }
 
-/// Puts a tree together from its parts.
 fn put_together(root: Element<'_, '_>) -> Result<LoggedTree, String> {
     let trees = root.children().filter(|child| child.has_tag_name("BehaviorTree"));
     let mut by_path: BTreeMap<&str, Element<'_, '_>> = BTreeMap::new();

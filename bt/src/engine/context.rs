@@ -42,7 +42,6 @@ impl Answers for Later {
     }
 }
 
-/// The context of a run of the engine.
 pub(crate) struct Context<'a, A> {
     pub(super) tree: &'a Tree,
     pub(super) now: Duration,

@@ -111,7 +111,6 @@ impl TreeState {
         self.forget(program, node);
     }
 
-    /// Clears what a node forgets when it is halted.
     pub(super) fn forget(&mut self, program: &Program, node: u32) {
         let Op { kind, place, .. } = program.ops[node as usize];
         if !kind.is_leaf() {
@@ -138,7 +137,6 @@ impl TreeState {
         }
     }
 
-    /// The continuation after a reset.
     #[inline]
     pub(super) fn after_reset<A>(&mut self, context: &mut Context<'_, A>, after: After) -> Next {
         let program = context.program();

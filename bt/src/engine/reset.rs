@@ -17,7 +17,6 @@ pub(crate) struct Halting {
     pub(super) after: After,
 }
 
-/// The continuation after a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum After {
     /// This node continues, because of this child.
@@ -48,7 +47,6 @@ impl Halting {
     /// Resets nothing.
     pub(super) const NONE: Self = Self { cursor: 0, start: 0, end: 0, spared: 0, forced: false, after: After::Halted };
 
-    /// Resets a node.
     pub(super) fn of_node(program: &Program, node: u32, after: After) -> Self {
         let end = program.ops[node as usize].end;
         Self { cursor: node, start: node, end, spared: 0, forced: false, after }
@@ -59,7 +57,6 @@ impl Halting {
         Self { cursor: start, start, end, spared, forced: false, after }
     }
 
-    /// Resets all children of a node.
     #[inline]
     pub(super) fn below(program: &Program, node: u32, after: After) -> Self {
         let end = program.ops[node as usize].end;

@@ -186,7 +186,6 @@ impl Process for BlackboardProcess {
 }
 
 impl Question {
-    /// The question of a node with this status.
     pub(super) fn message(self, node: NodeId, own_status: Option<Status>) -> Message {
         let (question, own_status) = match self {
             Self::Enter => ("enter", own_status),

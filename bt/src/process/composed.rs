@@ -77,9 +77,7 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     if let Some(process) = system.process::<TreeProcess>(bt) {
         return process.states();
     }
-    let topology = system.topology();
-    let members = || topology.processes().filter(|member| topology.whole(*member) == bt);
-    let nodes = || members().filter_map(|member| system.process::<NodeProcess>(member));
+    let nodes = || members(system.topology(), bt).filter_map(|member| system.process::<NodeProcess>(member));
     let tick = nodes().find_map(NodeProcess::tree_tick);
     let mut states = vec![NodeState::default(); tree.nodes().len()];
     for node in nodes() {
@@ -103,9 +101,7 @@ pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
 /// if its nodes are processes. A caller that asks after every step of the system sees them all.
 #[must_use]
 pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
-    let topology = system.topology();
-    let members = topology.processes().filter(|member| topology.whole(*member) == bt);
-    members.filter_map(|member| system.any_process(member)).flat_map(faults_known_to).collect()
+    members(system.topology(), bt).filter_map(|member| system.any_process(member)).flat_map(faults_known_to).collect()
 }
 
 /// The faults that a process knows of, if it is (a part of) a tree.
@@ -139,9 +135,8 @@ pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboar
     if let Some(process) = system.process::<TreeProcess>(bt) {
         return Some(process.execution().blackboard());
     }
-    let topology = system.topology();
-    let mut members = topology.processes().filter(|member| topology.whole(*member) == bt);
-    members.find_map(|member| system.process::<BlackboardProcess>(member)).map(BlackboardProcess::blackboard)
+    let board = |member| system.process::<BlackboardProcess>(member);
+    members(system.topology(), bt).find_map(board).map(BlackboardProcess::blackboard)
 }
 
 /// Like [`blackboard_in`], but for writing: a robot's driver writes to it where the robot is.
@@ -149,10 +144,14 @@ pub fn blackboard_in_mut(system: &mut ChannelSystem, bt: ProcessId) -> Option<&m
     if system.process::<TreeProcess>(bt).is_some() {
         return system.process_mut::<TreeProcess>(bt).map(TreeProcess::blackboard_mut);
     }
-    let topology = system.topology();
-    let mut members = topology.processes().filter(|member| topology.whole(*member) == bt);
-    let board = members.find(|member| system.process::<BlackboardProcess>(*member).is_some())?;
+    let is_board = |member: &ProcessId| system.process::<BlackboardProcess>(*member).is_some();
+    let board = members(system.topology(), bt).find(is_board)?;
     system.process_mut::<BlackboardProcess>(board).map(BlackboardProcess::blackboard_mut)
+}
+
+/// The processes of a tree: those of its nodes, or the only one.
+fn members(topology: &Topology, bt: ProcessId) -> impl Iterator<Item = ProcessId> {
+    topology.processes().filter(move |member| topology.whole(*member) == bt)
 }
 
 struct Composition<'a> {

@@ -9,8 +9,7 @@ use channels::{
 
 use super::board::{inputs_question, outputs_question};
 use super::patience::Patience;
-use super::protocol::{ChannelPair, NodeReply, Skill, answers, reply_of, request_message};
-use super::whole::tick_number;
+use super::protocol::{ChannelPair, NodeReply, Skill, answers, number, reply_of, request_message};
 use crate::{Fault, Reply, Request};
 
 /// The leaf of a tree whose nodes are processes: passes its parent's requests on to the skill, and the skill's answers
@@ -86,7 +85,7 @@ impl LeafProcess {
     }
 
     fn take_request(&mut self, envelope: &Envelope, now: Duration) {
-        let tick = tick_number(&envelope.message);
+        let tick = number(&envelope.message, 2);
         if self.tick != tick {
             self.tick = tick;
             self.faults.clear();

@@ -62,7 +62,6 @@ pub(super) enum Role {
     Node(InnerNode),
 }
 
-/// A node as its process knows it.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct InnerNode {
     pub(super) id: NodeId,

@@ -94,7 +94,6 @@ impl Skill {
     }
 }
 
-/// The channels to a process and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ChannelPair {
     pub(super) requests: ChannelId,
@@ -143,7 +142,6 @@ pub(super) fn node_request_domain() -> Domain {
     ])])
 }
 
-/// The replies of a node to another.
 pub(super) fn node_reply_domain() -> Domain {
     Domain::new([Shape::new([
         ("reply", FieldKind::symbols(["running", "success", "failure", "skipped", "halted"])),
@@ -201,18 +199,14 @@ pub(super) fn request_message(request: Request, inputs: Vec<Value>) -> Message {
     Message::new(std::iter::once(Value::symbol(head)).chain(inputs))
 }
 
-/// The reply that a message contains, if it is one.
 pub(super) fn reply_of(message: &Message) -> Option<Reply> {
-    Some(match message.head()? {
-        "running" => Reply::Status(Status::Running),
-        "success" => Reply::Status(Status::Success),
-        "failure" => Reply::Status(Status::Failure),
-        "halted" => Reply::Halted,
-        _ => return None,
-    })
+    match message.head()? {
+        "halted" => Some(Reply::Halted),
+        // Only nodes inside the tree skip themselves.
+        name => status_of(name).filter(|status| *status != Status::Skipped).map(Reply::Status),
+    }
 }
 
-/// Whether the reply answers the request.
 pub(super) fn answers(reply: Reply, request: Request) -> bool {
     matches!((reply, request), (Reply::Status(_), Request::Tick) | (Reply::Halted, Request::Halt))
 }

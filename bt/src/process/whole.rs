@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use channels::{
     Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber, Shared,
-    Topology, TransitionId, Use, Value, WiringError,
+    Topology, TransitionId, Use, WiringError,
 };
 
 use super::patience::{LEAF_TIMEOUT, Patience};
-use super::protocol::{Skill, answers, find_channel, reply_of, request_message};
+use super::protocol::{Skill, answers, find_channel, number, reply_of, request_message};
 use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Progress, Request, Tree};
 
 /// A tree as one process.
@@ -44,7 +44,6 @@ pub struct TreeProcess {
     requests: Box<[RequestNumber]>,
     /// The message of the pending call.
     message: Option<Message>,
-    /// Whether it has been sent.
     is_sent: bool,
     patience: Patience,
     tick: Option<i64>,
@@ -138,7 +137,6 @@ impl TreeProcess {
         self.tick
     }
 
-    /// The envelope of the pending call, and its channel.
     fn pending_request(&self) -> Option<(ChannelId, Envelope)> {
         let place = self.wiring.place(self.execution.pending()?.leaf);
         let envelope = Envelope { message: self.message.clone()?, request: self.requests[place] };
@@ -210,7 +208,7 @@ impl Process for TreeProcess {
         match (transition, received) {
             (SEND, _) => self.is_sent = true,
             (TICK, Some(envelope)) => {
-                self.tick = tick_number(&envelope.message);
+                self.tick = number(&envelope.message, 2);
                 let step = self.execution.start_tick(now);
                 self.go_on(step, now);
             }
@@ -260,13 +258,5 @@ impl Process for TreeProcess {
             Request::Tick => format!("waiting for {leaf}"),
             Request::Halt => format!("waiting for {leaf} to halt"),
         }
-    }
-}
-
-/// n of `[<tick>, n]`.
-pub(super) fn tick_number(message: &Message) -> Option<i64> {
-    match message.field(2) {
-        Some(Value::Int(number)) => Some(*number),
-        _ => None,
     }
 }

@@ -20,9 +20,7 @@ impl Script {
             statement.assigned(slots, is_text);
         }
     }
-}
 
-impl Script {
     /// Adds the entries whose values the script reads, with their names.
     pub(crate) fn read(&self, names: &mut BTreeMap<Slot, Arc<str>>) {
         for statement in &self.statements {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::expression::{Assignment, Binary, Comparison, Expression, Unary};
+use super::expression::{Assignment, Binary, Comparison, Expression, Script, Unary};
 use super::reading::{Names, SyntaxError};
 use super::token::{Token, TokenKind, tokens};
 use crate::Value;
@@ -17,21 +17,23 @@ const CHOICE: u8 = 2;
 const COMPARISON: u8 = 5;
 const PREFIX: u8 = 10;
 
-/// The statements, and where the first of them begins that no semicolon separates from the one before.
-pub(super) fn parse(text: &str, names: &mut dyn Names) -> Result<(Vec<Expression>, Option<Range<usize>>), SyntaxError> {
-    let mut parser = Parser { tokens: tokens(text)?, next: 0, depth: 0, operators: 0, names };
-    let (mut statements, mut unseparated) = (Vec::new(), None);
-    while parser.peek() != TokenKind::End {
-        statements.push(parser.expression(0)?);
-        if !parser.accept(";") && parser.peek() != TokenKind::End {
-            unseparated = unseparated.or_else(|| Some(parser.range()));
+impl Script {
+    /// Reads a script. Also gives the place of the first statement that no semicolon separates from the one before it.
+    pub(crate) fn parse(text: &str, names: &mut dyn Names) -> Result<(Self, Option<Range<usize>>), SyntaxError> {
+        let mut parser = Parser { tokens: tokens(text)?, next: 0, depth: 0, operators: 0, names };
+        let (mut statements, mut unseparated) = (Vec::new(), None);
+        while parser.peek() != TokenKind::End {
+            statements.push(parser.expression(0)?);
+            if !parser.accept(";") && parser.peek() != TokenKind::End {
+                unseparated = unseparated.or_else(|| Some(parser.range()));
+            }
+            while parser.accept(";") {}
         }
-        while parser.accept(";") {}
+        if statements.is_empty() {
+            return Err(SyntaxError { message: "the script is empty".to_owned(), range: 0..text.len() });
+        }
+        Ok((Self { statements }, unseparated))
     }
-    if statements.is_empty() {
-        return Err(SyntaxError { message: "the script is empty".to_owned(), range: 0..text.len() });
-    }
-    Ok((statements, unseparated))
 }
 
 struct Parser<'a, 'n> {

@@ -12,7 +12,6 @@ pub(crate) struct SyntaxError {
     pub(crate) range: Range<usize>,
 }
 
-/// The meaning of names in scripts.
 pub(crate) trait Names {
     fn constant(&self, name: &str) -> Option<i64>;
 

@@ -15,7 +15,6 @@ pub(crate) enum Input {
     Entry(Slot, Arc<str>),
 }
 
-/// An error in reading a port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ReadError {
     #[error("the entry `{0}` has no value")]
@@ -27,7 +26,6 @@ pub(crate) enum ReadError {
 }
 
 impl Input {
-    /// The entry, if it is one.
     pub(crate) fn entry(&self) -> Option<Slot> {
         match self {
             Self::Constant(_) => None,
@@ -35,7 +33,6 @@ impl Input {
         }
     }
 
-    /// The value, if it has one.
     pub(super) fn value<'a>(&'a self, board: &'a Blackboard) -> Option<&'a Value> {
         match self {
             Self::Constant(value) => Some(value),

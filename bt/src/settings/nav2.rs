@@ -115,13 +115,6 @@ impl Nav2 {
         }
     }
 
-    /// Sets the number of children of the node.
-    pub(crate) fn count(&mut self, children: usize) {
-        if let Self::Index(index) = self {
-            index.children = children;
-        }
-    }
-
     /// Reads what the node needs when it is ticked. `starts` means that it was idle.
     pub(super) fn read(&self, board: &mut Blackboard, starts: bool) -> Result<PortReading, ReadError> {
         match self {

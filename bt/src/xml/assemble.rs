@@ -18,7 +18,7 @@ use crate::library::{Definition, Library, Model, Scanned};
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
-use crate::settings::{Constants, Setting};
+use crate::settings::{Constants, Nav2, Setting};
 use crate::{Category, Kind, Node, NodeId, Tree};
 
 /// The trees of a file by ID; of two with the same ID, the first.
@@ -204,8 +204,10 @@ fn count_children(program: &mut Program) {
     let sequences = (0..).zip(&program.ops).filter(|(_, op)| op.kind == Kind::PersistentSequence);
     let counts: Vec<_> = sequences.map(|(node, op)| (op.place, program.children(node).count())).collect();
     for (place, children) in counts {
-        if let Setting::Nav2(nav2) = &mut program.settings[place as usize] {
-            nav2.count(children);
+        if let Setting::Nav2(nav2) = &mut program.settings[place as usize]
+            && let Nav2::Index(index) = &mut **nav2
+        {
+            index.children = children;
         }
     }
 }
@@ -284,7 +286,6 @@ impl Assembly<'_> {
         Ok(NodeId(id))
     }
 
-    /// Compiles a node for the engine.
     fn compile(&mut self, scanned: &Scanned, model: Option<&Model>, id: u32, parent: Option<NodeId>, file: usize) {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
         let problems = &mut self.files[file].problems;

@@ -132,7 +132,7 @@ impl Compiler<'_> {
             }
             // BehaviorTree.CPP compares a script with its last one before it reads it, which is none.
             Kind::Script if self.attribute("code").is_some_and(|code| code.value.is_empty()) => {
-                Setting::Script(Script::empty())
+                Setting::Script(Script { statements: Vec::new() })
             }
             Kind::Script => Setting::Script(self.code(first?)?),
             Kind::ScriptCondition => Setting::Condition(self.code(first?)?),
@@ -223,7 +223,6 @@ impl Compiler<'_> {
         Some(self.names.slot(&format!("@{}", service.trim_start_matches('/'))))
     }
 
-    /// A goal and a list of goals.
     fn goals(&mut self, [goal, goals]: [&Port; 2]) -> Option<Goals> {
         let (goal, goals) = (self.input(goal), self.input(goals));
         Some(Goals { goals: [goal?, goals?], memo: self.names.next_memo() })
@@ -308,7 +307,6 @@ impl Compiler<'_> {
         self.attributes.iter().find(|attribute| attribute.name == name).cloned()
     }
 
-    /// The attribute of a required port.
     fn required(&mut self, port: &Port) -> Option<Attribute> {
         let found = self.attribute(port.name);
         if found.is_none() {
@@ -358,7 +356,6 @@ impl Compiler<'_> {
         self.problems.push(port_value(&attribute.written, message, attribute.value_span, help));
     }
 
-    /// The script in a port.
     fn code(&mut self, port: &Port) -> Option<Script> {
         let attribute = self.required(port)?;
         if pointed_key(&attribute.name, &attribute.value).is_some() {
@@ -464,7 +461,6 @@ impl Compiler<'_> {
         matches!(input, Some(Input::Entry(_, key)) if self.names.is_own(key))
     }
 
-    /// The ports of a leaf that are given as attributes.
     pub(super) fn given_ports(&mut self, model: Option<&Model>) -> BTreeMap<String, LeafPort> {
         let mut given = BTreeMap::new();
         for attribute in self.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {

@@ -49,7 +49,6 @@ pub(super) fn unreadable(path: &Path, error: &io::Error) -> TreeError {
     TreeError::new(Source::new(&path.display().to_string(), ""), vec![problem])
 }
 
-/// The error with all problems of the files.
 fn error(files: Vec<SourceFile>) -> TreeError {
     let mut errors = files.into_iter().map(|file| (file.text, file.problems));
     let (source, problems) = errors.next().expect("there is a main file");

@@ -10,7 +10,6 @@ pub(super) fn value_span(element: roxmltree::Node<'_, '_>, attribute: &str) -> O
     element.attribute_node(attribute).map(|attribute| span(attribute.range_value()))
 }
 
-/// The ID of an element that requires one.
 pub(super) fn required_id(element: roxmltree::Node<'_, '_>, meaning: &str, problems: &mut Problems) -> Option<String> {
     match element.attribute("ID").map(str::trim) {
         Some(id) if !id.is_empty() => Some(id.to_owned()),

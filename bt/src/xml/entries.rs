@@ -19,7 +19,6 @@ const OF_ROBOT: [&str; 2] = ["robot_pose", "robot_speed"];
 /// Names of entries are compared with each other if there are at most this many. Chosen, not measured.
 const MAX_COMPARED: usize = 1000;
 
-/// An entry that a node reads.
 #[derive(Clone, Debug)]
 struct Reading<'t> {
     node: &'t Node,

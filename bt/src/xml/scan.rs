@@ -42,7 +42,6 @@ pub(super) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// Reads the contents of the root element.
     pub(super) fn read_root(&mut self, root: Element<'_, '_>) -> Vec<Definition> {
         let mut definitions = Vec::new();
         for element in root.children().filter(Element::is_element) {
@@ -204,7 +203,6 @@ impl Scan<'_> {
         }
     }
 
-    /// The kind and ID of an element.
     fn resolve(&mut self, element: Element<'_, '_>) -> Option<(Kind, String)> {
         let name = element.tag_name().name();
         let explicit = vocabulary::explicit(name).or_else(|| (name == "SubTreePlus").then_some(Category::SubTree));

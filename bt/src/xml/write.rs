@@ -210,7 +210,6 @@ fn element_of(node: &Scanned) -> &str {
     element(node.kind, &node.type_id)
 }
 
-/// The element of a node of this kind and with this ID.
 pub(super) fn element(kind: Kind, type_id: &str) -> &str {
     let is_name = |id: &str| {
         id.starts_with(|c: char| c.is_alphabetic() || c == '_')

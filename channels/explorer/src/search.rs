@@ -245,7 +245,6 @@ pub(crate) fn find_all(
     Ok(AllStates { semantics: search.semantics, start, states, limit })
 }
 
-/// How a search ended.
 #[derive(Clone, Copy, Debug)]
 enum End {
     Complete,
@@ -411,7 +410,6 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The limit that has been reached, if any.
     fn reached(&self, now: &Progress) -> Option<Limit> {
         // The store's index has up to twice as many entries as states, and numbers them with 32 bits.
         let is_full = now.memory > self.limits.memory || self.store.len() > u32::MAX / 2;

@@ -260,7 +260,6 @@ impl Index {
         }
     }
 
-    /// Adds a number that is new.
     fn add(&mut self, hash: u64, number: u32) {
         let mut place = self.home(hash);
         while self.entries[place] != 0 {

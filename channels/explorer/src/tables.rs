@@ -385,7 +385,6 @@ impl Link {
         }
     }
 
-    /// Whether a waiting message gives way to a newer one.
     pub(crate) fn gives_way(&self, waiting: u32, newer: u32) -> bool {
         let (waiting, newer) = (&self.heads[waiting as usize], &self.heads[newer as usize]);
         self.has_topics && newer.1 && waiting.0 == newer.0

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::Rest;
 use crate::{ChannelId, ChannelSystem, Concern, Enabled, EnabledKind, Scheduler};
 
 /// The messages on a channel of capacity 1 to which an order refers.
@@ -54,8 +55,7 @@ impl Precedence {
 pub struct Ordered {
     rules: Vec<TrackedPrecedence>,
     others: Box<dyn Scheduler>,
-    /// The transitions that do not wait, and their indices among all.
-    rest: (Vec<Enabled>, Vec<usize>),
+    rest: Rest,
 }
 
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl Ordered {
     /// The policy that enforces these orders and leaves the other choices to `others`.
     pub fn new(orders: impl IntoIterator<Item = Precedence>, others: Box<dyn Scheduler>) -> Self {
         let rules = orders.into_iter().map(|precedence| TrackedPrecedence { precedence, satisfied: false }).collect();
-        Self { rules, others, rest: (Vec::new(), Vec::new()) }
+        Self { rules, others, rest: Rest::default() }
     }
 
     fn note(&mut self, system: &ChannelSystem, taken: &Enabled) {
@@ -90,19 +90,11 @@ impl Scheduler for Ordered {
     }
 
     fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
-        let Self { rules, others, rest: (rest, places) } = self;
-        rest.clear();
-        places.clear();
-        for (place, transition) in enabled.iter().enumerate() {
-            if !rules.iter().any(|rule| !rule.satisfied && rule.precedence.is_then(system, transition)) {
-                rest.push(transition.clone());
-                places.push(place);
-            }
-        }
-        let choice = match rest.is_empty() {
-            true => others.choose_in(system, enabled),
-            false => places[others.choose_in(system, rest)],
+        let Self { rules, others, rest } = self;
+        let waits = |transition: &Enabled| {
+            rules.iter().any(|rule| !rule.satisfied && rule.precedence.is_then(system, transition))
         };
+        let choice = rest.choose(enabled, waits, |among| others.choose_in(system, among));
         self.note(system, &enabled[choice]);
         choice
     }

@@ -1,5 +1,6 @@
 //! An adversary that starves one process.
 
+use super::Rest;
 use crate::{ChannelSystem, Enabled, ProcessId, Scheduler};
 
 /// Starves one process with all its members: it moves only when no other process can, even as the receiver in a
@@ -8,45 +9,28 @@ use crate::{ChannelSystem, Enabled, ProcessId, Scheduler};
 pub struct Starving {
     victim: ProcessId,
     others: Box<dyn Scheduler>,
-    /// The transitions in which the victim does not move, and their indices among all.
-    rest: (Vec<Enabled>, Vec<usize>),
+    rest: Rest,
 }
 
 impl Starving {
     /// The policy that starves `victim` and leaves the choice among the others to `others`.
     #[must_use]
     pub fn new(victim: ProcessId, others: Box<dyn Scheduler>) -> Self {
-        Self { victim, others, rest: (Vec::new(), Vec::new()) }
-    }
-
-    /// Lets `choose` pick among the transitions in which the victim does not move, or among all if there are no others.
-    fn choose_by(
-        &mut self,
-        enabled: &[Enabled],
-        is_victim: impl Fn(ProcessId) -> bool,
-        choose: impl FnOnce(&mut dyn Scheduler, &[Enabled]) -> usize,
-    ) -> usize {
-        let (rest, places) = &mut self.rest;
-        rest.clear();
-        places.clear();
-        for (place, transition) in enabled.iter().enumerate().filter(|(_, other)| !other.movers().any(&is_victim)) {
-            rest.push(transition.clone());
-            places.push(place);
-        }
-        let others = self.others.as_mut();
-        if rest.is_empty() { choose(others, enabled) } else { places[choose(others, rest)] }
+        Self { victim, others, rest: Rest::default() }
     }
 }
 
 impl Scheduler for Starving {
     fn choose(&mut self, enabled: &[Enabled]) -> usize {
-        let victim = self.victim;
-        self.choose_by(enabled, |process| process == victim, |others, among| others.choose(among))
+        let Self { victim, others, rest } = self;
+        let waits = |transition: &Enabled| transition.movers().any(|process| process == *victim);
+        rest.choose(enabled, waits, |among| others.choose(among))
     }
 
     fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
-        let (victim, topology) = (self.victim, system.topology());
-        let is_victim = |process| topology.is_part_of(process, victim);
-        self.choose_by(enabled, is_victim, |others, among| others.choose_in(system, among))
+        let Self { victim, others, rest } = self;
+        let is_victim = |process| system.topology().is_part_of(process, *victim);
+        let waits = |transition: &Enabled| transition.movers().any(is_victim);
+        rest.choose(enabled, waits, |among| others.choose_in(system, among))
     }
 }

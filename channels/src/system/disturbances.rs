@@ -78,11 +78,6 @@ impl Disturbances {
         self.position(by).expect("only an active disturbance arms a message")
     }
 
-    /// Records that a message was sent into the channel.
-    pub(super) fn enter(&mut self, channel: ChannelId, message: &Message, now: Duration) {
-        self.arm(channel, 0, message, now);
-    }
-
     /// Arms the message with the first disturbance from this index on that hits it.
     pub(super) fn arm(&mut self, channel: ChannelId, first: usize, message: &Message, sent: Duration) {
         let hit = self.entries[first..].iter_mut().find_map(|ActiveDisturbance { id, disturbance, .. }| {

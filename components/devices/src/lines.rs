@@ -1,6 +1,6 @@
 //! The messages that a device sends.
 
-use skills::{ChannelAdapter, Datum};
+use skills::{Adapter as _, ChannelAdapter, Datum};
 
 /// How a device answers and publishes.
 pub(crate) struct Lines<'a>(&'a mut ChannelAdapter);

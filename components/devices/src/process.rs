@@ -6,7 +6,7 @@ use channels::{
     ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber, Topology, TransitionId,
     Use,
 };
-use skills::ChannelAdapter;
+use skills::{Adapter as _, ChannelAdapter};
 
 use crate::door::Door;
 use crate::lines::Lines;

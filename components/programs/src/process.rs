@@ -6,7 +6,7 @@ use std::time::Duration;
 use channels::{
     Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Unobserved, Use,
 };
-use skills::{ChannelAdapter, Datum, Mishap};
+use skills::{Adapter as _, ChannelAdapter, Datum, Mishap};
 
 use crate::child::{AnswerError, Child, ONLY_ANSWERS};
 use crate::program::Program;

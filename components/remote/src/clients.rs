@@ -11,7 +11,7 @@ use channels::{
 use interfaces::{
     ABORTED, ACCEPTED, CANCEL, CANCELED, FEEDBACK, Field, GOAL, OK, REASON, REJECTED, SUCCEEDED, WirePart,
 };
-use skills::{ChannelAdapter, Datum, Undelivered};
+use skills::{Adapter as _, ChannelAdapter, Datum, Undelivered};
 
 use crate::action_server::{ActionServer, Demand, Ending};
 use crate::component::{RemoteComponent, RemoteOperation};

@@ -10,7 +10,7 @@ use channels::{
 use interfaces::{ABORTED, ACCEPTED, CANCEL, CANCELED, ERROR, FEEDBACK, GOAL, OK, REASON, REJECTED, SUCCEEDED};
 use ros_messages::standard::{CancelRequest, GoalInfo, Time, Uuid};
 use ros_messages::{Mismatch, RosType as _};
-use skills::{ChannelAdapter, Datum, Mishap, Undelivered};
+use skills::{Adapter as _, ChannelAdapter, Datum, Mishap, Undelivered};
 
 use crate::action::{
     self, CANCEL_ACCEPTED, CANCEL_GOAL, CANCEL_KIND, CANCEL_REJECTED, CANCEL_TERMINATED, GET_RESULT, SEND_GOAL,

@@ -155,7 +155,6 @@ impl Automaton {
         self.holds[state]
     }
 
-    /// The successors of a state, with their symbols.
     pub(crate) fn successors(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
         (0..self.symbols).map(Symbol).filter_map(move |symbol| Some((symbol, self.successor(state, symbol)?)))
     }

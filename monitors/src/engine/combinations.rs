@@ -144,7 +144,6 @@ pub fn samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
     }
 }
 
-/// A text that is not one of those mentioned.
 fn unmentioned(text: &str, is_mentioned: impl Fn(&str) -> bool) -> String {
     let mut text = text.to_owned();
     while is_mentioned(&text) {

@@ -53,27 +53,20 @@ impl Obligation {
         }
     }
 
+    /// The parts of one that waits for an event, with every tick counted from τ = `now` instead of from 0.
+    fn passes_at(&self, now: u64) -> Option<(EventId, bool, u64, u64, bool, &Values)> {
+        match self {
+            Self::Passes { event, holds, first, last, before, values } => {
+                Some((*event, *holds, first_at(*first, now), last.saturating_add(now), *before, values))
+            }
+            _ => None,
+        }
+    }
+
     /// The order of this obligation, with every tick counted from τ = `now` instead of from 0, and the other.
     fn order_at(&self, now: u64, other: &Self) -> Ordering {
-        match (self, other) {
-            (
-                Self::Passes { event, holds, first, last, before, values },
-                Self::Passes {
-                    event: other_event,
-                    holds: other_holds,
-                    first: other_first,
-                    last: other_last,
-                    before: other_before,
-                    values: other_values,
-                },
-            ) => (event, holds, first_at(*first, now), last.saturating_add(now), before, values).cmp(&(
-                other_event,
-                other_holds,
-                *other_first,
-                *other_last,
-                other_before,
-                other_values,
-            )),
+        match (self.passes_at(now), other.passes_at(0)) {
+            (Some(own), Some(other)) => own.cmp(&other),
             _ => self.cmp(other),
         }
     }
@@ -89,26 +82,12 @@ impl Obligation {
 
     /// Whether meeting this one also meets the other, judging by the windows alone.
     pub(crate) fn implies(&self, other: &Self) -> bool {
-        match (self, other) {
-            (
-                Self::Passes { event, holds, first, last, values, before: _ },
-                Self::Passes {
-                    event: other_event,
-                    holds: other_holds,
-                    first: other_first,
-                    last: other_last,
-                    values: other_values,
-                    before: _,
-                },
-            ) if event == other_event && holds == other_holds && values == other_values => {
-                if *holds {
-                    other_first <= first && last <= other_last
-                } else {
-                    first <= other_first && other_last <= last
-                }
-            }
-            _ => self == other,
-        }
+        let (Some(own), Some(others)) = (self.passes_at(0), other.passes_at(0)) else { return self == other };
+        let (event, holds, first, last, _, values) = own;
+        let (other_event, other_holds, other_first, other_last, _, other_values) = others;
+        let is_inside =
+            if holds { other_first <= first && last <= other_last } else { first <= other_first && other_last <= last };
+        is_inside && event == other_event && holds == other_holds && values == other_values
     }
 }
 
@@ -207,7 +186,6 @@ impl Obligations {
         ends.filter_map(Obligation::deadline).max().unwrap_or(now)
     }
 
-    /// These obligations and a clause.
     fn add(&mut self, clause: Clause) {
         let implies = |a: &Clause, b: &Clause| a.iter().all(|x| b.iter().any(|y| x.implies(y)));
         if self.clauses.iter().any(|known| implies(known, &clause)) {

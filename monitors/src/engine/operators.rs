@@ -119,7 +119,6 @@ impl Operators {
         &self.literals[operator as usize]
     }
 
-    /// Whether the literal is one of the operators.
     pub(crate) fn contain(&self, literal: &Literal) -> bool {
         self.literals.contains(literal)
     }
@@ -182,7 +181,6 @@ impl Operators {
             || (0..self.operators.len()).any(|operator| self.is_triggered(operator as u32, state.letter))
     }
 
-    /// Whether the state may change these obligations.
     pub(crate) fn concerns(&self, obligations: &Obligations, state: State<'_>) -> bool {
         obligations.clauses().iter().flatten().any(|obligation| match obligation {
             Obligation::Goes(operator, _) | Obligation::Waits(operator, _) => {

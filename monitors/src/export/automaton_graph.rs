@@ -51,7 +51,8 @@ pub(super) fn picture(
         .map(|state| places[state])
         .collect();
     let graph = Arc::new(graph.initial(places[0]).build().ok()?);
-    Some(Picture::of_states(graph, places, owing, violated))
+    let failures = violated.into_iter().collect();
+    Some(Picture { graph, rest: places[0], waiting: None, states: places, owing, failures })
 }
 
 struct Draft<'a> {

@@ -26,16 +26,6 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
-    /// The graph of an automaton, given the location of each of its states.
-    pub(super) fn of_states(
-        graph: Arc<ProgramGraph>,
-        states: Vec<LocationId>,
-        owing: Vec<LocationId>,
-        violated: Option<LocationId>,
-    ) -> Self {
-        Self { graph, rest: states[0], waiting: None, states, owing, failures: violated.into_iter().collect() }
-    }
-
     /// The monitor's location after a state, when its internal transitions are done.
     pub(crate) fn location(&self, run: &RunningMonitor, verdict: Verdict) -> LocationId {
         let waits = |run: &CompactRun| run.is_armed(0);

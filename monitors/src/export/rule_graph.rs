@@ -205,7 +205,6 @@ impl<'a> Draft<'a> {
         any(literals.collect())
     }
 
-    /// The condition that one of these events passes with a message on this channel.
     fn passed(&self, events: u64, channel: ChannelId) -> Condition {
         let on_channel = bits(self.words, events).filter(|event| self.words.get(*event).channel == channel);
         any(on_channel.map(|event| self.event(event, true)).collect())

@@ -121,7 +121,7 @@ fn condition_expression(condition: &Condition, names: &[String]) -> String {
     };
     match condition {
         Condition::True => "true".to_owned(),
-        Condition::Not(part) => format!("!{}", parenthesised(&condition_expression(part, names))),
+        Condition::Not(part) => format!("!({})", condition_expression(part, names)),
         Condition::And(parts) => join(parts, " && ", "true"),
         Condition::Or(parts) => join(parts, " || ", "false"),
         Condition::Compare(a, relation, b) => {
@@ -136,10 +136,6 @@ fn condition_expression(condition: &Condition, names: &[String]) -> String {
             }
         }
     }
-}
-
-fn parenthesised(expression: &str) -> String {
-    format!("({expression})")
 }
 
 fn term_expression(term: &Term, names: &[String]) -> String {

@@ -9,20 +9,11 @@ use crate::export::rule_graph::Draft;
 use crate::synthesis::Synthesis;
 
 /// An automaton with more open states is not drawn, but it can be exported. Chosen, not measured.
-const MAX_DRAWN_STATES: usize = 12;
+pub(crate) const MAX_DRAWN_STATES: usize = 12;
 
 impl Picture {
-    /// The graph of a monitor, if it has one that is small enough to be drawn.
-    pub(crate) fn of(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
-        Self::with_limit(name, synthesis, topology, MAX_DRAWN_STATES)
-    }
-
-    /// The graph of a monitor, if it has one, of any size.
-    pub(crate) fn of_any_size(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
-        Self::with_limit(name, synthesis, topology, usize::MAX)
-    }
-
-    fn with_limit(name: &str, synthesis: &Synthesis, topology: &Topology, limit: usize) -> Option<Self> {
+    /// The graph of a monitor, if it has one, and not that of an automaton with more than `limit` open states.
+    pub(crate) fn of(name: &str, synthesis: &Synthesis, topology: &Topology, limit: usize) -> Option<Self> {
         let words = &synthesis.vocabulary;
         if let Some(automaton) = synthesis.automaton() {
             return automaton_graph::picture(name, automaton, (words, &synthesis.alphabet), topology, limit);

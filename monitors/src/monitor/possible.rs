@@ -367,19 +367,13 @@ impl PossibleStates {
         while at < states.len() {
             // Whatever comes, a final state remains.
             let is_final = states[at].verdict != Verdict::Inconclusive;
-            if let Some(letter) = late.get(states[at].ahead) {
+            let due = late.get(states[at].ahead).map(|letter| (letter, 1));
+            let lost = letters.iter().filter(|_| !is_final).map(|letter| (letter, 0));
+            for (letter, ahead) in due.into_iter().chain(lost) {
                 self.left = self.left.checked_sub(1)?;
                 let mut state = states[at].clone();
                 state.read(*letter, state.now, &self.synthesis);
-                state.ahead += 1;
-                if known.insert(state.clone()) {
-                    states.push(state);
-                }
-            }
-            for letter in letters.iter().filter(|_| !is_final) {
-                self.left = self.left.checked_sub(1)?;
-                let mut state = states[at].clone();
-                state.read(*letter, state.now, &self.synthesis);
+                state.ahead += ahead;
                 if known.insert(state.clone()) {
                     states.push(state);
                 }

@@ -98,7 +98,6 @@ const MOST_UNREAD: usize = 4096;
 pub(super) struct Recurrence {
     /// The clauses that must always hold; none if the property is violated for good.
     clauses: Vec<Clause>,
-    /// Whether one of them looks ahead.
     looks_ahead: bool,
     /// Whether something is owed because of the states so far, or may be.
     pub(super) owes: bool,

@@ -64,7 +64,6 @@ impl<'a> Resolver<'a> {
         })
     }
 
-    /// A condition on the items of lists.
     fn items(
         &mut self,
         condition: &Condition,
@@ -117,7 +116,6 @@ impl<'a> Resolver<'a> {
         Some(MessageCondition::relating(left, relation, right))
     }
 
-    /// The field that a term is.
     fn field_of(&self, term: &Term, channel: Option<ChannelId>) -> Option<Field> {
         match term {
             Term::Field(field) => Some(field.clone()),
@@ -428,7 +426,6 @@ fn never_equal(
     }
 }
 
-/// A position of a field in messages.
 pub(super) struct FieldPosition<'a> {
     /// Counted from 1.
     pub(super) number: usize,
@@ -519,7 +516,6 @@ impl<'a> FieldPosition<'a> {
     }
 }
 
-/// The types that the values of a kind have.
 fn types(kind: &FieldKind) -> Vec<ValueType> {
     match kind {
         FieldKind::Optional(kind) => {

@@ -53,7 +53,6 @@ impl Resolver<'_> {
         (is_constant && self.is_field(&name.text, channel)).then_some(name)
     }
 
-    /// Whether messages have a field of this name.
     pub(super) fn is_field(&self, name: &str, channel: Option<ChannelId>) -> bool {
         let shapes = channel.map(|channel| self.topology.get(channel).domain.shapes()).unwrap_or_default();
         shapes.iter().flat_map(Shape::fields).any(|(field, _)| field == name)

@@ -82,7 +82,6 @@ fn lay_out(mut pieces: Vec<Piece<'_>>) -> String {
     out
 }
 
-/// Whether an item, or the end, begins at this place.
 fn begins_item(pieces: &[Piece<'_>], place: usize) -> bool {
     let is = |place: usize, keyword| pieces.get(place).is_some_and(|piece| piece.kind == TokenKind::Keyword(keyword));
     is(place, Keyword::Const)

@@ -140,7 +140,6 @@ impl Parser {
         self.expected(what, &help);
     }
 
-    /// Whether this item is at its end.
     pub(super) fn at_item_end(&self) -> bool {
         match self.peek() {
             TokenKind::Keyword(Keyword::Timed) => *self.peek_second() == TokenKind::Keyword(Keyword::Property),

@@ -66,7 +66,6 @@ fn written<'t>(kind: &TokenKind, text: &'t str, follows_operand: bool) -> Cow<'t
     }
 }
 
-/// Whether an operand ends at a token.
 fn is_operand(tokens: &[Token], place: usize) -> bool {
     match tokens[place].kind {
         TokenKind::Name(_)

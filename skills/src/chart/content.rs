@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use miette::SourceSpan;
 
-use super::{Chart, EventClass};
+use super::{CHANNEL_PROCESSOR, Chart, EventClass};
 use crate::Datum;
 use crate::expression::Code;
 use crate::expression::{Expr, Location, Statement};
@@ -98,27 +98,22 @@ pub(crate) struct Send {
     pub(crate) processor: Option<Attribute>,
     pub(crate) id: SendId,
     pub(crate) delay: Delay,
-    pub(crate) name_list: Vec<Named>,
+    pub(crate) name_list: Vec<Param>,
     pub(crate) payload: Payload,
     pub(crate) span: SourceSpan,
 }
 
 impl Send {
+    /// Whether it goes by channel, as far as that is literal.
+    pub(crate) fn goes_by_channel(&self) -> bool {
+        self.processor.as_ref().and_then(Attribute::literal).is_some_and(|name| &**name == CHANNEL_PROCESSOR)
+    }
+
     /// The data that it sends by name: name, value and position.
     pub(crate) fn named(&self) -> impl Iterator<Item = (&Arc<str>, &Expr, SourceSpan)> {
-        let listed = self.name_list.iter().map(|named| (&named.name, &named.value, named.span));
-        listed.chain(self.payload.params.iter().map(|param| (&param.name, &param.value, param.span)))
+        let params = self.name_list.iter().chain(&self.payload.params);
+        params.map(|param| (&param.name, &param.value, param.span))
     }
-}
-
-/// A word of a `namelist`: the name, and the location of its value.
-#[derive(Clone, Debug)]
-pub(crate) struct Named {
-    pub(crate) name: Arc<str>,
-    pub(crate) value: Expr,
-    /// The location that receives a returned value; `None` if the word is not a location.
-    pub(crate) location: Option<AssignTarget>,
-    pub(crate) span: SourceSpan,
 }
 
 #[derive(Clone, Debug)]
@@ -137,7 +132,7 @@ pub(crate) struct Invoke {
     pub(crate) id_location: Option<AssignTarget>,
     pub(crate) kind: Option<Attribute>,
     pub(crate) source: InvokeSource,
-    pub(crate) name_list: Vec<Named>,
+    pub(crate) name_list: Vec<Param>,
     pub(crate) params: Vec<Param>,
     pub(crate) auto_forward: bool,
     pub(crate) finalize: Option<Block>,
@@ -178,11 +173,12 @@ pub(crate) struct Payload {
     pub(crate) content: Option<Content>,
 }
 
+/// A `<param>`, or a word of a `namelist`.
 #[derive(Clone, Debug)]
 pub(crate) struct Param {
     pub(crate) name: Arc<str>,
     pub(crate) value: Expr,
-    /// The location that receives a returned value, if the parameter is given by its location.
+    /// The location that receives a returned value, if the value is given by its location.
     pub(crate) location: Option<AssignTarget>,
     pub(crate) span: SourceSpan,
 }

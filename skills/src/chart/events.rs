@@ -39,12 +39,10 @@ impl Matches {
         self.first <= other.first && other.last <= self.last
     }
 
-    /// Whether the descriptor matches events of this class.
     pub(crate) fn contains(self, class: EventClass) -> bool {
         self.first <= class && class <= self.last
     }
 
-    /// Whether the descriptor matches events of one of these classes.
     pub(crate) fn meets(self, classes: &BTreeSet<EventClass>) -> bool {
         classes.range(self.first..=self.last).next().is_some()
     }
@@ -59,7 +57,6 @@ pub(crate) struct EventTree {
 #[derive(Clone, Debug, Default)]
 struct TokenNode {
     parent: usize,
-    /// The last node below this one.
     last: usize,
     /// Whether a transition has the descriptor that ends here.
     is_heard: bool,
@@ -67,7 +64,6 @@ struct TokenNode {
 }
 
 impl EventTree {
-    /// The tree of these descriptors.
     pub(crate) fn of<'a>(descriptors: impl IntoIterator<Item = &'a str>) -> Self {
         let mut nodes = vec![TokenNode::default()];
         for descriptor in descriptors {

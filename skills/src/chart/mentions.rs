@@ -25,7 +25,6 @@ impl Mentions {
         self.sessions |= source.contains(ADDRESS) || words(source).any(|word| SESSIONS.contains(&word));
     }
 
-    /// Notes what code for the engine mentions.
     pub(crate) fn note_code(&mut self, source: &str) {
         self.event = true;
         self.clock |= words(source).any(|word| word == "Date");

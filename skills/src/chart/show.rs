@@ -89,7 +89,9 @@ impl Chart {
             let targets =
                 if transition.targets.is_empty() { vec![transition.source] } else { transition.targets.clone() };
             for target in targets {
-                self.dot_edge(transition.source, target, &label.join("\n"), &mut text);
+                let ((start, tail), (end, head)) = (self.dot_end(transition.source), self.dot_end(target));
+                let (tail, head) = (cluster("ltail", tail), cluster("lhead", head));
+                text += &format!("  s{start} -> s{end} [label={}{tail}{head}];\n", quoted(&label.join("\n")));
             }
         }
         text.push_str("}\n");
@@ -127,12 +129,6 @@ impl Chart {
                 *text += &format!("  i{number} -> s{end} [style=dotted{}];\n", cluster("lhead", head));
             }
         }
-    }
-
-    fn dot_edge(&self, source: StateId, target: StateId, label: &str, text: &mut String) {
-        let ((start, tail), (end, head)) = (self.dot_end(source), self.dot_end(target));
-        let (tail, head) = (cluster("ltail", tail), cluster("lhead", head));
-        *text += &format!("  s{start} -> s{end} [label={}{tail}{head}];\n", quoted(label));
     }
 
     /// Graphviz draws edges only between nodes. Returns the first node inside a state, and the state itself if it is

@@ -23,7 +23,6 @@ pub(crate) enum EvaluationError {
     NotAssignable(String),
     #[error("this takes too many steps and may never end")]
     TooLong,
-    /// An error thrown in the engine.
     #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "there is no engine to throw it"))]
     #[error("{0}")]
     Thrown(String),

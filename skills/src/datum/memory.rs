@@ -114,7 +114,6 @@ fn parts(value: &Datum) -> Box<dyn Iterator<Item = &Datum> + '_> {
     }
 }
 
-/// Whether an object is the value or a part of it.
 fn contains(value: &Datum, object: Option<Identity>) -> bool {
     object.is_some() && (value.identity() == object || parts(value).any(|part| contains(part, object)))
 }

@@ -40,7 +40,6 @@ impl ExpressionProblem {
         self
     }
 
-    /// ECMAScript that is outside the subset.
     pub(crate) fn outside_subset(what: &str, span: Range<usize>) -> Self {
         let subset = "without the feature `ecmascript`, expressions may use literals, data, `_event`, member access, operators, `?:` and `In('state')`";
         Self::new(format!("{what} cannot be evaluated here"), span, "outside the expression subset")

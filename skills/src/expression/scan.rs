@@ -114,7 +114,6 @@ pub(crate) fn declarations(source: &str) -> Declarations {
     search.found
 }
 
-/// A script that is searched for declarations.
 struct DeclarationSearch<'s> {
     source: &'s str,
     pieces: Vec<(Piece, Range<usize>)>,

@@ -7,12 +7,9 @@ use crate::Datum;
 use crate::expression::Code;
 use crate::ids::{DataId, StateId};
 
-/// The meaning of the names in an expression.
 #[derive(Debug, Default)]
 pub(crate) struct Names {
-    /// Data by id.
     pub(crate) data: BTreeMap<String, DataId>,
-    /// States by id.
     pub(crate) states: BTreeMap<String, StateId>,
 }
 
@@ -119,37 +116,43 @@ pub(crate) enum BinaryOp {
     ShiftRightUnsigned,
 }
 
+impl BinaryOp {
+    /// Whether it compares its operands.
+    pub(crate) fn compares(self) -> bool {
+        use BinaryOp::{Equal, Greater, GreaterEqual, Identical, Less, LessEqual, NotEqual, NotIdentical};
+        matches!(self, Equal | NotEqual | Identical | NotIdentical | Less | LessEqual | Greater | GreaterEqual)
+    }
+}
+
 impl Expr {
     /// Whether the value never changes, given the data that never change.
     pub(crate) fn is_fixed(&self, fixed: &dyn Fn(DataId) -> bool) -> bool {
-        let all = |parts: &[Self]| parts.iter().all(|part| part.is_fixed(fixed));
         match self {
             Self::Constant(_) | Self::MachineName => true,
             Self::Data(id) => fixed(*id),
             Self::Unknown(_) | Self::Broken(_) | Self::Foreign(_) | Self::In(_) | Self::InDynamic(_) => false,
             Self::Event | Self::EventField(_) | Self::SessionId | Self::IoProcessors => false,
-            Self::Member(part, _) | Self::Unary(_, part) => part.is_fixed(fixed),
-            Self::Index(parts) | Self::Binary(_, parts) | Self::Logic(_, parts) => all(&parts[..]),
-            Self::Choice(parts) => all(&parts[..]),
-            Self::Array(items) => all(items),
-            Self::Object(members) => members.iter().all(|(_, value)| value.is_fixed(fixed)),
+            _ => self.parts().into_iter().all(|part| part.is_fixed(fixed)),
         }
     }
 
     /// Calls `visit` with the expression and with all its parts.
     pub(crate) fn visit<'e>(&'e self, visit: &mut dyn FnMut(&'e Self)) {
         visit(self);
+        self.parts().into_iter().for_each(|part| part.visit(visit));
+    }
+
+    /// The expressions directly inside it.
+    pub(crate) fn parts(&self) -> Vec<&Self> {
         match self {
-            Self::Constant(_) | Self::Data(_) | Self::Unknown(_) | Self::Broken(_) | Self::Foreign(_) => {}
-            Self::Event | Self::EventField(_) | Self::MachineName | Self::SessionId | Self::IoProcessors => {}
-            Self::In(_) => {}
-            Self::Member(part, _) | Self::Unary(_, part) | Self::InDynamic(part) => part.visit(visit),
-            Self::Index(parts) | Self::Binary(_, parts) | Self::Logic(_, parts) => {
-                parts.iter().for_each(|part| part.visit(visit));
-            }
-            Self::Choice(parts) => parts.iter().for_each(|part| part.visit(visit)),
-            Self::Array(items) => items.iter().for_each(|part| part.visit(visit)),
-            Self::Object(members) => members.iter().for_each(|(_, part)| part.visit(visit)),
+            Self::Constant(_) | Self::Data(_) | Self::Unknown(_) | Self::Broken(_) | Self::Foreign(_) => Vec::new(),
+            Self::Event | Self::EventField(_) | Self::MachineName | Self::SessionId => Vec::new(),
+            Self::IoProcessors | Self::In(_) => Vec::new(),
+            Self::Member(part, _) | Self::Unary(_, part) | Self::InDynamic(part) => vec![&**part],
+            Self::Index(parts) | Self::Binary(_, parts) | Self::Logic(_, parts) => parts.iter().collect(),
+            Self::Choice(parts) => parts.iter().collect(),
+            Self::Array(items) => items.iter().collect(),
+            Self::Object(members) => members.iter().map(|(_, part)| part).collect(),
         }
     }
 

@@ -12,7 +12,6 @@ use super::ExpressionProblem;
 
 type Input<'s> = LocatingSlice<&'s str>;
 
-/// What a token is.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum TokenKind<'s> {
     Number(f64),

@@ -212,7 +212,6 @@ pub(super) fn is_taken(word: &str) -> bool {
         || system_name(word).is_some()
 }
 
-/// The meaning of a system name.
 pub(super) fn system_name(name: &str) -> Option<Expr> {
     Some(match name {
         "true" => Expr::Constant(true.into()),

@@ -129,7 +129,6 @@ impl<'p> Compiler<'p> {
         item
     }
 
-    /// The value in a file.
     fn file_value(&mut self, src: &Written<'_>) -> Expr {
         match self.origin.read(src.value) {
             Ok(text) => Expr::Constant(content_of_file(&text)),

@@ -16,7 +16,6 @@ use crate::expression::Form;
 use crate::expression::{self, Expr, is_identifier};
 
 impl Compiler<'_> {
-    /// The executable content of an element.
     pub(super) fn block(&mut self, node: Element<'_>) -> Block {
         self.actions(elements(node).filter(|child| EXECUTABLE.contains(&child.tag_name().name())))
     }

@@ -7,7 +7,7 @@ use diagnostics::{Problem, nearest_or_all};
 use super::compile::{self, Compiler};
 use super::xml::{Element, Written, elements, elements_named, name_span};
 use crate::chart::{ActionKind, Block};
-use crate::chart::{AssignTarget, INVOKE_KINDS, Invoke, InvokeSource, Named, Param, Source, visit_actions};
+use crate::chart::{AssignTarget, INVOKE_KINDS, Invoke, InvokeSource, Param, Source, visit_actions};
 use crate::expression::Expr;
 use crate::expression::Form;
 
@@ -112,20 +112,20 @@ impl Compiler<'_> {
     }
 
     /// The data named by `namelist`. An unreadable one is reported, and is an error when it is read.
-    pub(super) fn name_list(&mut self, node: Element<'_>) -> Vec<Named> {
+    pub(super) fn name_list(&mut self, node: Element<'_>) -> Vec<Param> {
         let Some(written) = Written::attribute(node, "namelist") else {
             return Vec::new();
         };
         written.words().into_iter().map(|word| self.named(word)).collect()
     }
 
-    fn named(&mut self, word: Written<'_>) -> Named {
+    fn named(&mut self, word: Written<'_>) -> Param {
         let (value, location) = match self.assign_target(&word) {
             Ok(AssignTarget::Compiled(location)) => (location.to_expr(), Some(AssignTarget::Compiled(location))),
             Ok(foreign) => (self.expression(&word), Some(foreign)),
             Err(reason) => (Expr::Broken(reason), None),
         };
-        Named { name: word.value.into(), value, location, span: word.span().into() }
+        Param { name: word.value.into(), value, location, span: word.span().into() }
     }
 
     /// Compiles a location. One that cannot be compiled is reported, and `Err` describes the problem.

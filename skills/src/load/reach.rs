@@ -151,7 +151,6 @@ pub(crate) fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     if condition.test.is_fixed(&|_| false) { condition.test.truth(&scope).ok() } else { None }
 }
 
-/// The events that a transition handles.
 struct HandledEvents {
     transition: TransitionId,
     /// The classes that its descriptors match, in ascending order and disjoint; empty if it handles no event.
@@ -168,7 +167,6 @@ impl HandledEvents {
         Self { transition, matches }
     }
 
-    /// Whether this handles every event that the other handles.
     fn covers(&self, other: &Self) -> bool {
         // Two descriptors are disjoint, or one covers the other.
         let is_covered = |inner: &Matches| {

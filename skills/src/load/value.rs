@@ -24,7 +24,6 @@ impl InlineContent {
     }
 }
 
-/// A value that is text.
 fn literal(text: &str) -> Datum {
     expression::literal(text).unwrap_or_else(|| {
         let words: Vec<&str> = text.split_whitespace().collect();
@@ -32,7 +31,6 @@ fn literal(text: &str) -> Datum {
     })
 }
 
-/// The value in a file.
 pub(super) fn content_of_file(text: &str) -> Datum {
     let text = text.trim_start_matches('\u{feff}').trim();
     if text.starts_with('<')

@@ -10,7 +10,6 @@ pub(crate) type RangeMap<'p> = &'p dyn Fn(Range<usize>) -> Range<usize>;
 /// The map of a text that its author wrote.
 pub(crate) const AS_READ: RangeMap<'static> = &|range| range;
 
-/// The namespace of SCXML.
 pub(super) const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
 /// The namespace of the attribute `chance` of transitions, which is not part of SCXML.
@@ -53,7 +52,6 @@ pub(crate) fn name_span(element: Element<'_>) -> Range<usize> {
     element.written(diagnostics::xml::name_span(element.node))
 }
 
-/// Whether the node is an element of SCXML.
 pub(super) fn is_scxml(node: &Node<'_, '_>) -> bool {
     node.is_element() && node.tag_name().namespace() == Some(NAMESPACE)
 }

@@ -10,7 +10,6 @@ use crate::Datum;
 use crate::chart::EventClass;
 use crate::event::Event;
 
-/// An event in a queue, with its class.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Queued {
     pub(super) event: Event,
@@ -51,7 +50,6 @@ impl MachineEvents {
         self.timers.insert(position, timer);
     }
 
-    /// Cancels the delayed events with this id.
     pub(super) fn cancel(&mut self, id: &Arc<str>) {
         self.timers.retain(|timer| timer.send_id.as_ref() != Some(id));
     }

@@ -279,12 +279,10 @@ impl Macrostep<'_, '_> {
         if !block.is_empty() {
             return;
         }
-        let named = invoke.name_list.iter().map(|named| (&named.name, &named.location, named.span));
-        let params = invoke.params.iter().map(|param| (&param.name, &param.location, param.span));
-        for (name, place, span) in named.chain(params) {
-            if let (Some(place), Some(value)) = (place, event.data.member(name)) {
+        for param in invoke.name_list.iter().chain(&invoke.params) {
+            if let (Some(place), Some(value)) = (&param.location, event.data.member(&param.name)) {
                 // An error is in the queue already.
-                let _ = self.assign(place, value.clone(), span);
+                let _ = self.assign(place, value.clone(), param.span);
             }
         }
     }

@@ -34,13 +34,11 @@ pub(super) struct Macrostep<'c, 'm> {
 pub(super) struct OuterSessions<'k> {
     /// The sessions that are neither it nor inside it.
     pub(super) outside: &'k [Arc<str>],
-    /// The events for them.
     pub(super) events: Vec<OuterEvent>,
     /// The room that they have left.
     pub(super) room: usize,
 }
 
-/// An event for an outer machine.
 pub(super) enum OuterEvent {
     Parent(Event),
     Session(Arc<str>, Event),

@@ -115,7 +115,6 @@ impl Machine {
     }
 }
 
-/// Whether a value contains the address of a machine.
 fn holds_address(value: &Datum) -> bool {
     match value {
         Datum::Text(text) => text.contains(ADDRESS),

@@ -29,7 +29,6 @@ impl<'a> Site<'a> {
         Self { chart, elements: own_elements(Element::new(document.root_element(), AS_READ)) }
     }
 
-    /// The element with its name at this position.
     fn element(&self, name: &Range<usize>) -> Option<Element<'a>> {
         self.elements.iter().copied().find(|node| name_span(*node) == *name)
     }

@@ -66,7 +66,6 @@ fn turn(mutation: &Mutation) -> u8 {
     }
 }
 
-/// The text of the chart with all of these changes.
 pub(super) fn changed(chart: &Chart, file: &str, text: &str, mutations: &[&Mutation]) -> Result<String, SkillError> {
     let refuse = |words: String, problem: Problem| SkillError::Mutation {
         mutation: words,

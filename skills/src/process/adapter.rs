@@ -26,10 +26,12 @@ pub trait Adapter: AdapterState + Debug + Send + Sync {
         None
     }
 
-    /// Sends a message that begins with the symbol `head` and has these fields by name.
+    /// Sends a message that begins with the symbol `head` and has these fields by name: to the process `target`, or
+    /// without a target to all that have subscribed to the topic.
     ///
     /// # Errors
-    /// [`Undelivered`] if it cannot be sent.
+    /// [`Undelivered`] if there is no such channel or topic, if the channel does not carry the message, if it answers
+    /// nothing or cancels nothing, or if too many messages are already waiting.
     fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered>;
 
     /// Adds an event to those of which the machine will get one: its transitions are offered next, and no others.

@@ -10,8 +10,8 @@ use channels::{
 };
 
 use super::adapter::Adapter;
-use super::check::{Constants, goes_by_channel};
-use super::wiring::{CLIENT, Outgoing, Wiring, shapes_of};
+use super::check::Constants;
+use super::wiring::{CLIENT, Outgoing, Wiring, message, shapes_of};
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR};
 use crate::event::Event;
@@ -57,7 +57,6 @@ struct Conversation {
     is_accepted: bool,
 }
 
-/// The open conversations on a channel.
 type Open = Vec<Conversation>;
 
 /// What `m[1]` ends with if a goal is accepted or rejected: what may be said of a goal depends on that.
@@ -134,38 +133,6 @@ impl ChannelAdapter {
         Self { abandons, is_patient, ..Self::on(Arc::clone(&self.wiring), self.last_request) }
     }
 
-    /// Offers to receive on every channel, and to send what waits; or else to choose, if there is a choice. Transitions
-    /// are numbered by channel: incoming ones first, then outgoing ones, then the choices.
-    pub fn offers(&self, offers: &mut Vec<Offer>) {
-        if !self.choices.is_empty() {
-            let first = self.first_choice();
-            let numbers = (first..).take(self.choices.len()).map(|number| TransitionId(number as u32));
-            offers.extend(numbers.map(|transition| Offer { transition, action: Action::Internal }));
-            return;
-        }
-        for (index, (incoming, pending)) in self.wiring.incoming.iter().zip(&self.pending).enumerate() {
-            let pattern = if pending.is_empty() || incoming.is_client || self.abandons {
-                Pattern::Any
-            } else {
-                let waits = |&&(ref head, _, role): &&(Symbol, Arc<str>, Role)| match role {
-                    Role::Request => find(pending, None).is_some(),
-                    Role::Goal => find(pending, action(role, head.name())).is_some(),
-                    _ => false,
-                };
-                Pattern::Except(incoming.events.iter().filter(waits).map(|(head, ..)| head.clone()).collect())
-            };
-            let action = Action::Receive(incoming.channel, pattern);
-            offers.push(Offer { transition: TransitionId(index as u32), action });
-        }
-        for (index, (out, waiting)) in self.wiring.outgoing.iter().zip(&self.outboxes).enumerate() {
-            if let Some(envelope) = waiting.front() {
-                let transition = TransitionId((self.wiring.incoming.len() + index) as u32);
-                offers.push(Offer { transition, action: Action::Send(out.channel, envelope.clone()) });
-            }
-        }
-    }
-
-    /// The number of the first choice.
     fn first_choice(&self) -> usize {
         self.wiring.incoming.len() + self.wiring.outgoing.len()
     }
@@ -209,43 +176,6 @@ impl ChannelAdapter {
         }
         let event = Event::external(name).with_data(incoming.data(&envelope.message));
         Some(event.with_origin(Arc::clone(&incoming.peer), CHANNEL_PROCESSOR))
-    }
-
-    /// Sends a message that begins with the symbol `head` and has these fields by name: to the process `target`, or
-    /// without a target to everybody who has subscribed to the topic.
-    ///
-    /// # Errors
-    /// [`Undelivered`] if there is no such channel or topic, if the channel does not carry the message, if it answers
-    /// nothing or cancels nothing, or if too many messages are already waiting.
-    pub fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
-        let wiring = Arc::clone(&self.wiring);
-        let Some(peer) = target else {
-            let message = wiring
-                .published(head, data)
-                .map_err(|problem| problem.undelivered(&format!("{} cannot publish <{head}>", wiring.name)))?;
-            for out in wiring.subscribers(head) {
-                // A newer message replaces an older one here as it does in the channel.
-                let is_older = |older: &&mut Envelope| older.message.head() == Some(head);
-                let replaced = self.outboxes[out].iter_mut().find(is_older).filter(|_| !wiring.outgoing[out].takes_all);
-                match replaced {
-                    Some(older) => *older = message.clone().into(),
-                    None => {
-                        self.check_room(out)?;
-                        self.outboxes[out].push_back(message.clone().into());
-                    }
-                }
-            }
-            return Ok(());
-        };
-        let out = wiring.outgoing_to(peer);
-        let out = out.ok_or_else(|| Undelivered::Unfit(format!("there is no channel {} → {peer}", wiring.name)))?;
-        let (message, role) = wiring.outgoing[out]
-            .message(head, data)
-            .map_err(|problem| problem.undelivered(&format!("<{head}> cannot be sent to {peer}")))?;
-        self.check_room(out)?;
-        let request = self.request_number(out, head, role)?;
-        self.outboxes[out].push_back(Envelope { message, request });
-        Ok(())
     }
 
     /// The channels that carry messages of this process which begin with the symbol `head`.
@@ -327,37 +257,6 @@ impl ChannelAdapter {
         Ok(number)
     }
 
-    /// Appends the unanswered requests of this process, as [`Process::awaits`](channels::Process::awaits) does.
-    pub fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
-        for (out, asked) in self.wiring.outgoing.iter().zip(&self.asked) {
-            let mut asked = asked.clone();
-            asked.sort();
-            requests.extend(asked.into_iter().map(|asked| (out.channel, asked.number)));
-        }
-    }
-
-    /// Brings the numbers of conversations into [normal form](NormalForm).
-    ///
-    /// # Errors
-    /// [`NoNormalForm::Endless`] if too many messages wait.
-    pub fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
-        let wiring = Arc::clone(&self.wiring);
-        for (out, waiting) in wiring.outgoing.iter().zip(&mut self.outboxes) {
-            form.queue(waiting.len(), || {
-                format!("more than {} messages from {} to {} are waiting", NormalForm::QUEUE, wiring.name, out.peer)
-            })?;
-            waiting.iter_mut().for_each(|envelope| form.envelope(out.channel, envelope));
-        }
-        let requests = wiring.outgoing.iter().map(|out| out.channel).zip(&mut self.asked);
-        let others = wiring.incoming.iter().map(|incoming| incoming.channel).zip(&mut self.pending);
-        for (channel, open) in requests.chain(others) {
-            open.iter_mut().for_each(|known| form.number(channel, &mut known.number));
-            open.sort();
-        }
-        self.last_request = self.asked.iter().flatten().map(|asked| asked.number.0).max().unwrap_or_default();
-        Ok(())
-    }
-
     /// Everything that the process may receive.
     pub fn receives(&self) -> impl Iterator<Item = Use> {
         self.wiring.incoming.iter().map(|incoming| Use::Receives(incoming.channel, None))
@@ -371,8 +270,35 @@ impl ChannelAdapter {
 
 /// The rules for skills and components: see the crate's documentation.
 impl Adapter for ChannelAdapter {
+    /// Offers to receive on every channel, and to send what waits; or else to choose, if there is a choice. Transitions
+    /// are numbered by channel: incoming ones first, then outgoing ones, then the choices.
     fn offers(&self, offers: &mut Vec<Offer>) {
-        self.offers(offers);
+        if !self.choices.is_empty() {
+            let first = self.first_choice();
+            let numbers = (first..).take(self.choices.len()).map(|number| TransitionId(number as u32));
+            offers.extend(numbers.map(|transition| Offer { transition, action: Action::Internal }));
+            return;
+        }
+        for (index, (incoming, pending)) in self.wiring.incoming.iter().zip(&self.pending).enumerate() {
+            let pattern = if pending.is_empty() || incoming.is_client || self.abandons {
+                Pattern::Any
+            } else {
+                let waits = |&&(ref head, _, role): &&(Symbol, Arc<str>, Role)| match role {
+                    Role::Request => find(pending, None).is_some(),
+                    Role::Goal => find(pending, action(role, head.name())).is_some(),
+                    _ => false,
+                };
+                Pattern::Except(incoming.events.iter().filter(waits).map(|(head, ..)| head.clone()).collect())
+            };
+            let action = Action::Receive(incoming.channel, pattern);
+            offers.push(Offer { transition: TransitionId(index as u32), action });
+        }
+        for (index, (out, waiting)) in self.wiring.outgoing.iter().zip(&self.outboxes).enumerate() {
+            if let Some(envelope) = waiting.front() {
+                let transition = TransitionId((self.wiring.incoming.len() + index) as u32);
+                offers.push(Offer { transition, action: Action::Send(out.channel, envelope.clone()) });
+            }
+        }
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<&Envelope>, machine: &mut Machine) -> Option<Event> {
@@ -387,7 +313,32 @@ impl Adapter for ChannelAdapter {
     }
 
     fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
-        self.send(target, head, data)
+        let wiring = Arc::clone(&self.wiring);
+        let Some(peer) = target else {
+            let (message, _) = message(&wiring.topics, head, data)
+                .map_err(|problem| problem.undelivered(&format!("{} cannot publish <{head}>", wiring.name)))?;
+            for out in wiring.subscribers(head) {
+                // A newer message replaces an older one here as it does in the channel.
+                let is_older = |older: &&mut Envelope| older.message.head() == Some(head);
+                let replaced = self.outboxes[out].iter_mut().find(is_older).filter(|_| !wiring.outgoing[out].takes_all);
+                match replaced {
+                    Some(older) => *older = message.clone().into(),
+                    None => {
+                        self.check_room(out)?;
+                        self.outboxes[out].push_back(message.clone().into());
+                    }
+                }
+            }
+            return Ok(());
+        };
+        let out = wiring.outgoing_to(peer);
+        let out = out.ok_or_else(|| Undelivered::Unfit(format!("there is no channel {} → {peer}", wiring.name)))?;
+        let (message, role) = message(&wiring.outgoing[out].domain, head, data)
+            .map_err(|problem| problem.undelivered(&format!("<{head}> cannot be sent to {peer}")))?;
+        self.check_room(out)?;
+        let request = self.request_number(out, head, role)?;
+        self.outboxes[out].push_back(Envelope { message, request });
+        Ok(())
     }
 
     fn choose(&mut self, event: Event) -> Result<(), Undelivered> {
@@ -407,18 +358,36 @@ impl Adapter for ChannelAdapter {
     }
 
     fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
-        self.awaits(requests);
+        for (out, asked) in self.wiring.outgoing.iter().zip(&self.asked) {
+            let mut asked = asked.clone();
+            asked.sort();
+            requests.extend(asked.into_iter().map(|asked| (out.channel, asked.number)));
+        }
     }
 
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
-        self.normalize(form)
+        let wiring = Arc::clone(&self.wiring);
+        for (out, waiting) in wiring.outgoing.iter().zip(&mut self.outboxes) {
+            form.queue(waiting.len(), || {
+                format!("more than {} messages from {} to {} are waiting", NormalForm::QUEUE, wiring.name, out.peer)
+            })?;
+            waiting.iter_mut().for_each(|envelope| form.envelope(out.channel, envelope));
+        }
+        let requests = wiring.outgoing.iter().map(|out| out.channel).zip(&mut self.asked);
+        let others = wiring.incoming.iter().map(|incoming| incoming.channel).zip(&mut self.pending);
+        for (channel, open) in requests.chain(others) {
+            open.iter_mut().for_each(|known| form.number(channel, &mut known.number));
+            open.sort();
+        }
+        self.last_request = self.asked.iter().flatten().map(|asked| asked.number.0).max().unwrap_or_default();
+        Ok(())
     }
 
     fn uses(&self, machine: &Machine) -> Vec<Use> {
         let mut uses: Vec<Use> = self.receives().collect();
         let constants = Constants::of(machine, &self.wiring);
         machine.chart().visit_sends(&mut |send| {
-            if !goes_by_channel(send) {
+            if !send.goes_by_channel() {
                 return;
             }
             let literal = |attribute: &Option<Attribute>| attribute.as_ref()?.literal().cloned();

@@ -8,11 +8,10 @@ use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use miette::SourceSpan;
 
 use super::CLIENT;
-use super::wiring::{Incoming, Outgoing, Wiring, heads, shapes_of, takes};
+use super::wiring::{Incoming, Outgoing, Wiring, has_channel, heads, message, shapes_of, takes};
 use crate::Datum;
 use crate::chart::{
-    ActionKind, AssignTarget, Attribute, CHANNEL_PROCESSOR, Chart, Descriptor, EventClass, Send, SendId, is_event_name,
-    visit_actions,
+    ActionKind, AssignTarget, Attribute, Chart, Descriptor, EventClass, Send, SendId, is_event_name, visit_actions,
 };
 use crate::datum::Memory;
 use crate::expression::{Expr, Scope, Statement};
@@ -60,7 +59,7 @@ impl<'a> Constants<'a> {
     pub(super) fn message(&self, head: &str, send: &Send, out: &Outgoing) -> Option<Message> {
         let field = |(name, value, _): (&Arc<str>, &Expr, SourceSpan)| Some((Arc::clone(name), self.value(value)?));
         let fields: Vec<(Arc<str>, Datum)> = send.named().map(field).collect::<Option<_>>()?;
-        out.message(head, &Datum::object(fields).ok()?).ok().map(|(message, _)| message)
+        message(&out.domain, head, &Datum::object(fields).ok()?).ok().map(|(message, _)| message)
     }
 }
 
@@ -83,11 +82,6 @@ fn changed_by(action: &ActionKind) -> Vec<DataId> {
     }
 }
 
-/// Whether a `<send>` goes by channel, as far as that is literal.
-pub(super) fn goes_by_channel(send: &Send) -> bool {
-    send.processor.as_ref().and_then(|processor| processor.literal()).is_some_and(|name| &**name == CHANNEL_PROCESSOR)
-}
-
 struct Check<'a> {
     wiring: &'a Wiring,
     topology: &'a Topology,
@@ -99,7 +93,7 @@ struct Check<'a> {
 
 impl<'a> Check<'a> {
     fn send(&mut self, send: &'a Send) {
-        if !goes_by_channel(send) {
+        if !send.goes_by_channel() {
             return;
         }
         let domain = match &send.target {
@@ -160,16 +154,11 @@ impl<'a> Check<'a> {
     /// not use.
     fn reachable(&self) -> Vec<&'a str> {
         let topology = self.topology;
-        let has_channel = |one, other| {
-            topology
-                .channels()
-                .map(|channel| topology.get(channel))
-                .any(|channel| channel.source == one && channel.target == other)
-        };
         let client = topology.find_process(CLIENT);
         let is_component = |process| {
             client.is_none_or(|client| {
-                process != client && !has_channel(process, client) && !has_channel(client, process)
+                let is_linked = has_channel(topology, process, client) || has_channel(topology, client, process);
+                process != client && !is_linked
             })
         };
         let processes = topology.processes().filter(|process| topology.whole(*process) == *process);
@@ -299,7 +288,7 @@ pub(super) fn own_events(chart: &Chart) -> Option<BTreeSet<String>> {
             ActionKind::Raise { event, .. } => {
                 names.insert(event.to_string());
             }
-            ActionKind::Send(send) if !goes_by_channel(send) => {
+            ActionKind::Send(send) if !send.goes_by_channel() => {
                 match send.event.as_ref().map(|event| event.literal()) {
                     Some(Some(event)) if is_event_name(event) => {
                         names.insert(event.to_string());

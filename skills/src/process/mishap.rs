@@ -1,7 +1,5 @@
 //! Errors of a skill's own machine.
 
-use std::sync::Arc;
-
 use crate::chart::{Chart, range};
 use crate::machine::Note;
 
@@ -34,7 +32,6 @@ impl Mishap {
 pub(super) struct Mishaps(Vec<Mishap>);
 
 impl Mishaps {
-    /// Counts a note, if it is a mishap.
     pub(super) fn note(&mut self, note: &Note, chart: &Chart) {
         let Some((state, message)) = mishap(note, chart) else {
             return;
@@ -65,10 +62,7 @@ fn mishap<'c>(note: &Note, chart: &'c Chart) -> Option<(Option<&'c str>, String)
             Some((around.last().map(|state| state.id()), reason.clone()))
         }
         Note::Stuck { .. } => Some((None, "the machine did not come to rest and was stopped".to_owned())),
-        Note::Invoked { id, note } => {
-            let inner: Arc<str> = Arc::clone(id);
-            mishap(note, chart).map(|(_, message)| (None, format!("in {inner}: {message}")))
-        }
+        Note::Invoked { id, note } => mishap(note, chart).map(|(_, message)| (None, format!("in {id}: {message}"))),
         _ => None,
     }
 }

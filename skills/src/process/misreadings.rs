@@ -9,7 +9,7 @@ use miette::SourceSpan;
 use super::check::own_events;
 use super::wiring::Wiring;
 use crate::chart::{Action, ActionKind, EventClass, Transition, visit_actions};
-use crate::expression::{BinaryOp, EventField, Expr, Statement};
+use crate::expression::{EventField, Expr, Statement};
 use crate::{Chart, Datum};
 
 /// The fields of a message that becomes an event of a machine.
@@ -129,7 +129,6 @@ fn field(expr: &Expr) -> Option<&str> {
     matches!(whole, Expr::EventField(EventField::Data)).then_some(name)
 }
 
-/// The kinds that a field has in these messages.
 fn kinds<'m>(messages: &'m [EventFields<'m>], field: &'m str) -> impl Iterator<Item = &'m FieldKind> {
     let fields = messages.iter().flat_map(|message| message.fields);
     fields.filter(move |(name, _)| name == field).map(|(_, kind)| kind)
@@ -146,13 +145,9 @@ fn unknown_field(expr: &Expr, messages: &[EventFields<'_>]) -> Option<Problem> {
 
 /// The field and the constant of a comparison.
 fn compared(expr: &Expr) -> Option<(&str, &Datum)> {
-    use BinaryOp::{Equal, Greater, GreaterEqual, Identical, Less, LessEqual, NotEqual, NotIdentical};
-    let Expr::Binary(Equal | NotEqual | Identical | NotIdentical | Less | LessEqual | Greater | GreaterEqual, operands) =
-        expr
-    else {
-        return None;
-    };
+    let Expr::Binary(op, operands) = expr else { return None };
     match &**operands {
+        _ if !op.compares() => None,
         [one, Expr::Constant(value)] | [Expr::Constant(value), one] => Some((field(one)?, value)),
         _ => None,
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use channels::{ProcessId, Topology};
 use diagnostics::{Problem, nearest_or_all};
 
+use super::wiring::{Wiring, has_channel};
 use super::{CLIENT, SkillProcess};
 use crate::chart::{Attribute, CHANNEL_PROCESSOR, Chart, InvokeSource};
 use crate::{Datum, SkillError};
@@ -68,7 +69,7 @@ fn conversation(name: &str, chart: &Chart, leaf: Option<&LeafOfSystem<'_>>, topo
         return problems;
     }
     let halts_nobody = leaf.is_some_and(|leaf| !leaf.is_halted);
-    for incoming in &super::wiring::Wiring::new(topology, skill).incoming {
+    for incoming in &Wiring::new(topology, skill).incoming {
         let asked: Vec<&str> = incoming.asked().collect();
         let (mut unheard, all): (Vec<&str>, usize) =
             (incoming.event_names().filter(|event| !chart.hears(event)).collect(), incoming.event_names().count());
@@ -109,8 +110,4 @@ fn may_send_to(process: &str, chart: &Chart) -> bool {
             InvokeSource::File(_) | InvokeSource::Computed(_) => true,
             InvokeSource::Broken(_) => false,
         })
-}
-
-fn has_channel(topology: &Topology, source: ProcessId, target: ProcessId) -> bool {
-    topology.channels().any(|channel| topology.get(channel).source == source && topology.get(channel).target == target)
 }

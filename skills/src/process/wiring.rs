@@ -100,11 +100,6 @@ impl Wiring {
         let carries = move |out: &Outgoing| shapes_of(&out.domain, topic).any(|shape| shape.role() == Role::Topic);
         self.outgoing.iter().enumerate().filter(move |(_, out)| carries(out)).map(|(index, _)| index)
     }
-
-    /// The message of a topic that this process publishes.
-    pub(super) fn published(&self, topic: &str, fields: &Datum) -> Result<Message, Unsendable> {
-        message(&self.topics, topic, fields).map(|(message, _)| message)
-    }
 }
 
 impl Incoming {
@@ -149,11 +144,8 @@ fn events(peer: &str, may_ask: bool, domain: &Domain) -> Vec<(Symbol, Arc<str>, 
     new.map(event).collect()
 }
 
-impl Outgoing {
-    /// The message that begins with this symbol and has these fields by name, and its role.
-    pub(super) fn message(&self, head: &str, fields: &Datum) -> Result<(Message, Role), Unsendable> {
-        message(&self.domain, head, fields)
-    }
+pub(super) fn has_channel(topology: &Topology, source: ProcessId, target: ProcessId) -> bool {
+    topology.channels().any(|channel| topology.get(channel).source == source && topology.get(channel).target == target)
 }
 
 /// The symbols that messages may begin with.
@@ -173,7 +165,8 @@ pub(super) fn takes(domain: &Domain, head: &str, field: &str, value: &Datum) -> 
     kinds.any(|(_, kind)| translate::field_value(value, kind).is_some())
 }
 
-fn message(domain: &Domain, head: &str, fields: &Datum) -> Result<(Message, Role), Unsendable> {
+/// The message that begins with this symbol and has these fields by name, and its role.
+pub(super) fn message(domain: &Domain, head: &str, fields: &Datum) -> Result<(Message, Role), Unsendable> {
     let mut problem = Unsendable::Head { head: head.to_owned() };
     for shape in shapes_of(domain, head) {
         match translate::message(head, shape, fields) {

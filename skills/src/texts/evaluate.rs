@@ -48,17 +48,12 @@ impl<'a> MachineWalk<'_, 'a> {
 
 /// What a constant may be.
 pub(super) fn of_datum(value: &Datum) -> Possible {
-    let all = |parts: &mut dyn Iterator<Item = &Datum>| {
-        let mut all = Possible::default();
-        parts.for_each(|part| _ = all.join(&of_datum(part)));
-        all
-    };
     match value {
         Datum::Undefined | Datum::Null => Possible::default(),
         Datum::Bool(_) | Datum::Number(_) => Possible::number(),
         Datum::Text(text) => Possible::texts([text.clone()]),
-        Datum::Array(array) => all(&mut array.items().iter()).around(),
-        Datum::Object(object) => all(&mut object.members().map(|(_, value)| value)).around(),
+        Datum::Array(array) => array.items().iter().map(of_datum).collect::<Possible>().around(),
+        Datum::Object(object) => object.members().map(|(_, value)| of_datum(value)).collect::<Possible>().around(),
         Datum::Function(_) | Datum::Xml(_) => Possible::open(),
     }
 }
@@ -75,14 +70,10 @@ impl MachineWalk<'_, '_> {
                 self.keep_out(&touched, |name| format!("uses {name} in code for the engine"), place);
                 Possible::anything()
             }
-            Expr::Event => {
-                let mut all = self.family.fields(trigger).around();
-                all.join(&Possible::open());
-                all
-            }
-            Expr::EventField(EventField::Data) => self.family.fields(trigger).around(),
+            Expr::Event => [self.family.fields(trigger, None).around(), Possible::open()].into_iter().collect(),
+            Expr::EventField(EventField::Data) => self.family.fields(trigger, None).around(),
             Expr::EventField(EventField::Raw) => {
-                let all = self.family.fields(trigger);
+                let all = self.family.fields(trigger, None);
                 self.keep_out(&all, |name| format!("looks at an event with {name} as a text"), place);
                 Possible::open()
             }
@@ -95,9 +86,8 @@ impl MachineWalk<'_, '_> {
                     let index = self.value(index, trigger, place);
                     self.keep_out(&index, |name| format!("takes the name of a member from {name}"), place);
                     let mut of = self.value(&parts[0], trigger, place);
-                    let direct = Possible { chosen: of.chosen.clone(), ..Possible::default() };
+                    let direct = Possible { chosen: std::mem::take(&mut of.chosen), ..Possible::default() };
                     self.keep_out(&direct, |name| format!("looks into {name}"), place);
-                    of.chosen.clear();
                     // A letter of a text, or a part of a structure.
                     if of.depth == 0 && !of.texts.is_empty() {
                         of.join(&Possible::open());
@@ -126,16 +116,10 @@ impl MachineWalk<'_, '_> {
                 }
                 value
             }
-            Expr::Logic(_, parts) => {
-                let mut either = self.value(&parts[0], trigger, place);
-                either.join(&self.value(&parts[1], trigger, place));
-                either
-            }
+            Expr::Logic(_, parts) => parts.iter().map(|part| self.value(part, trigger, place)).collect(),
             Expr::Choice(parts) => {
                 self.value(&parts[0], trigger, place);
-                let mut either = self.value(&parts[1], trigger, place);
-                either.join(&self.value(&parts[2], trigger, place));
-                either
+                parts[1..].iter().map(|part| self.value(part, trigger, place)).collect()
             }
             Expr::In(_) => Possible::number(),
             Expr::InDynamic(id) => {
@@ -144,21 +128,17 @@ impl MachineWalk<'_, '_> {
                 Possible::number()
             }
             Expr::Array(items) => {
-                let mut all = Possible::default();
-                items.iter().for_each(|item| _ = all.join(&self.value(item, trigger, place)));
-                all.around()
+                items.iter().map(|item| self.value(item, trigger, place)).collect::<Possible>().around()
             }
             Expr::Object(members) => {
-                let mut all = Possible::default();
-                members.iter().for_each(|(_, value)| _ = all.join(&self.value(value, trigger, place)));
-                all.around()
+                members.iter().map(|(_, value)| self.value(value, trigger, place)).collect::<Possible>().around()
             }
         }
     }
 
     fn member(&mut self, of: &Expr, name: &str, trigger: &Trigger<'_>, place: SourceSpan) -> Possible {
         if matches!(of, Expr::EventField(EventField::Data)) {
-            return self.family.field(trigger, name);
+            return self.family.fields(trigger, Some(name));
         }
         let mut of = self.value(of, trigger, place);
         if name == "length" {
@@ -172,15 +152,14 @@ impl MachineWalk<'_, '_> {
 
     /// The chosen texts that code for the engine may see.
     fn touched(&self, code: &Code, trigger: &Trigger<'_>) -> Possible {
-        let mut touched = Possible::default();
-        code.mentions.iter().for_each(|data| _ = touched.join(&self.held(*data)));
+        let mut touched: Possible = code.mentions.iter().map(|data| self.held(*data)).collect();
         if code.mentions_event {
             // A function that it calls may read the event, which is then in the code of that function.
             let sees_all = code.program.split("_event").skip(1).any(|rest| !names_a_field(rest));
             if sees_all {
-                touched.join(&self.family.fields(trigger));
+                touched.join(&self.family.fields(trigger, None));
             }
-            words(&code.program).for_each(|word| _ = touched.join(&self.family.field(trigger, word)));
+            words(&code.program).for_each(|word| _ = touched.join(&self.family.fields(trigger, Some(word))));
         }
         touched
     }

@@ -84,30 +84,19 @@ impl<'a> Family<'a> {
         self.problems.push(problem);
     }
 
-    /// What the field of an event that triggers something may hold.
-    pub(super) fn field(&self, trigger: &Trigger<'_>, name: &str) -> Possible {
-        let mut held = Possible::default();
-        for event in self.sources.heard.iter().filter(|event| trigger.is_one_of(&event.names)) {
-            event.fields.get(name).into_iter().chain([&event.others]).for_each(|value| _ = held.join(value));
-        }
-        for inner in self.inner.iter().filter(|inner| trigger.may_be(inner.event.as_deref())) {
-            if inner.field.as_ref().is_none_or(|field| **field == *name) {
-                held.join(&inner.value);
-            }
-        }
-        held
-    }
-
-    /// What any field of an event that triggers something may hold.
-    pub(super) fn fields(&self, trigger: &Trigger<'_>) -> Possible {
-        let mut held = Possible::default();
-        for event in self.sources.heard.iter().filter(|event| trigger.is_one_of(&event.names)) {
-            event.fields.values().chain([&event.others]).for_each(|value| _ = held.join(value));
-        }
-        for inner in self.inner.iter().filter(|inner| trigger.may_be(inner.event.as_deref())) {
-            held.join(&inner.value);
-        }
-        held
+    /// What the fields with this name, or all fields, of an event that triggers something may hold.
+    pub(super) fn fields(&self, trigger: &Trigger<'_>, name: Option<&str>) -> Possible {
+        let has_name = |field: &str| name.is_none_or(|name| name == field);
+        let heard = self.sources.heard.iter().filter(|event| trigger.is_one_of(&event.names));
+        let heard = heard.flat_map(|event| {
+            let fields = event.fields.iter().filter(|(field, _)| has_name(field));
+            fields.map(|(_, value)| value).chain([&event.others])
+        });
+        let inner = self
+            .inner
+            .iter()
+            .filter(|inner| trigger.may_be(inner.event.as_deref()) && inner.field.as_deref().is_none_or(has_name));
+        heard.chain(inner.map(|inner| &inner.value)).cloned().collect()
     }
 
     /// Notes an event that machines of the family send to each other.

@@ -19,15 +19,18 @@ use crate::expression::{Expr, Location, Statement};
 use crate::ids::DataId;
 use crate::{Chart, Datum};
 
-/// What the machine, and those inside it, may do with texts. They are walked through until nothing more becomes known.
-pub(super) fn text_use(chart: &Chart, sources: TextSources<'_>) -> TextUse {
-    let mut family = Family::of(chart, sources);
-    while family.take_changed() {
-        for number in 0..family.charts.len() {
-            MachineWalk { chart: family.charts[number], number, family: &mut family }.walk();
+impl Chart {
+    /// What the machine, and those inside it, may do with texts in any run.
+    #[must_use]
+    pub fn text_use(&self, sources: TextSources<'_>) -> TextUse {
+        let mut family = Family::of(self, sources);
+        while family.take_changed() {
+            for number in 0..family.charts.len() {
+                MachineWalk { chart: family.charts[number], number, family: &mut family }.walk();
+            }
         }
+        family.into_text_use()
     }
-    family.into_text_use()
 }
 
 impl<'a> MachineWalk<'_, 'a> {
@@ -79,7 +82,7 @@ impl<'a> MachineWalk<'_, 'a> {
                 }
             } else if item.top_level {
                 // The machine that invokes this one may set it.
-                let given = self.family.field(&Trigger::any(), &item.id);
+                let given = self.family.fields(&Trigger::any(), Some(&item.id));
                 self.hold(data, &given);
             }
             if self.chart.foreign.contains(&data) {
@@ -89,9 +92,7 @@ impl<'a> MachineWalk<'_, 'a> {
     }
 
     fn block(&mut self, block: &'a Block, trigger: &Trigger<'_>) {
-        let mut actions: Vec<&'a Action> = Vec::new();
-        visit_actions(block, &mut |action| actions.push(action));
-        actions.into_iter().for_each(|action| self.action(action, trigger));
+        visit_actions(block, &mut |action| self.action(action, trigger));
     }
 
     fn action(&mut self, Action { kind, span }: &'a Action, trigger: &Trigger<'_>) {
@@ -151,7 +152,6 @@ impl<'a> MachineWalk<'_, 'a> {
         self.hold(location.data, &value.around());
     }
 
-    /// The indices in a location.
     fn indices(&mut self, location: &Expr, trigger: &Trigger<'_>, place: SourceSpan) {
         match location {
             Expr::Member(of, _) => self.indices(of, trigger, place),
@@ -244,13 +244,9 @@ impl<'a> MachineWalk<'_, 'a> {
     fn invoke(&mut self, invoke: &'a Invoke) {
         let any = Trigger::any();
         let mut given = Vec::new();
-        for param in &invoke.params {
+        for param in invoke.params.iter().chain(&invoke.name_list) {
             let value = self.value(&param.value, &any, param.span);
             given.push((Arc::clone(&param.name), value));
-        }
-        for named in &invoke.name_list {
-            let value = self.value(&named.value, &any, named.span);
-            given.push((Arc::clone(&named.name), value));
         }
         let is_inside = matches!(invoke.source, InvokeSource::Inline(_));
         if let InvokeSource::Computed(source) | InvokeSource::File(Source::Computed(source)) = &invoke.source {
@@ -265,7 +261,7 @@ impl<'a> MachineWalk<'_, 'a> {
             }
         }
         if invoke.auto_forward && !is_inside {
-            let all = self.family.fields(&any);
+            let all = self.family.fields(&any, None);
             self.keep_out(&all, |name| format!("forwards {name} to a machine in another file"), invoke.span);
         }
     }

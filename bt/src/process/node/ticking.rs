@@ -9,8 +9,7 @@ use super::{NodeProcess, Record};
 use crate::engine::{MAX_REPEATS, TOO_MANY_REPEATS};
 use crate::hooks::Entrance;
 use crate::process::board::{BoardAnswer, Question};
-use crate::process::protocol::{NodeReply, status_of, symbol};
-use crate::process::whole::tick_number;
+use crate::process::protocol::{NodeReply, number, status_of, symbol};
 use crate::program::Flags;
 use crate::semantics::{
     Answer, Beginning, PortReading, Reaction, Reset, Resume, Then, Which, begin, needs_reading, needs_reading_after,
@@ -21,7 +20,7 @@ use crate::{Category, Outcome, Request, Status};
 
 impl NodeProcess {
     pub(super) fn take_request(&mut self, envelope: &Envelope, now: Duration) -> Stage {
-        self.tick = tick_number(&envelope.message);
+        self.tick = number(&envelope.message, 2);
         if self.node().is_none() {
             self.repeats = 0;
             return self.tick_child(0);

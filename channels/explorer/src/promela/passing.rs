@@ -177,7 +177,6 @@ impl Writer<'_> {
         changes.join("; ")
     }
 
-    /// The variables that a move may change.
     fn variables_of_moves(&self) -> Vec<String> {
         let moves = self.tables().sorted_moves(Instant::Between).into_iter().flat_map(|(_, moves)| moves);
         let renames = moves.flat_map(|moved| self.tables().effect(*moved)).any(|(_, step)| step.renaming != 0);

@@ -134,7 +134,6 @@ impl Tables {
         }
     }
 
-    /// The state of a process after a span of time.
     fn pass_time(&mut self, process: usize, state: u32, span: Duration) -> Result<(), Refused> {
         let mut later = self.locals[process].get(state).process.clone();
         let form = NormalForm::new(&self.topology, NormalForm::NOW + span, &same_number);
@@ -329,7 +328,6 @@ fn set_in(lists: &mut Vec<Vec<u32>>, list: usize, index: u32, value: u32) {
     set(&mut lists[list], index, value, UNKNOWN);
 }
 
-/// The number of a request after a renaming.
 fn renumbered(changes: &Renaming, channel: ChannelId, number: RequestNumber) -> RequestNumber {
     let Some((_, numbers)) = changes.iter().find(|(on, _)| *on == channel.index()) else { return number };
     let index = number.0.checked_sub(1).and_then(|index| usize::try_from(index).ok());

@@ -99,7 +99,6 @@ impl<'e, 'js> Injector<'e, 'js> {
     }
 }
 
-/// A function that returns the function with this source.
 fn function_program(source: &str) -> String {
     format!("function(){{'use strict';return (\n{source}\n)}}")
 }

@@ -6,7 +6,6 @@ use super::runtime::{STEPS_PER_TURN, Turns, engine};
 use crate::expression::ExpressionProblem;
 use crate::expression::Form;
 
-/// Checks whether the engine can parse a source.
 pub(in crate::engine) fn check(source: &str, form: Form) -> Result<(), ExpressionProblem> {
     // Code that escapes from one pair of brackets does not fit into the other. Nothing is called. Code that escapes
     // from the function may run, in an engine whose results are discarded.
