@@ -20,7 +20,7 @@ use runs::Run;
 use scenarios::scenario::Scenario;
 
 use crate::live::BoardArgs;
-use crate::names::CampaignName;
+use crate::names;
 use crate::output::{BAD, GOOD, HEAD, Text, note, note_elsewhere, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
 use crate::results::{ResultsArgs, file_of, on_disk, places};
@@ -36,7 +36,7 @@ pub(crate) struct CampaignArgs {
     #[command(subcommand)]
     command: Option<CampaignCommand>,
     /// A campaign's name (see `steward list`) or file, or a RoAML model
-    #[arg(value_name = "NAME|FILE", required = true, value_parser = CampaignName, hide_possible_values = true)]
+    #[arg(value_name = "NAME|FILE", required = true, value_parser = names::CAMPAIGNS, hide_possible_values = true)]
     file: Option<String>,
     /// How many runs, instead of the number in the file
     #[arg(long, value_name = "N")]

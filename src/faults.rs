@@ -8,14 +8,14 @@ use scenarios::scenario::ScenarioFile;
 use serde_json::json;
 
 use crate::entry::{column, entry};
-use crate::names::FaultName;
+use crate::names;
 use crate::output::{explain, print_json};
 
 /// Which faults to list, and how.
 #[derive(Debug, Args)]
 pub(crate) struct FaultsArgs {
     /// Only this kind, with its parameters and an example
-    #[arg(value_parser = FaultName, hide_possible_values = true)]
+    #[arg(value_parser = names::FAULTS, hide_possible_values = true)]
     kind: Option<String>,
     /// Prints JSON
     #[arg(long)]

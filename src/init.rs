@@ -10,7 +10,7 @@ use diagnostics::Staging;
 use scenarios::application::Application;
 use scenarios::scenario::{ScenarioFile, find};
 
-use crate::names::ScenarioName;
+use crate::names;
 use crate::output::print_wrapped;
 
 /// The template, and where to write it.
@@ -22,7 +22,7 @@ pub(crate) struct InitArgs {
     #[arg(long, value_name = "NAME", default_value = "recharge", hide_default_value = true)]
     template: Template,
     /// Copies this scenario instead, with all files that it names: a name (see `steward list`) or a file
-    #[arg(long, value_name = "NAME|FILE", conflicts_with = "template", value_parser = ScenarioName,
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "template", value_parser = names::SCENARIOS,
           hide_possible_values = true)]
     scenario: Option<String>,
 }

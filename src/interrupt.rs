@@ -34,8 +34,3 @@ pub(crate) fn listen() -> &'static AtomicBool {
 pub(crate) fn flow() -> ControlFlow<()> {
     if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
-
-/// Waits for other programs, or for the request to end.
-pub(crate) fn pause() {
-    HOST.pause();
-}

@@ -17,8 +17,8 @@ use scenarios::scenario::{Found, Scenario, find};
 
 use crate::bag_tree::BagTreeArgs;
 use crate::browser;
-use crate::interrupt::{self, pause};
-use crate::names::ScenarioName;
+use crate::interrupt;
+use crate::names;
 use crate::output::{note, note_elsewhere, print_wrapped};
 use crate::run::BesideArgs;
 use crate::serve_groot::{self as serve, ServeGrootArgs};
@@ -29,8 +29,8 @@ use groot_args::GrootArgs;
 pub(crate) struct LiveArgs {
     /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing, or a log of
     /// BehaviorTree.CPP, or with `--tree` a ROS 2 bag; two are shown side by side
-    #[arg(value_name = "NAME|FILE", required_unless_present = "groot", num_args = 1..=2, value_parser = ScenarioName,
-          hide_possible_values = true)]
+    #[arg(value_name = "NAME|FILE", required_unless_present = "groot", num_args = 1..=2,
+          value_parser = names::SCENARIOS, hide_possible_values = true)]
     runs: Vec<String>,
     /// The root seed; by default the scenario's own
     #[arg(long, value_name = "N")]
@@ -118,7 +118,7 @@ impl BoardArgs {
         if self.live && interrupt::flow().is_continue() {
             note("Ctrl-C ends the page");
             while interrupt::flow().is_continue() {
-                pause();
+                interrupt::HOST.pause();
             }
         }
     }

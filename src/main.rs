@@ -52,7 +52,6 @@ use std::sync::Arc;
 use campaigns::Error;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::names::ScenarioName;
 use crate::output::{complain, print};
 use crate::run::RunOptions;
 
@@ -88,7 +87,8 @@ Exit status:
 #[command(override_usage = "steward <COMMAND>\n       steward --scenario <NAME|FILE> [OPTIONS of `steward run`]")]
 struct Cli {
     /// Runs a scenario, as `steward run` does and with its options
-    #[arg(long, value_name = "NAME|FILE", required = true, value_parser = ScenarioName, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", required = true, value_parser = names::SCENARIOS,
+          hide_possible_values = true)]
     scenario: Option<String>,
     #[command(flatten)]
     options: RunOptions,

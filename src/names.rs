@@ -6,39 +6,22 @@ use clap::{Arg, Command};
 use scenarios::faults::KINDS;
 use scenarios::files::{shipped_campaigns, shipped_scenarios};
 
-/// A parser that accepts any text, and knows some.
-macro_rules! names {
-    ($(#[$about:meta])* $parser:ident, $names:expr) => {
-        $(#[$about])*
-        #[derive(Clone, Copy, Debug)]
-        pub(crate) struct $parser;
+/// A parser that accepts any text, and lists these names.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Names(fn() -> Vec<&'static str>);
 
-        impl TypedValueParser for $parser {
-            type Value = String;
+pub(crate) const SCENARIOS: Names = Names(shipped_scenarios);
+pub(crate) const CAMPAIGNS: Names = Names(|| shipped_campaigns().map(|(name, _)| name).collect());
+pub(crate) const FAULTS: Names = Names(|| KINDS.iter().map(|kind| kind.name).collect());
 
-            fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &std::ffi::OsStr) -> Result<String, Error> {
-                StringValueParser::new().parse_ref(command, arg, value)
-            }
+impl TypedValueParser for Names {
+    type Value = String;
 
-            fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-                Some(Box::new($names.into_iter().map(PossibleValue::new)))
-            }
-        }
-    };
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &std::ffi::OsStr) -> Result<String, Error> {
+        StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new((self.0)().into_iter().map(PossibleValue::new)))
+    }
 }
-
-names!(
-    /// A scenario: a name, or any text.
-    ScenarioName,
-    shipped_scenarios()
-);
-names!(
-    /// A campaign: a name, or any text.
-    CampaignName,
-    shipped_campaigns().map(|(name, _)| name)
-);
-names!(
-    /// A kind of fault.
-    FaultName,
-    KINDS.iter().map(|kind| kind.name)
-);

@@ -13,6 +13,7 @@ use recording::RunView;
 
 pub(crate) use self::campaign::CampaignProgress;
 pub(crate) use self::proof::{ProgressForm, ProofProgress};
+use crate::moment::moment;
 use crate::output::complain_of;
 
 /// A line on a terminal that is drawn again and again, until it is dropped. It draws nothing if it is silent, or
@@ -150,16 +151,11 @@ struct NowAndThen {
 
 impl NowAndThen {
     fn new(interval: Duration) -> Self {
-        Self { interval, begin: now(), done: AtomicU64::new(0) }
+        Self { interval, begin: moment(), done: AtomicU64::new(0) }
     }
 
     fn is_due(&self) -> bool {
-        let current = now().duration_since(self.begin).as_secs() / self.interval.as_secs();
+        let current = self.begin.elapsed().as_secs() / self.interval.as_secs();
         self.done.fetch_max(current, Ordering::Relaxed) < current
     }
-}
-
-#[expect(clippy::disallowed_methods, reason = "progress is shown in real time")]
-fn now() -> Instant {
-    Instant::now()
 }

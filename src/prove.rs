@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 use campaigns::Error;
 use clap::{Args, ValueEnum};
@@ -25,7 +24,8 @@ use self::mutants::Mutants;
 use self::table::FindingsTable;
 use self::violation::Violation;
 use crate::interrupt;
-use crate::names::ScenarioName;
+use crate::moment::moment;
+use crate::names;
 use crate::output::{Text, complain, note_elsewhere, print, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::results::ResultsArgs;
@@ -38,7 +38,7 @@ const ENDED: &str = "an error about another scenario ended the proofs";
 #[derive(Debug, Args)]
 pub(crate) struct ProveArgs {
     /// Scenarios: names (see `steward list`), files, folders, or patterns of names
-    #[arg(value_name = "NAME|FILE", required = true, value_parser = ScenarioName, hide_possible_values = true)]
+    #[arg(value_name = "NAME|FILE", required = true, value_parser = names::SCENARIOS, hide_possible_values = true)]
     scenarios: Vec<String>,
     /// Proves only this property; may be given more than once [default: those that `[prove]` names, or all]
     #[arg(long = "property", value_name = "NAME")]
@@ -342,8 +342,7 @@ impl ProveArgs {
     }
 
     fn explore(&self, proof: &Proof, question: &Question, found: &Found, limits: &Limits) -> Result<Finding, Error> {
-        #[expect(clippy::disallowed_methods, reason = "a proof does not depend on the computer's clock")]
-        let began = Instant::now();
+        let began = moment();
         let mut shown = ProofProgress::new((!self.quiet).then_some(self.progress), &question.property);
         let answer = proof.prove(question, limits, &mut |round| shown.show(round));
         drop(shown);

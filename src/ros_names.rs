@@ -4,10 +4,7 @@ use bags::Remapping;
 
 /// Whether this is a name of ROS 2, perhaps in namespaces.
 fn is_name(text: &str) -> bool {
-    text.strip_prefix('/').unwrap_or(text).split('/').all(|name| {
-        name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
-            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
-    })
+    text.strip_prefix('/').unwrap_or(text).split('/').all(ros_messages::is_name)
 }
 
 /// A namespace of ROS 2, with `/` at its beginning.

@@ -25,7 +25,7 @@ use serde_json::json;
 use monitors::Warnings;
 
 use crate::domain::DomainArgs;
-use crate::names::ScenarioName;
+use crate::names;
 use crate::out_file::OutFile;
 #[cfg(feature = "dds")]
 use crate::output::note;
@@ -45,7 +45,7 @@ const COMMAND: &str = "run";
 pub(crate) struct RunArgs {
     /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'; or RoAML
     /// models
-    #[arg(value_name = "NAME|FILE", required_unless_present_any = ["all", "filter"], value_parser = ScenarioName,
+    #[arg(value_name = "NAME|FILE", required_unless_present_any = ["all", "filter"], value_parser = names::SCENARIOS,
           hide_possible_values = true)]
     scenarios: Vec<String>,
     /// Runs all scenarios that come with the program

@@ -10,7 +10,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bags::{BagWriter, BlackBox, Mapping, Recorder, Source, Through};
 use campaigns::Error;
@@ -22,6 +22,7 @@ use serde_json::{Value, json};
 
 use crate::interrupt::{self, HOST};
 use crate::live::BoardArgs;
+use crate::moment::moment;
 use crate::out_file::OutFile;
 use crate::output::{note, print, print_json, print_json_line, print_wrapped};
 use crate::verify::announcer::{Alarm, Announcer, Reactions};
@@ -219,11 +220,7 @@ impl WatchArgs {
             Some(file) => vec!["steward verify".to_owned(), quoted(&file.to_string_lossy())],
             None => vec![self.target.command()],
         };
-        let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
-        words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
-        words.extend(self.map_channels.iter().flat_map(|file| files("--map-channels", file)));
-        words.extend(self.robots.words());
-        words.extend(self.scenario.iter().flat_map(|name| files("--scenario", Path::new(name))));
+        words.extend(self.robots.words(&self.properties, self.map_channels.as_deref(), self.scenario.as_deref()));
         words.join(" ")
     }
 }
@@ -296,11 +293,10 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
 }
 
 /// Whether to end: once the time is over, or when the program is interrupted.
-#[expect(clippy::disallowed_methods, reason = "a robot is watched in real time")]
 fn ends_after(seconds: Option<f64>) -> Result<impl Fn() -> bool, Error> {
     let time = seconds.map(Duration::try_from_secs_f64).transpose();
     let time = time.map_err(|_| Error::refused("`--seconds` is a number from 0 up", "for example `--seconds 60`"))?;
-    let begun = Instant::now();
+    let begun = moment();
     Ok(move || interrupt::flow().is_break() || time.is_some_and(|time| begun.elapsed() >= time))
 }
 

@@ -1,6 +1,6 @@
 //! BatteryReader: reports the battery's charge and whether it is charging.
 
-use channels::{ChannelSystem, Message, ProcessId, Topology, Value, WiringError};
+use channels::{Message, Value};
 use robot::BatteryState;
 
 use crate::service::{Handler, Service};
@@ -21,20 +21,6 @@ struct Latest {
 }
 
 impl BatteryReader {
-    /// The reader that serves every process with a channel to `process`.
-    ///
-    /// # Errors
-    /// [`WiringError::MissingChannel`] if a client cannot be answered.
-    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        Self::with_handler(topology, process, BatteryHandler::default())
-    }
-
-    /// Returns it to its initial state, after a crash and restart.
-    pub fn restart(&mut self) {
-        self.forget();
-        self.handler = BatteryHandler::default();
-    }
-
     /// Receives the latest state of the battery from its driver.
     pub fn update(&mut self, state: &BatteryState) {
         self.handler.0 = Some(Latest { level: state.charge_pct.into(), charging: state.charging.into() });
@@ -62,19 +48,5 @@ impl Handler for BatteryHandler {
             (_, false) => "idle",
         }
         .to_owned()
-    }
-}
-
-/// Gives the battery's readings to BatteryReader.
-#[derive(Clone, Debug)]
-pub(crate) struct BatteryDriver {
-    pub(crate) process: ProcessId,
-}
-
-impl BatteryDriver {
-    pub(crate) fn battery(&self, state: &BatteryState, system: &mut ChannelSystem) {
-        if let Some(reader) = system.process_mut::<BatteryReader>(self.process) {
-            reader.update(state);
-        }
     }
 }

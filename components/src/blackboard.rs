@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use channels::{Message, ProcessId, Topology, Value, WiringError};
+use channels::{Message, Value};
 
 use crate::service::{Handler, Service};
 
@@ -70,14 +70,9 @@ impl LockedValue {
     }
 }
 
-impl Blackboard {
-    /// The blackboard for every process with a channel to `process`.
-    ///
-    /// # Errors
-    /// [`WiringError::MissingChannel`] if a client cannot be answered.
-    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        let entry = LockedValue { holder: None, value: 1, found_zero: BTreeSet::new() };
-        Self::with_handler(topology, process, entry)
+impl Default for LockedValue {
+    fn default() -> Self {
+        Self { holder: None, value: 1, found_zero: BTreeSet::new() }
     }
 }
 

@@ -43,24 +43,24 @@
 //! ```
 //!
 //! # Inside
-//! A driver can be suspended (`Outages`) and a component can be restarted. `Blackboard` and `StopRule::AnyTrip` belong
-//! to the protocol of the paper's published system (`skills/machines/original/`;
-//! docs/src/explanation/published-system.md says how much of it is modeled). The scenario `late_halt` shows its flaw.
+//! A driver can be frozen (`Software::freeze`) and a component can be restarted.
+//! docs/src/explanation/published-system.md says how much of the published system is modeled
+//! (`skills/machines/original/`). The scenario `late_halt` shows its flaw.
 
 mod battery_reader;
 mod blackboard;
+mod component;
 mod localization;
 mod navigation;
 mod operations;
-mod outages;
 mod service;
 mod software;
 
 pub use battery_reader::{BatteryHandler, BatteryReader};
 pub use blackboard::{Blackboard, LockedValue};
+pub use component::Component;
 pub use localization::{AtPlaces, Localization};
 pub use navigation::{Navigation, Order, StopRule, TripStatus, Trips};
 pub use operations::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Operation, operations};
-pub use outages::{Component, Outages};
 pub use service::{Handler, Service};
 pub use software::{Processes, Software};

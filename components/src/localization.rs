@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use channels::{ChannelSystem, Message, ProcessId, Topology, Value, WiringError};
+use channels::{Message, Value};
 use maps::{Places, Pose};
 
 use crate::service::{Handler, Service};
@@ -17,23 +17,14 @@ pub type Localization = Service<AtPlaces>;
 pub struct AtPlaces(Arc<BTreeMap<String, bool>>);
 
 impl Localization {
-    /// The localization that serves every process with a channel to `process`.
-    ///
-    /// # Errors
-    /// [`WiringError::MissingChannel`] if a client cannot be answered.
-    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        Self::with_handler(topology, process, AtPlaces::default())
-    }
-
-    /// Returns it to its initial state.
-    pub(crate) fn restart(&mut self) {
-        self.forget();
-        self.handler = AtPlaces::default();
-    }
-
     /// Receives the latest estimate of the robot's pose, in the `map` frame, and the known places, from its driver.
     pub fn update(&mut self, places: &Places, pose: &Pose) {
         self.handler.0 = Arc::new(places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect());
+    }
+
+    /// Whether an update with this pose would change nothing.
+    pub(crate) fn is_up_to_date(&self, places: &Places, pose: &Pose) -> bool {
+        places.iter().all(|(name, place)| self.handler.0.get(name) == Some(&place.contains(pose)))
     }
 
     /// Receives the place at which the robot is: one of the known places, or none.
@@ -78,22 +69,4 @@ impl Handler for AtPlaces {
 
 fn error(reason: &str) -> Message {
     Message::new([Value::symbol("error"), reason.into()])
-}
-
-/// Tells Localization which places contain the estimated pose.
-#[derive(Clone, Debug)]
-pub(crate) struct LocalizationDriver {
-    pub(crate) process: ProcessId,
-    pub(crate) places: Places,
-}
-
-impl LocalizationDriver {
-    pub(crate) fn estimate(&self, pose: &Pose, system: &mut ChannelSystem) {
-        let changed = system.process::<Localization>(self.process).is_some_and(|process| {
-            self.places.iter().any(|(name, place)| process.handler.0.get(name) != Some(&place.contains(pose)))
-        });
-        if changed && let Some(process) = system.process_mut::<Localization>(self.process) {
-            process.update(&self.places, pose);
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use channels::{Message, ProcessId, Symbol, Topology, Value, WiringError};
+use channels::{Message, Symbol, Value};
 
 use crate::service::{Handler, Service};
 
@@ -76,25 +76,11 @@ pub struct Trips {
 }
 
 impl Navigation {
-    /// The navigation that serves every process with a channel to `process`.
-    ///
-    /// # Errors
-    /// [`WiringError::MissingChannel`] if a client cannot be answered.
-    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        Self::with_handler(topology, process, Trips::default())
-    }
-
-    /// The same, with another rule for stops.
+    /// The same, with another rule for stops, which a restart keeps.
     #[must_use]
     pub fn with_stops(mut self, stops: StopRule) -> Self {
         self.handler.stops = stops;
         self
-    }
-
-    /// Returns it to its initial state, after a crash and restart.
-    pub fn restart(&mut self) {
-        self.forget();
-        self.handler = Trips { stops: self.handler.stops, ..Trips::default() };
     }
 
     /// Takes the next order for the driver.
@@ -160,6 +146,10 @@ impl Handler for Trips {
             }
             _ => {}
         }
+    }
+
+    fn restarted(&self) -> Self {
+        Self { stops: self.stops, ..Self::default() }
     }
 
     /// Only the last order counts: the driver carries out all waiting orders before it moves the base.

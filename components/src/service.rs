@@ -9,8 +9,8 @@ use channels::{
     TransitionId, Use, WiringError,
 };
 
-/// What a service knows, apart from its clients.
-pub trait Handler: Clone + Debug + Eq + Hash + Send + Sync + 'static {
+/// The state of a service, apart from its clients. The default is the initial state.
+pub trait Handler: Clone + Debug + Default + Eq + Hash + Send + Sync + 'static {
     /// The answer to a request; `None` if it is not known yet.
     fn answer(&self, request: &Message) -> Option<Message>;
 
@@ -22,6 +22,12 @@ pub trait Handler: Clone + Debug + Eq + Hash + Send + Sync + 'static {
     /// The answer to a request is sent.
     fn answered(&mut self, request: &Message) {
         let _ = request;
+    }
+
+    /// The state after a crash and restart.
+    #[must_use]
+    fn restarted(&self) -> Self {
+        Self::default()
     }
 
     /// Brings the state into normal form ([`Process::normalize`]).
@@ -50,12 +56,12 @@ struct Client {
     pending: Option<Envelope>,
 }
 
-impl<H> Service<H> {
-    /// The service of this process to every process with a channel to it.
+impl<H: Handler> Service<H> {
+    /// The service of this process, in its initial state, to every process with a channel to it.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client has no channel back.
-    pub(crate) fn with_handler(topology: &Topology, process: ProcessId, handler: H) -> Result<Self, WiringError> {
+    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
         let asked = topology.channels().filter(|&channel| topology.get(channel).target == process);
         let clients = asked.map(|requests| {
             let (client, component) = topology.ends(requests);
@@ -65,14 +71,15 @@ impl<H> Service<H> {
             })?;
             Ok(Client { requests, replies, pending: None })
         });
-        Ok(Self { clients: clients.collect::<Result<_, _>>()?, handler })
+        Ok(Self { clients: clients.collect::<Result<_, _>>()?, handler: H::default() })
     }
 
-    /// Forgets all pending requests, which are never answered.
-    pub(crate) fn forget(&mut self) {
+    /// Restarts it, after a crash. Requests that were pending are never answered.
+    pub fn restart(&mut self) {
         for client in &mut self.clients {
             client.pending = None;
         }
+        self.handler = self.handler.restarted();
     }
 
     /// Whether a client waits for an answer.

@@ -1,20 +1,19 @@
 //! The robot's software: the drivers, and what they control.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelSystem, ProcessId};
 use maps::{Places, Point, Pose};
-use nav::{
-    Atlas, GiveUpReason, Goal, InitialPose, NavigationParameters, NavigationStatus, Navigator, PoseEstimate, Recovery,
-};
+use nav::{Atlas, Goal, InitialPose, NavigationParameters, NavigationStatus, Navigator, PoseEstimate};
 use rand_chacha::ChaCha8Rng;
-use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
+use robot::{Odometry, Reading, Robot, VelocityCommand};
 
-use crate::battery_reader::{BatteryDriver, BatteryReader};
-use crate::localization::{Localization, LocalizationDriver};
+use crate::Component;
+use crate::battery_reader::BatteryReader;
+use crate::localization::Localization;
 use crate::navigation::{Navigation, Order, TripStatus};
-use crate::{Component, Outages};
 
 /// The components' processes in a channel system.
 #[derive(Clone, Copy, Debug)]
@@ -32,20 +31,18 @@ pub struct Processes {
 /// It sees only the robot's readings and the map.
 #[derive(Debug)]
 pub struct Software {
-    model: RobotModel,
+    processes: Processes,
     places: Places,
     localization: nav::Localization,
     navigator: Navigator,
     estimate: PoseEstimate,
     odometry: Option<Odometry>,
-    battery_driver: BatteryDriver,
-    localization_driver: LocalizationDriver,
-    navigation: ProcessId,
     /// Whether the navigator drives to a goal that no skill has sent.
     has_foreign_goal: bool,
     readings: Vec<Reading>,
     initial: InitialPose,
-    outages: Outages,
+    /// The components whose drivers are frozen.
+    frozen: BTreeSet<Component>,
 }
 
 impl Software {
@@ -60,22 +57,18 @@ impl Software {
         processes: Processes,
         rng: ChaCha8Rng,
     ) -> Result<Self, nav::Error> {
-        let model = atlas.model();
         let localization = nav::Localization::on(atlas, initial, rng);
         Ok(Self {
-            navigator: Navigator::on(atlas, NavigationParameters::of(model))?,
+            navigator: Navigator::on(atlas, NavigationParameters::of(atlas.model()))?,
             estimate: localization.estimate(),
             localization,
-            model: model.clone(),
+            processes,
             places: places.clone(),
             odometry: None,
-            battery_driver: BatteryDriver { process: processes.battery_reader },
-            localization_driver: LocalizationDriver { process: processes.localization, places: places.clone() },
-            navigation: processes.navigation,
             has_foreign_goal: false,
             readings: Vec::new(),
             initial: *initial,
-            outages: Outages::default(),
+            frozen: BTreeSet::new(),
         })
     }
 
@@ -95,10 +88,10 @@ impl Software {
         }
         self.readings = readings;
         self.estimate = self.localization.estimate();
-        if !self.outages.localization {
-            self.localization_driver.estimate(&self.estimate.pose, system);
+        if !self.is_frozen(Component::Localization) {
+            self.report_places(system);
         }
-        if self.outages.navigation {
+        if self.is_frozen(Component::Navigation) {
             robot.drive(VelocityCommand::STOP);
             return;
         }
@@ -110,26 +103,41 @@ impl Software {
     fn take_in(&mut self, reading: &Reading, system: &mut ChannelSystem) {
         match reading {
             Reading::Odometry(odometry) => {
-                if !self.outages.localization {
+                if !self.is_frozen(Component::Localization) {
                     self.localization.odometry(odometry);
                 }
                 self.odometry = Some(*odometry);
             }
             Reading::Scan(scan) => {
-                if !self.outages.localization {
+                if !self.is_frozen(Component::Localization) {
                     self.localization.scan(scan);
                 }
                 self.navigator.scan(scan, &self.localization.estimate());
             }
-            Reading::Battery(state) if !self.outages.battery_reader => self.battery_driver.battery(state, system),
-            Reading::Battery(_) => {}
+            Reading::Battery(_) if self.is_frozen(Component::BatteryReader) => {}
+            Reading::Battery(state) => {
+                if let Some(process) = system.process_mut::<BatteryReader>(self.processes.battery_reader) {
+                    process.update(state);
+                }
+            }
+        }
+    }
+
+    /// Reports to Localization which places contain the estimated pose, when that has changed.
+    fn report_places(&self, system: &mut ChannelSystem) {
+        let pose = &self.estimate.pose;
+        let is_outdated = |process: &Localization| !process.is_up_to_date(&self.places, pose);
+        if system.process::<Localization>(self.processes.localization).is_some_and(is_outdated)
+            && let Some(process) = system.process_mut::<Localization>(self.processes.localization)
+        {
+            process.update(&self.places, pose);
         }
     }
 
     /// Carries out the orders that Navigation received since the last step.
     fn follow_orders(&mut self, system: &mut ChannelSystem) {
-        while system.process::<Navigation>(self.navigation).is_some_and(Navigation::has_orders) {
-            let order = system.process_mut::<Navigation>(self.navigation).and_then(Navigation::next_order);
+        while system.process::<Navigation>(self.processes.navigation).is_some_and(Navigation::has_orders) {
+            let order = system.process_mut::<Navigation>(self.processes.navigation).and_then(Navigation::next_order);
             match order {
                 Some(Order::Start(place)) => {
                     self.has_foreign_goal = false;
@@ -153,14 +161,14 @@ impl Software {
     /// # Errors
     /// The reason why Navigation does not accept the goal: it is not running.
     pub fn drive_to(&mut self, goal: Goal, system: &mut ChannelSystem) -> Result<(), &'static str> {
-        if self.outages.navigation {
+        if self.is_frozen(Component::Navigation) {
             return Err("Navigation does not accept goals now");
         }
         // Requests that skills have already sent come first.
         self.follow_orders(system);
         self.navigator.start(goal);
         self.has_foreign_goal = true;
-        if let Some(process) = system.process_mut::<Navigation>(self.navigation)
+        if let Some(process) = system.process_mut::<Navigation>(self.processes.navigation)
             && process.trip_status() == Some(TripStatus::Running)
         {
             process.set_trip_status(TripStatus::Failure);
@@ -170,7 +178,7 @@ impl Software {
 
     /// Ends the navigator's trip, whoever has sent its goal, unless Navigation is frozen.
     pub fn end_trip(&mut self) {
-        if !self.outages.navigation {
+        if !self.is_frozen(Component::Navigation) {
             self.navigator.stop();
         }
     }
@@ -190,17 +198,37 @@ impl Software {
             NavigationStatus::Aborted | NavigationStatus::Error | NavigationStatus::Idle => TripStatus::Failure,
             _ => TripStatus::Running,
         };
-        let reported = system.process::<Navigation>(self.navigation).and_then(Navigation::trip_status);
+        let reported = system.process::<Navigation>(self.processes.navigation).and_then(Navigation::trip_status);
         if reported.is_some_and(|reported| reported != status)
-            && let Some(process) = system.process_mut::<Navigation>(self.navigation)
+            && let Some(process) = system.process_mut::<Navigation>(self.processes.navigation)
         {
             process.set_trip_status(status);
         }
     }
 
-    /// The frozen components. Changes apply from the next step on.
-    pub fn outages_mut(&mut self) -> &mut Outages {
-        &mut self.outages
+    /// Freezes the driver of a component, like a node that hangs, or lets it continue, from the next step on.
+    ///
+    /// The component's process continues to answer with the data it received last. To freeze the process too, suspend it
+    /// ([`channels::ChannelSystem::suspend`]).
+    ///
+    /// - BatteryReader gets no readings of the battery.
+    /// - The pose estimate and the data of Localization stay unchanged. Odometry and scans are lost; the first odometry
+    ///   afterwards includes the distance driven in the meantime.
+    /// - For Navigation, no velocity is commanded, so the base stands still, as with a command watchdog. Orders wait,
+    ///   and Navigation gets no status of its trip. Laser scans are still recorded: a queue would deliver them as soon
+    ///   as the driver continues.
+    pub fn freeze(&mut self, component: Component, is_frozen: bool) {
+        if is_frozen {
+            self.frozen.insert(component);
+        } else {
+            self.frozen.remove(&component);
+        }
+    }
+
+    /// Whether the driver of a component is frozen.
+    #[must_use]
+    pub fn is_frozen(&self, component: Component) -> bool {
+        self.frozen.contains(&component)
     }
 
     /// Crashes and restarts a component: its process and its driver return to their initial state. Requests that it had
@@ -213,20 +241,20 @@ impl Software {
     pub fn restart(&mut self, component: Component, system: &mut ChannelSystem) {
         match component {
             Component::BatteryReader => {
-                if let Some(process) = system.process_mut::<BatteryReader>(self.battery_driver.process) {
+                if let Some(process) = system.process_mut::<BatteryReader>(self.processes.battery_reader) {
                     process.restart();
                 }
             }
             Component::Localization => {
                 self.localization.restart(&self.initial);
-                if let Some(process) = system.process_mut::<Localization>(self.localization_driver.process) {
+                if let Some(process) = system.process_mut::<Localization>(self.processes.localization) {
                     process.restart();
                 }
             }
             Component::Navigation => {
                 self.navigator.restart();
                 self.has_foreign_goal = false;
-                if let Some(process) = system.process_mut::<Navigation>(self.navigation) {
+                if let Some(process) = system.process_mut::<Navigation>(self.processes.navigation) {
                     process.restart();
                 }
             }
@@ -242,12 +270,6 @@ impl Software {
     #[must_use]
     pub fn readings(&self) -> &[Reading] {
         &self.readings
-    }
-
-    /// What the software knows about the robot's hardware.
-    #[must_use]
-    pub fn model(&self) -> &RobotModel {
-        &self.model
     }
 
     /// The estimated pose of the robot.
@@ -287,35 +309,5 @@ impl Software {
     #[must_use]
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
-    }
-
-    /// The components that are frozen.
-    #[must_use]
-    pub fn outages(&self) -> &Outages {
-        &self.outages
-    }
-
-    /// Why navigation has given up, or why it currently has no path.
-    #[must_use]
-    pub fn navigation_reason(&self) -> Option<GiveUpReason> {
-        self.navigator.reason()
-    }
-
-    /// How many trips navigation has given up.
-    #[must_use]
-    pub fn trips_given_up(&self) -> u64 {
-        self.navigator.trips_given_up()
-    }
-
-    /// The recovery behavior with which navigation tries to find a path, if it has none.
-    #[must_use]
-    pub fn recovery(&self) -> Option<Recovery> {
-        self.navigator.recovery()
-    }
-
-    /// What navigation is doing now.
-    #[must_use]
-    pub fn navigation_status(&self) -> NavigationStatus {
-        self.navigator.status()
     }
 }

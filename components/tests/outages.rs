@@ -202,11 +202,11 @@ fn without_outages_the_robot_arrives() {
 fn a_frozen_battery_reader_repeats_the_last_level() {
     let mut scene = Scene::new();
     scene.pass(1.0);
-    scene.software.outages_mut().battery_reader = true;
+    scene.software.freeze(Component::BatteryReader, true);
     let before = scene.level();
     scene.pass(5.0);
     assert_eq!(scene.level(), before);
-    scene.software.outages_mut().battery_reader = false;
+    scene.software.freeze(Component::BatteryReader, false);
     assert_ne!(scene.level(), before);
 }
 
@@ -215,7 +215,7 @@ fn with_frozen_navigation_the_robot_stands_still_and_then_continues() {
     let mut scene = Scene::new();
     scene.go("start_navigation");
     scene.pass(5.0);
-    scene.software.outages_mut().set(Component::Navigation, true);
+    scene.software.freeze(Component::Navigation, true);
     scene.pass(STEP.as_secs_f64());
     let stood_m = scene.x_m();
     assert!((1.5..7.0).contains(&stood_m), "under way: {stood_m}");
@@ -224,7 +224,7 @@ fn with_frozen_navigation_the_robot_stands_still_and_then_continues() {
     assert_eq!(scene.go("get_status"), status("running"), "the process answers as before");
     assert_eq!(scene.go("stop_navigation"), status("stopped"));
     assert_eq!(scene.go("start_navigation"), status("running"), "orders wait");
-    scene.software.outages_mut().set(Component::Navigation, false);
+    scene.software.freeze(Component::Navigation, false);
     scene.pass(25.0);
     assert_eq!(scene.go("get_status"), status("success"));
 }
@@ -233,14 +233,14 @@ fn with_frozen_navigation_the_robot_stands_still_and_then_continues() {
 fn frozen_localization_keeps_the_old_pose_until_it_continues() {
     let mut scene = Scene::new();
     scene.pass(0.1);
-    scene.software.outages_mut().localization = true;
+    scene.software.freeze(Component::Localization, true);
     let believed = *scene.software.estimate();
     scene.go("start_navigation");
     scene.pass(4.0);
     assert!(scene.x_m() > 1.8, "navigation relies on the pose that it gets");
     assert_eq!((*scene.software.estimate(), scene.is_at("Start")), (believed, Some(true)));
     scene.go("stop_navigation");
-    scene.software.outages_mut().localization = false;
+    scene.software.freeze(Component::Localization, false);
     assert_eq!(scene.is_at("Start"), Some(false));
     assert!((scene.software.estimate().pose.translation.x - scene.x_m()).abs() < 0.3);
 }
@@ -293,17 +293,17 @@ fn a_goal_from_somebody_else_aborts_the_trip_until_a_skill_starts_the_next() {
     assert_eq!(scene.go("get_status"), status("success"));
     scene.software.drive_to(back(), &mut scene.system).unwrap();
     assert_eq!(scene.go("get_status"), status("success"), "that trip was over");
-    scene.software.outages_mut().set(Component::Navigation, true);
+    scene.software.freeze(Component::Navigation, true);
     assert!(scene.software.drive_to(back(), &mut scene.system).is_err());
 }
 
 #[test]
 fn a_restarted_battery_reader_forgets_its_pending_requests() {
     let mut scene = Scene::new();
-    scene.software.outages_mut().battery_reader = true;
+    scene.software.freeze(Component::BatteryReader, true);
     assert_eq!(scene.level(), None, "there is no reading yet");
     scene.software.restart(Component::BatteryReader, &mut scene.system);
-    scene.software.outages_mut().battery_reader = false;
+    scene.software.freeze(Component::BatteryReader, false);
     scene.pass(1.0);
     assert_eq!(scene.system.process::<Client>(scene.client).unwrap().answer, None);
     assert!(scene.level().is_some());

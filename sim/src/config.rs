@@ -111,13 +111,13 @@ impl DriveConfig {
     pub fn of(model: &RobotModel) -> Self {
         let wheel_separation_m = 0.40 * (model.radius_m / 0.30);
         let max_wheel_mps = model.max_linear_mps + 0.5 * wheel_separation_m * model.max_angular_radps;
-        Self { wheel_separation_m, max_wheel_mps, noise: DriftNoise::NONE }
+        Self { wheel_separation_m, max_wheel_mps, noise: DriftNoise::default() }
     }
 }
 
 /// Errors of a motion that accumulate, like the four alphas of the odometry motion model (Thrun, Burgard, Fox,
 /// *Probabilistic Robotics*, section 5.4), but independent of the length of a step: variances are proportional to the
-/// distance and the angle, so standard deviations are proportional to their square roots.
+/// distance and the angle, so standard deviations are proportional to their square roots. By default, there are none.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct DriftNoise {
     /// Standard deviation of the angle after turning by 1 rad, in rad (alpha 1). Default 0.
@@ -128,12 +128,6 @@ pub struct DriftNoise {
     pub distance_per_sqrt_m: f64,
     /// Standard deviation of the distance after turning by 1 rad, in m (alpha 4). Default 0.
     pub distance_per_sqrt_rad: f64,
-}
-
-impl DriftNoise {
-    /// No noise.
-    pub const NONE: Self =
-        Self { angle_per_sqrt_rad: 0.0, angle_per_sqrt_m: 0.0, distance_per_sqrt_m: 0.0, distance_per_sqrt_rad: 0.0 };
 }
 
 /// The readings of the wheels' encoders.
@@ -155,7 +149,7 @@ impl Default for OdometryConfig {
     fn default() -> Self {
         Self {
             period: Duration::from_millis(20),
-            noise: DriftNoise::NONE,
+            noise: DriftNoise::default(),
             distance_bias: 0.0,
             angle_bias: 0.0,
             angle_bias_rad_per_m: 0.0,

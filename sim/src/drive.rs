@@ -215,7 +215,7 @@ mod tests {
     use crate::config::DriftNoise;
 
     fn drive() -> Drive {
-        let drift = Drift::new(DriftNoise::NONE, Streams::new(1).stream("sim/motion"));
+        let drift = Drift::new(DriftNoise::default(), Streams::new(1).stream("sim/motion"));
         Drive::new(&RobotModel::default(), &DriveConfig::default(), drift, Pose::identity())
     }
 

@@ -20,7 +20,7 @@ impl Drift {
     /// The motion with its errors. Without noise, or without motion, it is exactly the same.
     pub(crate) fn disturb(&mut self, forward_m: f64, turn_rad: f64) -> (f64, f64) {
         let (distance, angle) = (forward_m.abs(), turn_rad.abs());
-        if self.noise == DriftNoise::NONE || distance + angle == 0.0 {
+        if self.noise == DriftNoise::default() || distance + angle == 0.0 {
             return (forward_m, turn_rad);
         }
         let DriftNoise { angle_per_sqrt_rad, angle_per_sqrt_m, distance_per_sqrt_m, distance_per_sqrt_rad } =
@@ -42,7 +42,7 @@ mod tests {
 
     /// The standard deviation of the distance after driving 1 m in this many steps.
     fn spread_after_a_meter(steps: u32) -> f64 {
-        let noise = DriftNoise { distance_per_sqrt_m: 0.02, ..DriftNoise::NONE };
+        let noise = DriftNoise { distance_per_sqrt_m: 0.02, ..DriftNoise::default() };
         let mut drift = Drift::new(noise, Streams::new(3).stream("drift"));
         let mut ends = (0..2000).map(|_| (0..steps).map(|_| drift.disturb(1.0 / f64::from(steps), 0.0).0).sum::<f64>());
         (ends.by_ref().map(|end| (end - 1.0) * (end - 1.0)).sum::<f64>() / 2000.0).sqrt()
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn standing_still_draws_nothing() {
-        let noise = DriftNoise { angle_per_sqrt_m: 0.1, ..DriftNoise::NONE };
+        let noise = DriftNoise { angle_per_sqrt_m: 0.1, ..DriftNoise::default() };
         let mut drift = Drift::new(noise, Streams::new(3).stream("drift"));
         let mut other = drift.clone();
         assert_eq!(drift.disturb(0.0, 0.0), (0.0, 0.0));

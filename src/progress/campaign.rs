@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use campaigns::statistics::{Confidence, Count};
 
-use super::{ProgressLine, now};
+use super::ProgressLine;
+use crate::moment::moment;
 
 /// How long the bar of a campaign shows the same estimates of probabilities.
 const ESTIMATES_STAY: Duration = Duration::from_millis(500);
@@ -25,7 +26,7 @@ impl CampaignProgress {
 
     pub(crate) fn show(&mut self, progress: &campaigns::Progress<'_>) {
         let Some(bar) = &self.line.0 else { return };
-        let now = now();
+        let now = moment();
         bar.set_length(progress.all);
         bar.set_position(progress.done);
         let Some(estimated) = self.estimated else {

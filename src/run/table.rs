@@ -9,6 +9,7 @@ use campaigns::Error;
 use reports::report::{OutcomeReport, Report};
 
 use crate::interrupt;
+use crate::moment::moment;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain, complain_of, print_wrapped};
 
 /// The results of the runs so far.
@@ -28,10 +29,8 @@ pub(super) struct RunsTable {
 impl RunsTable {
     /// A table without lines. A quiet table shows only runs that were not as expected, on stderr.
     pub(super) fn new(quiet: bool) -> Self {
-        #[expect(clippy::disallowed_methods, reason = "a run does not depend on the computer's clock")]
-        let began = Instant::now();
         let (passed, failed, interrupted, errors) = (0, 0, 0, 0);
-        Self { quiet, began, passed, failed, interrupted, errors, error_status: None, simulated_s: 0.0 }
+        Self { quiet, began: moment(), passed, failed, interrupted, errors, error_status: None, simulated_s: 0.0 }
     }
 
     /// Shows the next run, of the scenario with this name and with this argument on the command line.

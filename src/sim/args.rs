@@ -5,7 +5,7 @@ use clap::Args;
 
 use crate::domain::DomainArgs;
 use crate::live::BoardArgs;
-use crate::names::ScenarioName;
+use crate::names;
 use crate::ros_names::{namespace, remapping, renaming};
 use crate::run::RunOptions;
 
@@ -51,7 +51,7 @@ const PAGE: &str = "Shows the run on a page in the browser, on which a person ca
 pub(crate) struct SimArgs {
     /// A scenario with a map: a name (see `steward list`) or a file. Its tree stands still; its world, its faults and
     /// its properties are as in a run
-    #[arg(value_name = "NAME|FILE", value_parser = ScenarioName, hide_possible_values = true)]
+    #[arg(value_name = "NAME|FILE", value_parser = names::SCENARIOS, hide_possible_values = true)]
     pub(super) scenario: String,
     #[command(flatten)]
     pub(super) options: RunOptions,

@@ -13,6 +13,7 @@ use network::{Level, PropertyStatus, Publish};
 use recording::Doubts;
 use serde_json::{Value, json};
 
+use crate::moment::moment;
 use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
@@ -122,26 +123,21 @@ impl Said {
 }
 
 impl Announcer {
-    pub(crate) fn new(is_json: bool, reactions: Reactions) -> Self {
+    pub(crate) fn boxed(is_json: bool, reactions: Reactions) -> Box<dyn VerdictObserver> {
         let (line, said, hooked) = (FollowProgress::new(), Vec::new(), Vec::new());
         let (published, has_changed, has_caught_up) = (None, false, false);
-        Self { is_json, reactions, hooked, published, has_changed, line, said, time: Duration::ZERO, has_caught_up }
-    }
-
-    /// The same, on the heap.
-    pub(crate) fn boxed(is_json: bool, reactions: Reactions) -> Box<dyn VerdictObserver> {
-        Box::new(Self::new(is_json, reactions))
+        let time = Duration::ZERO;
+        Box::new(Self { is_json, reactions, hooked, published, has_changed, line, said, time, has_caught_up })
     }
 
     /// Tells others how the properties stand, if some have changed, and now and then.
-    #[expect(clippy::disallowed_methods, reason = "tells others in real time")]
     fn publish(&mut self, properties: &[Property]) {
         let Some(publish) = &mut self.reactions.publish else { return };
         let patience = if self.has_changed { MOST_OFTEN } else { OFTEN };
         if self.published.is_some_and(|published| published.elapsed() < patience) {
             return;
         }
-        (self.published, self.has_changed) = (Some(Instant::now()), false);
+        (self.published, self.has_changed) = (Some(moment()), false);
         self.said.resize_with(properties.len(), Said::default);
         let statuses: Vec<PropertyStatus> =
             properties.iter().zip(&self.said).map(|(property, said)| said.status(property)).collect();

@@ -42,11 +42,16 @@ impl RobotsArgs {
         }
     }
 
-    /// The arguments as words of a command.
-    pub(crate) fn words(&self) -> impl Iterator<Item = String> {
-        let robots = self.robots.iter().flat_map(|space| ["--robot".to_owned(), quoted(space)]);
+    /// What the robots' messages are judged by, as words of a command.
+    pub(crate) fn words(&self, properties: &[PathBuf], mapping: Option<&Path>, scenario: Option<&str>) -> Vec<String> {
+        let file = |file: &Path| quoted(&file.to_string_lossy());
         let remapped = self.remapped.iter().map(|Remapping { from, to }| quoted(&format!("{from}:={to}")));
-        robots.chain(remapped.flat_map(|rule| ["--remap".to_owned(), rule]))
+        let properties = properties.iter().map(|path| ("--property", file(path)));
+        let mapping = mapping.map(|path| ("--map-channels", file(path)));
+        let robots = self.robots.iter().map(|space| ("--robot", quoted(space)));
+        let robots = robots.chain(remapped.map(|rule| ("--remap", rule)));
+        let all = properties.chain(mapping).chain(robots).chain(scenario.map(|name| ("--scenario", quoted(name))));
+        all.flat_map(|(option, value)| [option.to_owned(), value]).collect()
     }
 }
 
@@ -134,12 +139,8 @@ impl VerifyArgs {
     /// The command line that checks one of the logs.
     pub(crate) fn command(&self, log: &Path) -> String {
         let mut words = vec!["steward verify".to_owned(), quoted(&log.to_string_lossy())];
-        let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
-        words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
-        words.extend(self.map_channels.iter().flat_map(|file| files("--map-channels", file)));
+        words.extend(self.robots.words(&self.properties, self.map_channels.as_deref(), self.scenario.as_deref()));
         words.extend(self.tree.words());
-        words.extend(self.robots.words());
-        words.extend(self.scenario.iter().flat_map(|name| files("--scenario", Path::new(name))));
         words.join(" ")
     }
 }

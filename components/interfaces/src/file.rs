@@ -5,13 +5,13 @@ use std::path::Path;
 use channels::{FieldKind, Symbol};
 use diagnostics::document::{Document, Item, Key, Referent, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
-use ros_messages::Message;
+use ros_messages::{Message, is_name};
 use serde_json::{Map, Value, json};
 
 use crate::flatten::{FlatField, Flattening};
 use crate::interface::{Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, TOPIC, Topic};
 use crate::kind;
-use crate::name::{is_field, is_symbol};
+use crate::name::is_symbol;
 use crate::packages::{Definition, DefinitionKind, Packages};
 use crate::wire::Wire;
 
@@ -188,7 +188,7 @@ impl InterfaceReader<'_> {
             return Some(Vec::new());
         }
         let fields = table.table(key).optional()?;
-        let names: Vec<(&str, &Span)> = in_order(fields);
+        let names = fields.keys_as_written();
         let is_sound = names_are_sound(&names, taken, table, "choose another name");
         let read = names.into_iter().map(|(name, _)| {
             let item = fields.get::<Item<'_>>(name).required()?;
@@ -248,7 +248,7 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
     let item = table.get::<Item<'_>>(key).required()?;
     if let Some(fields) = item.as_table() {
         let read = |(name, _): (&str, _)| named_path(fields, name);
-        return Some(Selection::Some(all(in_order(fields).into_iter().map(read))?));
+        return Some(Selection::Some(all(fields.keys_as_written().into_iter().map(read))?));
     }
     match item.get::<Vec<Spanned<String>>>() {
         Ok(paths) => {
@@ -338,7 +338,7 @@ fn plain(path: &str) -> String {
 fn names_are_sound(names: &[(&str, &Span)], taken: &[&str], table: Table<'_>, rename: &str) -> bool {
     let mut problems: Vec<Problem> = Vec::new();
     for (index, (name, place)) in names.iter().enumerate() {
-        let problem = if !is_field(name) {
+        let problem = if !is_name(name) {
             let problem = place.problem(format!("`{name}` cannot be the name of a field"));
             problem.with_help("a name consists of letters, digits and `_`, and does not begin with a digit")
         } else if taken.contains(name) {
@@ -402,11 +402,4 @@ fn name_is_sound(name: &str, begins: bool, place: &Span, root: Table<'_>) -> boo
     };
     root.report(problem.with_label("this name"));
     false
-}
-
-/// The keys of a table, in the order in which they are written.
-fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
-    let mut keys: Vec<_> = table.keys().collect();
-    keys.sort_by_key(|(_, place)| place.range().start);
-    keys
 }

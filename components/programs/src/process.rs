@@ -81,10 +81,14 @@ impl ProgramProcess {
     /// The process of a topology that runs this program. The program receives `data`, an object, at its start.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, program: Arc<Program>, data: Datum) -> Self {
+        Self::unstarted(Unobserved(program), Unobserved(data), ChannelAdapter::new(topology, process))
+    }
+
+    fn unstarted(program: Unobserved<Arc<Program>>, data: Unobserved<Datum>, adapter: ChannelAdapter) -> Self {
         Self {
-            adapter: ChannelAdapter::new(topology, process),
-            program: Unobserved(program),
-            data: Unobserved(data),
+            program,
+            data,
+            adapter,
             phase: Phase::New,
             exchanged: ExchangeHash::default(),
             timers: Vec::new(),
@@ -129,16 +133,8 @@ impl ProgramProcess {
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         let ended = predecessor.shared().take().map(|mut running| running.child.conclude());
-        let mut successor = Self {
-            adapter: predecessor.adapter.succeeding(),
-            phase: Phase::New,
-            exchanged: ExchangeHash::default(),
-            timers: Vec::new(),
-            location: Unobserved(RUNNING.to_owned()),
-            mishaps: predecessor.mishaps.clone(),
-            running: Unobserved::default(),
-            ..self.clone()
-        };
+        let mut successor = Self::unstarted(self.program.clone(), self.data.clone(), predecessor.adapter.succeeding());
+        successor.mishaps = predecessor.mishaps.clone();
         // Other errors are not reported: the component may be restarted because the predecessor had ended.
         if let Some(Err(error @ AnswerError::Unsolicited(_))) = ended {
             let message = format!("the program {error}");

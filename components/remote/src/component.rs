@@ -1,6 +1,7 @@
 //! The names and types of a component in ROS 2.
 
 use interfaces::{FEEDBACK, Interface, Wire};
+use ros_messages::is_name;
 
 use crate::action;
 
@@ -24,13 +25,6 @@ pub(crate) struct RemoteOperation {
     pub(crate) wire: Wire,
     /// The names of the fields of each of its messages.
     pub(crate) fields: Vec<Vec<interfaces::Field>>,
-}
-
-/// Whether this is a valid name in ROS 2, without a namespace.
-#[must_use]
-pub fn is_name(word: &str) -> bool {
-    word.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-        && word.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }
 
 impl RemoteComponent {

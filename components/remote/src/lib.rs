@@ -30,6 +30,7 @@ mod process;
 
 pub use action_server::{ActionServer, Demand, Ending};
 pub use clients::{Offered, RemoteClients};
-pub use component::{RemoteComponent, is_name};
+pub use component::RemoteComponent;
 pub use message::{GoalId, Loss, Lost, NodeMessage, ServiceRequest};
 pub use process::RemoteProcess;
+pub use ros_messages::is_name;

@@ -108,6 +108,14 @@ impl<'d> Table<'d> {
         self.entries.by_key.iter().map(|(key, entry)| (key.as_str(), &entry.key))
     }
 
+    /// Like [`keys`](Self::keys), in the order of the file.
+    #[must_use]
+    pub fn keys_as_written(&self) -> Vec<(&'d str, &'d Span)> {
+        let mut keys: Vec<_> = self.keys().collect();
+        keys.sort_by_key(|(_, span)| span.range().start);
+        keys
+    }
+
     /// The keys that the file chooses: all that nobody has asked for yet, in alphabetical order, each with its
     /// location. This does not make them known: ask for each. While keys are declared without a file, `placeholder`, in
     /// capitals, stands for all of them.

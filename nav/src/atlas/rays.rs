@@ -1,6 +1,8 @@
 //! Rays on the map: how long beams should be.
 
-use maps::{Cell, CellIndex, OccupancyGrid};
+use maps::{Cell, OccupancyGrid};
+
+use super::surface_field;
 
 /// A beam in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +46,7 @@ pub(crate) fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2],
     let (step_y, mut next_y, width_y) = axis(direction[1], at[1], cell[1]);
     let mut way = 0.0;
     while way * resolution_m < range_max_m {
-        match cell_at(map, cell) {
+        match surface_field::cell(map, cell[0], cell[1]) {
             Cell::Free => {}
             Cell::Occupied => return Expected::Wall(way * resolution_m),
             Cell::Unknown => return Expected::Unknown(way * resolution_m),
@@ -58,16 +60,9 @@ pub(crate) fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2],
     Expected::Nothing
 }
 
-fn cell_at(map: &OccupancyGrid, [column, row]: [i64; 2]) -> Cell {
-    match (usize::try_from(column), usize::try_from(row)) {
-        (Ok(column), Ok(row)) => map.cell(CellIndex { column, row }).unwrap_or_default(),
-        _ => Cell::Unknown,
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use maps::pose;
+    use maps::{CellIndex, pose};
 
     use super::*;
 

@@ -39,7 +39,7 @@ pub struct Listed {
     entry: String,
 }
 
-/// No more fields than this are proposed: nobody would read them.
+/// No more fields than this are proposed: a proposal is to be read by people.
 const MOST_FIELDS: usize = 16;
 
 /// Nor entries for more arrays of a topic.
@@ -139,7 +139,7 @@ fn rate_hz(survey: &Survey, topic: usize, messages: u64) -> Option<f64> {
 
 /// The entries of a topic in a mapping: one for the message, and one for the items of each array of messages, so that
 /// all of them are judged. Empty if no field can be mapped. They name the type, if it is the only one, so that
-/// properties can be checked without the topic; if the type is defined on board, they say so.
+/// properties can be checked without the topic; if the type is defined on board, a comment states it.
 fn entry(topic: &Topic, has_one_type: bool, on_board: Option<&str>, layout: &Layout) -> String {
     let Topic { name, kind, .. } = topic;
     let on_board = on_board.map_or_else(String::new, |how| format!(" # defined on board, {how}"));

@@ -129,7 +129,7 @@ impl Definitions<'_> {
             Err(variants) => {
                 let spans: Vec<String> = variants.iter().map(|variant| span(&variant.editions)).collect();
                 let why = format!(
-                    "{name} differs between distributions ({}), and the bag does not tell which of them it is from",
+                    "{name} differs between distributions ({}), and the bag does not state which of them it is from",
                     spans.join("; ")
                 );
                 Err(Undefined::new(why, FOLDER))

@@ -24,8 +24,8 @@ use omissions::{Omissions, Reason, items, missing};
 use reordering::{Reordering, Waiting};
 use times::EventTimes;
 
-/// The time of a message before the clock has told any; how many such messages are kept until it does.
-const UNTOLD: i64 = i64::MIN;
+/// The time of a message before the first time of the clock; how many such messages are kept until then.
+const BEFORE_CLOCK: i64 = i64::MIN;
 const MOST_EARLY: usize = 10_000;
 
 /// The ticks and messages of a [source](Source), one after the other, as a mapping makes them from the source's
@@ -43,14 +43,14 @@ pub struct Events<'r> {
     decoded: Vec<ros_messages::Value>,
     order: Reordering,
     times: EventTimes,
-    /// What the topic of the clock told last; none if it tells the time of no message.
+    /// The latest time on the topic of the clock; none if no message takes its time from there.
     clock_ns: Option<i64>,
     /// What came before that.
     early: Vec<(Head, usize, Message)>,
     /// When the message read last was recorded.
     newest_log_ns: Option<i64>,
     /// The time of the last message of each entry of a topic.
-    told: BTreeMap<(usize, usize), i64>,
+    last_ns: BTreeMap<(usize, usize), i64>,
     omissions: Omissions,
     gaps: Gaps,
     grounds: KnownGrounds,
@@ -101,7 +101,7 @@ impl<'r> Events<'r> {
             clock_ns: None,
             early: Vec::new(),
             newest_log_ns: None,
-            told: BTreeMap::new(),
+            last_ns: BTreeMap::new(),
             omissions: Omissions::default(),
             gaps: Gaps::default(),
             grounds: KnownGrounds::none(),
@@ -167,7 +167,7 @@ impl<'r> Events<'r> {
                 return true;
             }
             Received::Resumed { topic, at_ns } => {
-                // Stamps say nothing of receive times.
+                // Stamps do not depend on receive times.
                 if self.mapping.is_received() {
                     (0..self.compiled.entries[topic].len()).for_each(|index| self.end_gaps((topic, index), at_ns));
                 }
@@ -221,8 +221,10 @@ impl<'r> Events<'r> {
             // Whether or not it is wanted.
             Ok(None) if self.mapping.is_received() => self.end_gaps((head.topic, index), head.log_ns),
             Ok(None) => {}
-            Ok(Some((UNTOLD, message))) if self.early.len() < MOST_EARLY => self.early.push((head, index, message)),
-            Ok(Some((UNTOLD, _))) => self.leave_out(head.topic, index, Reason::Clock, crate::moment(head.log_ns)),
+            Ok(Some((BEFORE_CLOCK, message))) if self.early.len() < MOST_EARLY => {
+                self.early.push((head, index, message))
+            }
+            Ok(Some((BEFORE_CLOCK, _))) => self.leave_out(head.topic, index, Reason::Clock, crate::moment(head.log_ns)),
             Ok(Some((time_ns, message))) if self.is_far_off(time_ns) => {
                 self.oppose(time_ns, (head.topic, index), message);
             }
@@ -258,7 +260,7 @@ impl<'r> Events<'r> {
         }
     }
 
-    /// The clock may have told another time, which every message since then would have.
+    /// The message may have set the clock to another time, which every message since then would have.
     fn leave_out_clock(&mut self, head: Head, reason: Reason) {
         let first = crate::after_first(head.log_ns, self.source.survey().first_ns());
         self.gaps.leave_out(None, || format!("messages on {CLOCK} are left out: {reason}; the first: {first}"));
@@ -292,7 +294,7 @@ impl<'r> Events<'r> {
             return Err((Reason::Stamp, crate::moment(time_ns)));
         }
         // How long before or after others it came is not known, and the first time stands for none.
-        let is_first = time_ns == UNTOLD && !matches!(entry.clock, MessageTime::Clock);
+        let is_first = time_ns == BEFORE_CLOCK && !matches!(entry.clock, MessageTime::Clock);
         if is_first || time_ns == i64::MAX {
             return Err((Reason::Time, crate::moment(time_ns)));
         }
@@ -307,7 +309,7 @@ impl<'r> Events<'r> {
     }
 
     fn accept(&mut self, time_ns: i64, entry: (usize, usize), message: Message) {
-        self.told.insert(entry, time_ns);
+        self.last_ns.insert(entry, time_ns);
         self.end_gaps(entry, time_ns);
         self.order.put(time_ns, Waiting::Message(entry, message));
     }
@@ -344,7 +346,7 @@ impl<'r> Events<'r> {
             self.gaps.left_out.entry(None).or_insert(why);
             return;
         }
-        // Stamps say nothing of receive times; and without the message that is missing, other times may pass.
+        // Stamps do not depend on receive times; and without the message that is missing, other times may pass.
         let is_received = self.mapping.is_received();
         for index in 0..self.compiled.entries[topic].len() {
             let (channel, entry) = &self.compiled.entries[topic][index];
@@ -353,8 +355,8 @@ impl<'r> Events<'r> {
             if is_lossy || !self.gaps.interrupt((topic, index), since_ns) {
                 continue;
             }
-            let told_ns = self.told.get(&(topic, index)).copied().unwrap_or(i64::MIN);
-            let since_ns = if is_received { since_ns } else { told_ns };
+            let last_ns = self.last_ns.get(&(topic, index)).copied().unwrap_or(i64::MIN);
+            let since_ns = if is_received { since_ns } else { last_ns };
             let (why, channel) = (why.clone(), Some(*channel));
             let gap = Gap { flaw: Flaw::Missing, why, channel, since: None, ends: is_received };
             self.gaps.ending.extend(self.order.put_gap(gap, since_ns, &self.times));
@@ -363,21 +365,21 @@ impl<'r> Events<'r> {
 
     /// The last message on a topic may have been due at any time since then.
     fn delay(&mut self, topic: usize, since_ns: i64) {
-        // Stamps say when it was sent, wherever it was meanwhile.
+        // Its stamp is the time at which it was sent, wherever it was meanwhile.
         if !self.mapping.is_received() {
             return;
         }
         for index in 0..self.compiled.entries.get(topic).map_or(0, Vec::len) {
-            let Some(told_ns) = self.told.get(&(topic, index)).copied().filter(|told_ns| *told_ns > since_ns) else {
+            let Some(last_ns) = self.last_ns.get(&(topic, index)).copied().filter(|last_ns| *last_ns > since_ns) else {
                 continue;
             };
             let (channel, why) =
                 (self.channel(topic, index), format!("a message on {} was delayed", self.topic(topic)));
-            let why = format!("{why}, which came at {}", crate::moment(told_ns));
+            let why = format!("{why}, which came at {}", crate::moment(last_ns));
             let since = Some(self.times.since_start(since_ns));
             let gap = Gap { flaw: Flaw::Late, why, channel: Some(channel), since, ends: true };
-            self.order.put(told_ns, Waiting::Gap(Box::new(gap)));
-            self.order.put(told_ns, Waiting::Resumed(channel));
+            self.order.put(last_ns, Waiting::Gap(Box::new(gap)));
+            self.order.put(last_ns, Waiting::Resumed(channel));
         }
     }
 
@@ -412,7 +414,7 @@ impl<'r> Events<'r> {
     fn leave_out(&mut self, topic: usize, index: usize, reason: Reason, first: String) {
         self.has_news = true;
         let (channel, entry) = &self.compiled.entries[topic][index];
-        // Of bytes that do not fit, nobody knows how many items they should have been.
+        // It is unknown how many items bytes that do not fit should have been.
         let each = entry.as_ref().ok().and_then(|entry| entry.each.as_ref().map(|(_, each)| each.clone()));
         let each = each.filter(|_| !matches!(reason, Reason::Mismatch(_)));
         let name = &self.source.survey().topics[topic].name;
@@ -508,7 +510,7 @@ fn event(
     let time_ns = match &entry.clock {
         MessageTime::Log => head.log_ns,
         MessageTime::Publish => head.publish_ns,
-        MessageTime::Clock => clock_ns.unwrap_or(UNTOLD),
+        MessageTime::Clock => clock_ns.unwrap_or(BEFORE_CLOCK),
         // The array item with the stamp may be missing.
         MessageTime::Field(path) => path.find(part).and_then(stamp_ns).unwrap_or(0),
     };

@@ -4,7 +4,7 @@
 //! `sqlite`), or a folder of several files. It need not have been closed: everything before the damage is read, and the
 //! loss is described in words.
 //!
-//! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields
+//! A [`Mapping`] is a TOML file that determines which messages of a bag pass on which channel, and which of their fields
 //! become the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are
 //! decoded with the [definitions](Definitions) in the bag itself, in folders, or on board. [`Events`] then yields the
 //! ticks and messages one after the other, as an event log does, so the same monitors can judge them. Only mapped
@@ -92,7 +92,7 @@ pub enum Error {
     Sqlite {
         /// The file.
         path: PathBuf,
-        /// What SQLite says.
+        /// The message of SQLite.
         problem: String,
     },
 }

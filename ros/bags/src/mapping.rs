@@ -8,7 +8,7 @@ use std::time::Duration;
 use channels::{Symbol, Value};
 use diagnostics::document::{Document, Item, Key, Referent, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
-use ros_messages::{EDITIONS, Message, TypeName};
+use ros_messages::{EDITIONS, Message, TypeName, is_name};
 use serde_json::json;
 
 use crate::storage::Survey;
@@ -33,14 +33,14 @@ pub struct Mapping {
     robot: Option<RobotTopics>,
 }
 
-/// The topics that tell where a robot is, for pictures of it.
+/// The topics with the position of a robot, for pictures of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RobotTopics {
     /// The map: `nav_msgs/msg/OccupancyGrid`.
     pub map: String,
-    /// Where localization sees the robot on it; without one, the transforms say so.
+    /// Where localization sees the robot on it; without one, the transforms have it.
     pub pose: Option<String>,
-    /// Its odometry: `nav_msgs/msg/Odometry`. Without such a topic, the transforms tell it.
+    /// Its odometry: `nav_msgs/msg/Odometry`. Without such a topic, the transforms have it.
     pub odometry: Option<String>,
     /// Its scans: `sensor_msgs/msg/LaserScan`.
     pub scan: Option<String>,
@@ -197,13 +197,13 @@ impl Mapping {
         (self, topics)
     }
 
-    /// The topics that tell where the robot is, if the mapping names them.
+    /// The topics with the position of the robot, if the mapping names them.
     #[must_use]
     pub fn robot(&self) -> Option<&RobotTopics> {
         self.robot.as_ref()
     }
 
-    /// Whether messages have the times at which they were recorded, unless an entry says otherwise, and not stamps.
+    /// Whether messages have the times at which they were recorded, unless an entry has its own time, and not stamps.
     #[must_use]
     pub fn is_by_log(&self) -> bool {
         matches!(self.time.value.as_str(), "log" | "publish")
@@ -216,7 +216,7 @@ impl Mapping {
         self.times().all(|time| time == "log")
     }
 
-    /// Whether messages have the time that the topic [`CLOCK`] told last.
+    /// Whether messages have the latest time on the topic [`CLOCK`].
     pub(crate) fn has_clock(&self) -> bool {
         self.times().any(|time| time == "clock")
     }
@@ -269,7 +269,7 @@ pub fn prefix(space: &str) -> String {
     format!("{}/", space.trim_start_matches('/'))
 }
 
-/// The topic on which a simulation tells its time, as `rosgraph_msgs/msg/Clock`.
+/// The topic on which a simulation publishes its time, as `rosgraph_msgs/msg/Clock`.
 pub(crate) const CLOCK: &str = "/clock";
 
 /// The sources of time, in words.
@@ -279,7 +279,7 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
     let about = "Time between ticks, in seconds. The first tick comes with the first mapped message.";
     let tick = root.seconds("tick_s").about(about).above_0().default(Duration::from_secs(1));
     let log = Spanned { value: "log".to_owned(), span: root.span().clone() };
-    let about = "The time of a message: when it was recorded or received, when it was sent, what `/clock` told last, or the value \
+    let about = "The time of a message: when it was recorded or received, when it was sent, the latest time on `/clock`, or the value \
                  of a field.";
     let time = root.text("time").about(about).words(TIME).spanned().default(log);
     let reorder = root.seconds("reorder_s").about(
@@ -311,9 +311,9 @@ fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
 fn robot(table: Table<'_>) -> Option<RobotTopics> {
     let topic = |key, about| table.text(key).about(about);
     let map = topic("map", "The map, `nav_msgs/msg/OccupancyGrid`.").required();
-    let about = "Where localization sees the robot, such as `/amcl_pose`. Without it, `/tf` says where it is.";
+    let about = "Where localization sees the robot, such as `/amcl_pose`. Without it, `/tf` has its pose.";
     let pose = topic("pose", about).optional();
-    let odometry = topic("odometry", "Its odometry, `nav_msgs/msg/Odometry`. Without it, `/tf` tells it.").optional();
+    let odometry = topic("odometry", "Its odometry, `nav_msgs/msg/Odometry`. Without it, `/tf` has it.").optional();
     let scan = topic("scan", "Its scans, `sensor_msgs/msg/LaserScan`.").optional();
     let path = topic("path", "The path that it follows, `nav_msgs/msg/Path`.").optional();
     let transforms = ["/tf", "/tf_static"].map(str::to_owned).into();
@@ -383,13 +383,6 @@ fn sources() -> serde_json::Value {
     json!({ "title": words, "type": ["object"], "additionalProperties": { "anyOf": forms } })
 }
 
-/// The keys of a table, in the order of the file.
-fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
-    let mut keys: Vec<_> = table.keys().collect();
-    keys.sort_by_key(|(_, place)| place.range().start);
-    keys
-}
-
 fn tests(table: Table<'_>) -> Option<Tests> {
     let about = "Only messages in which each of these paths has this value, or one of these values.";
     let one_or_several = || json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] });
@@ -398,7 +391,7 @@ fn tests(table: Table<'_>) -> Option<Tests> {
         json!({ "title": words, "type": ["object"], "additionalProperties": one_or_several() })
     });
     let Some(tests) = tests.optional() else { return if table.has("where") { None } else { Some(Vec::new()) } };
-    let read = in_order(tests).into_iter().map(|(path, place)| {
+    let read = tests.keys_as_written().into_iter().map(|(path, place)| {
         let item = tests.get::<Item<'_>>(path).required()?;
         let items = item.as_array().unwrap_or_else(|| vec![item.clone()]);
         let spanned = |item: &Item<'_>| Some(Spanned { value: constant(item)?, span: item.span().clone() });
@@ -415,7 +408,7 @@ fn tests(table: Table<'_>) -> Option<Tests> {
 fn fields(table: Table<'_>) -> Option<Vec<(String, FieldSource)>> {
     let about = "The fields of the channel's message, in order, each with its source.";
     let fields = table.table("fields").about(about).rules(sources).required()?;
-    let read = in_order(fields).into_iter().map(|(name, place)| {
+    let read = fields.keys_as_written().into_iter().map(|(name, place)| {
         if !is_name(name) {
             let problem = place.problem(format!("`{name}` cannot be the name of a field")).with_label("this field");
             table.report(
@@ -434,11 +427,6 @@ fn fields(table: Table<'_>) -> Option<Vec<(String, FieldSource)>> {
         Some((name.to_owned(), from_table(source)?)).filter(|_| is_name(name))
     });
     read.collect::<Vec<_>>().into_iter().collect()
-}
-
-fn is_name(name: &str) -> bool {
-    name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
-        && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }
 
 /// A field's table.
@@ -474,7 +462,7 @@ fn from_table(table: Table<'_>) -> Option<FieldSource> {
 /// The symbols of values: numbers, strings or Booleans as they are written.
 fn symbols(table: Table<'_>) -> Option<Vec<(String, Symbol)>> {
     let symbols = table.table("symbols").required()?;
-    let read = in_order(symbols).into_iter().map(|(value, _)| {
+    let read = symbols.keys_as_written().into_iter().map(|(value, _)| {
         let name = symbols.text(value).spanned().required()?;
         let is_symbol = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
         if name.value.is_empty() || !name.value.chars().all(is_symbol) {

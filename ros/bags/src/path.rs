@@ -286,7 +286,7 @@ fn is_time(layout: &Layout) -> bool {
     layout.name.package.as_deref() == Some("builtin_interfaces") && layout.name.name == "Time"
 }
 
-/// Wants that much of what the steps lead to.
+/// Adds that much of what the steps lead to.
 fn want_below(steps: &[Step], layout: &Layout, want: &mut Want, end: Want) {
     let Some(((field, _), rest)) = steps.split_first() else {
         if *want == Want::Nothing || end == Want::All {

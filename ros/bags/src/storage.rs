@@ -213,7 +213,7 @@ const MOST_OPEN: usize = 16;
 /// The messages of a bag, one after the other.
 pub struct Messages {
     files: Vec<BagFile>,
-    /// Where the messages of each file are, once the first message has been asked for.
+    /// Where the messages of each file are, once the first message has been requested.
     plans: Vec<Arc<Plan>>,
     /// All units: the numbers of their files, and their own there.
     units: Vec<(usize, usize)>,

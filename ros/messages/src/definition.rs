@@ -13,6 +13,7 @@ mod span_parts;
 mod types;
 
 pub use bundle::Bundle;
+pub use names::is_name;
 pub use types::{Base, Count, Primitive, Type, TypeName};
 
 use crate::value::Value;

@@ -66,7 +66,9 @@ mod value;
 mod writer;
 
 pub use decoder::{Decoder, Want};
-pub use definition::{Action, Base, Bundle, Constant, Count, Field, Message, Primitive, Service, Type, TypeName};
+pub use definition::{
+    Action, Base, Bundle, Constant, Count, Field, Message, Primitive, Service, Type, TypeName, is_name,
+};
 pub use folders::Folders;
 pub use layout::{Layout, Undefined};
 pub use on_board::{EDITIONS, messages_on_board, on_board};

@@ -37,8 +37,10 @@ pub(crate) fn system_ns() -> i64 {
     nanoseconds(SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
 }
 
+/// The current moment of real time.
 #[expect(clippy::disallowed_methods, reason = "a robot is waited for in real time")]
-pub(crate) fn now() -> Instant {
+#[must_use]
+pub fn now() -> Instant {
     Instant::now()
 }
 

@@ -19,6 +19,7 @@ mod protocol;
 mod robot;
 
 pub use bridge::Bridge;
+pub use clock::now;
 #[cfg(feature = "dds")]
 pub use domain::{
     Client, Domain, IncomingRequest, Options, Publication, Publisher, Reply, Request, Response, listen, obstacles,

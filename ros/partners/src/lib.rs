@@ -19,8 +19,6 @@
 //! the run's time, and `losses` are the messages that DDS has lost.
 
 #[cfg(feature = "dds")]
-mod moment;
-#[cfg(feature = "dds")]
 mod remote_components;
 #[cfg(feature = "dds")]
 mod robots;

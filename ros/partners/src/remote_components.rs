@@ -17,7 +17,6 @@ use runs::{Delivery, RemoteComponents};
 use scenarios::Error;
 use scenarios::scenario::{Runs, Scenario};
 
-use crate::moment::moment;
 use losses::Losses;
 use time::{CLOCK, Time};
 
@@ -92,7 +91,7 @@ impl ComponentNodes {
             body: Vec::new(),
             note,
         };
-        let since = moment();
+        let since = network::now();
         while since.elapsed() < SETTLING {
             nodes.poll(PATIENCE);
         }
@@ -163,7 +162,7 @@ impl RemoteComponents for Nodes {
     }
 
     fn receive(&mut self, now: Duration) -> Option<Delivery> {
-        let begun = moment();
+        let begun = network::now();
         loop {
             let left = self.left(now);
             let is_idle = self.poll(left.min(PATIENCE));
@@ -191,7 +190,7 @@ impl RemoteComponents for Nodes {
     }
 
     fn resume(&mut self) {
-        let begun = moment();
+        let begun = network::now();
         // Reads what came during the pause, for a limited time: messages may come faster than they are read.
         while !self.poll(Duration::ZERO) && begun.elapsed() < SETTLING {}
         self.time.resume(self.now);

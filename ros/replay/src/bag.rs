@@ -11,7 +11,7 @@ use bags::{Bag, Definitions, Topic};
 use maps::{Cell, OccupancyGrid, Pose, seen_from_above};
 use robot::recorded::{Record, Recording};
 use robot::{LaserScan, LaserSpec, RobotModel, VelocityCommand};
-use ros_messages::{Decoder, Layout, Structure, Want};
+use ros_messages::{Decoder, Structure, Want};
 
 /// The topics to read. If none is named, it is the only one of its type.
 #[derive(Clone, Debug, Default)]
@@ -67,20 +67,15 @@ pub(crate) enum TopicRole {
 /// # Errors
 /// [`NoRobot`] if the bag has no scans with odometry, or if `topics` does not select one of several topics.
 pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
-    let decoders = decoders(bag, roles(&bag.survey().topics, topics)?)?;
-    let wanted: Vec<usize> = decoders.keys().copied().collect();
-    let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), BagReader::default());
-    while let Some(head) = messages.next_into(&mut body) {
-        let (role, decoder, layout) = &decoders[&head.topic];
-        let decoded = decoder.decode(&body);
-        let message = decoded.as_ref().ok().and_then(|value| Structure::of(layout, value));
-        let taken = message.and_then(|message| reader.take(*role, message));
+    let mut reader = BagReader::default();
+    let lost = visit_messages(bag, roles(&bag.survey().topics, topics)?, |role, log_ns, message| {
+        let taken = message.and_then(|message| reader.take(role, message));
         let is_record = matches!(role, TopicRole::Odometry | TopicRole::Scan);
-        if taken.and_then(|()| if is_record { reader.record(head.log_ns) } else { Some(()) }).is_none() {
+        if taken.and_then(|()| if is_record { reader.record(log_ns) } else { Some(()) }).is_none() {
             reader.left_out += 1;
         }
-    }
-    let mut notes = [bag.survey().lost.as_slice(), messages.lost()].concat();
+    })?;
+    let mut notes = [bag.survey().lost.as_slice(), &lost].concat();
     if reader.left_out > 0 {
         notes.push(format!("{} messages are left out: they are damaged or come before the odometry", reader.left_out));
     }
@@ -92,10 +87,13 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
     Ok(RecordedBag { recording: Recording::of(model, reader.records), map: reader.map, notes })
 }
 
-type Decoders = BTreeMap<usize, (TopicRole, Decoder, Arc<Layout>)>;
-
-/// The topics to read, by their index, each with its role and decoder.
-pub(crate) fn decoders(bag: &Bag, roles: Vec<(TopicRole, usize)>) -> Result<Decoders, NoRobot> {
+/// Visits all messages on these topics, in order: the role of the topic, when the message was recorded, and the message
+/// unless it cannot be decoded. Returns what was lost, in words.
+pub(crate) fn visit_messages(
+    bag: &Bag,
+    roles: Vec<(TopicRole, usize)>,
+    mut visit: impl FnMut(TopicRole, i64, Option<Structure<'_>>),
+) -> Result<Vec<String>, NoRobot> {
     let all = &bag.survey().topics;
     // Only definitions in the bag and built-in ones: all these types are common.
     let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
@@ -106,7 +104,14 @@ pub(crate) fn decoders(bag: &Bag, roles: Vec<(TopicRole, usize)>) -> Result<Deco
         let layout = layout.map_err(|undefined| NoRobot(undefined.to_string()))?;
         decoders.insert(topic, (role, Decoder::new(&layout, &Want::All), layout));
     }
-    Ok(decoders)
+    let wanted: Vec<usize> = decoders.keys().copied().collect();
+    let (mut messages, mut body) = (bag.messages(&wanted), Vec::new());
+    while let Some(head) = messages.next_into(&mut body) {
+        let (role, decoder, layout) = &decoders[&head.topic];
+        let decoded = decoder.decode(&body);
+        visit(*role, head.log_ns, decoded.as_ref().ok().and_then(|value| Structure::of(layout, value)));
+    }
+    Ok(messages.lost().to_vec())
 }
 
 /// The roles of the topics to read.

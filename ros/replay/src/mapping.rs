@@ -5,7 +5,6 @@
 //! Mobile Robots", 2004; it does not depend on the order of scans.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
-use robot::LaserSpec;
 use robot::recorded::Recording;
 
 /// The parameters of a map.
@@ -51,20 +50,15 @@ pub enum MappingError {
 pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
     let frame = frame_of(recording, parameters)?;
     let mut counts = vec![Count::default(); frame.cells().len()];
-    for (_, scan, pose) in recording.corrected_scans() {
-        let laser = &recording.model().lasers[scan.laser];
-        let eye = pose * laser.mount;
-        for (beam, range_m) in scan.ranges_m.iter().enumerate() {
-            let Some((reach_m, hits)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
-            // A hit is on the face of an obstacle, whose cell is behind it. With half a cell added, the faces of the
-            // marked cells are, on average, at the faces of the obstacles.
-            let depth_m = if hits { parameters.resolution_m / 2.0 } else { 0.0 };
-            walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m + depth_m), |offset, is_last| {
-                let count = &mut counts[offset];
-                if hits && is_last { count.hits += 1 } else { count.passed += 1 }
-            });
-        }
-    }
+    visit_beams(recording, parameters.range_max_m, |eye, direction, reach_m, hits| {
+        // A hit is on the face of an obstacle, whose cell is behind it. With half a cell added, the faces of the marked
+        // cells are, on average, at the faces of the obstacles.
+        let depth_m = if hits { parameters.resolution_m / 2.0 } else { 0.0 };
+        walk(&frame, eye, &(eye * (direction * (reach_m + depth_m))), |offset, is_last| {
+            let count = &mut counts[offset];
+            if hits && is_last { count.hits += 1 } else { count.passed += 1 }
+        });
+    });
     let cells = counts.iter().map(|count| count.cell(parameters.hit_share)).collect();
     Ok(OccupancyGrid::from_cells(frame.width(), frame.height(), frame.resolution_m(), frame.origin(), cells))
 }
@@ -86,31 +80,29 @@ impl Count {
     }
 }
 
-/// The length of a beam, and whether there is an obstacle at its end. A beam that hit nothing, or may have failed,
-/// gives no information: some materials absorb it.
-fn reach(range_m: f64, range_max_m: f64) -> Option<(f64, bool)> {
-    range_m.is_finite().then_some((range_m.min(range_max_m), range_m < range_max_m))
-}
-
-fn end_of(eye: &Pose, laser: &LaserSpec, beam: usize, range_m: f64) -> Point {
-    let (sin, cos) = libm::sincos(laser.beam_angle_rad(beam));
-    eye * (Point::new(cos, sin) * range_m)
+/// Visits all beams: the pose of the laser, the point at 1 m along the beam in the laser's frame, the beam's length, and
+/// whether there is an obstacle at its end. A beam that hit nothing, or may have failed, gives no information and is
+/// left out: some materials absorb it.
+fn visit_beams(recording: &Recording, range_max_m: f64, mut visit: impl FnMut(&Pose, Point, f64, bool)) {
+    for (_, scan, pose) in recording.corrected_scans() {
+        let laser = &recording.model().lasers[scan.laser];
+        let eye = pose * laser.mount;
+        for (beam, range_m) in scan.ranges_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite()) {
+            let (range_m, (sin, cos)) = (f64::from(*range_m), libm::sincos(laser.beam_angle_rad(beam)));
+            visit(&eye, Point::new(cos, sin), range_m.min(range_max_m), range_m < range_max_m);
+        }
+    }
 }
 
 /// An empty grid around all beams, with a margin.
 fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
     let (mut low, mut high) =
         (Point::new(f64::INFINITY, f64::INFINITY), Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
-    for (_, scan, pose) in recording.corrected_scans() {
-        let laser = &recording.model().lasers[scan.laser];
-        let eye = pose * laser.mount;
-        for (beam, range_m) in scan.ranges_m.iter().enumerate() {
-            let Some((reach_m, _)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
-            let end = end_of(&eye, laser, beam, reach_m);
-            let eye = Point::from(eye.translation.vector);
-            (low, high) = (low.inf(&end).inf(&eye), high.sup(&end).sup(&eye));
-        }
-    }
+    visit_beams(recording, parameters.range_max_m, |eye, direction, reach_m, _| {
+        let end = eye * (direction * reach_m);
+        let eye = Point::from(eye.translation.vector);
+        (low, high) = (low.inf(&end).inf(&eye), high.sup(&end).sup(&eye));
+    });
     if low.x > high.x {
         return Err(MappingError::NothingSeen);
     }

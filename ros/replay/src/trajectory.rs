@@ -4,7 +4,7 @@ use bags::{Bag, RobotTopics};
 use maps::{OccupancyGrid, Pose};
 use ros_messages::Structure;
 
-use crate::bag::{BagReader, MAP, ODOMETRY, TRANSFORMS, TopicRole, decoders, of_kind, pose_in};
+use crate::bag::{BagReader, MAP, ODOMETRY, TRANSFORMS, TopicRole, of_kind, pose_in, visit_messages};
 
 /// The type of poses that localization publishes, in the frame of the map.
 const LOCALIZED: &str = "geometry_msgs/msg/PoseWithCovarianceStamped";
@@ -56,27 +56,21 @@ pub fn trajectory(bag: &Bag, topics: Option<&RobotTopics>) -> Option<Trajectory>
         .chain(transforms)
         .chain(single(TopicRole::Odometry, ODOMETRY, odometry))
         .chain(single(TopicRole::Pose, LOCALIZED, pose));
-    let decoders = decoders(bag, roles.collect()).ok()?;
-    let wanted: Vec<usize> = decoders.keys().copied().collect();
-    let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), BagReader::default());
-    let mut points: Vec<TrajectoryPoint> = Vec::new();
-    while let Some(head) = messages.next_into(&mut body) {
-        let (role, decoder, layout) = &decoders[&head.topic];
-        let decoded = decoder.decode(&body);
-        let Some(message) = decoded.as_ref().ok().and_then(|value| Structure::of(layout, value)) else { continue };
-        let localized = (*role == TopicRole::Pose).then(|| pose_in(message.part("pose.pose")?)).flatten();
-        let _ = reader.take(*role, message);
-        if *role == TopicRole::Map {
-            continue;
+    let (mut reader, mut points) = (BagReader::default(), Vec::<TrajectoryPoint>::new());
+    let visited = visit_messages(bag, roles.collect(), |role, log_ns, message| {
+        let Some(message) = message else { return };
+        let localized = (role == TopicRole::Pose).then(|| pose_in(message.part("pose.pose")?)).flatten();
+        let _ = reader.take(role, message);
+        if role == TopicRole::Map {
+            return;
         }
-        let (Some(pose), odometry) = (reader.pose().or(localized), reader.odometry_pose()) else {
-            continue;
-        };
+        let (Some(pose), odometry) = (reader.pose().or(localized), reader.odometry_pose()) else { return };
         let is_new = |last: &TrajectoryPoint| (last.pose.translation.vector - pose.translation.vector).norm() >= STEP_M;
         if points.last().is_none_or(is_new) {
-            points.push(TrajectoryPoint { log_ns: head.log_ns, stamp_ns: stamp_ns(message), pose, odometry });
+            points.push(TrajectoryPoint { log_ns, stamp_ns: stamp_ns(message), pose, odometry });
         }
-    }
+    });
+    visited.ok()?;
     Some(Trajectory { map: reader.map?, points }).filter(|trajectory| !trajectory.points.is_empty())
 }
 

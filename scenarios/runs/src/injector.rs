@@ -229,7 +229,7 @@ impl Injector {
                 .effects()
                 .any(|effect| matches!(effect, Effect::Outage { component, .. } if component.value == *name));
             if let (Some(driver), Some(robot)) = (Component::named(name), run.world.robot.as_mut()) {
-                robot.software.outages_mut().set(driver, is_out);
+                robot.software.freeze(driver, is_out);
             }
             if run.system.is_suspended(*id) != is_out {
                 run.system.suspend(*id, is_out);

@@ -194,8 +194,8 @@ impl SimulatedRobot {
 
     /// The reason, if navigation has just given up.
     pub(crate) fn note_given_up(&mut self) -> Option<GiveUpReason> {
-        let before = std::mem::replace(&mut self.trips_given_up, self.software.trips_given_up());
-        self.software.navigation_reason().filter(|_| self.trips_given_up > before)
+        let before = std::mem::replace(&mut self.trips_given_up, self.software.navigator().trips_given_up());
+        self.software.navigator().reason().filter(|_| self.trips_given_up > before)
     }
 
     /// The places, by index, at which it has come to rest for the first time; one where it stands from the start counts
@@ -230,12 +230,12 @@ impl SimulatedRobot {
 
     /// The status of navigation, if it differs from the last report.
     pub(crate) fn new_navigation(&self, recorded: Option<&Navigation>) -> Option<Navigation> {
-        let software = &self.software;
-        let status = software.navigation_status().to_string();
+        let navigator = self.software.navigator();
+        let status = navigator.status().to_string();
         let new = Navigation {
             status: NavigationStatus::try_from(status).expect("records have every status of navigation"),
-            reason: software.navigation_reason().map(|reason| reason.to_string()),
-            recovery: software.recovery().map(|recovery| recovery.name().to_owned()),
+            reason: navigator.reason().map(|reason| reason.to_string()),
+            recovery: navigator.recovery().map(|recovery| recovery.name().to_owned()),
         };
         (recorded != Some(&new)).then_some(new)
     }

@@ -33,9 +33,9 @@ pub(super) fn read_sim(root: Table<'_>) -> SimConfig {
     if let Some(noise) = root.table("noise").about("The noise of sensors and wheels.").needs(MAP).optional() {
         sim.lasers.range_sigma_m = sigma(noise, "laser_sigma_m", "Standard deviation of a range, in meters.");
         let odometry = noise.table("odometry").about("The noise of the motion that the odometry reports.");
-        sim.odometry.noise = odometry.optional().map_or(DriftNoise::NONE, read_drift);
+        sim.odometry.noise = odometry.optional().map(read_drift).unwrap_or_default();
         let motion = noise.table("motion").about("The noise of the motion that the wheels carry out.");
-        sim.drive.noise = motion.optional().map_or(DriftNoise::NONE, read_drift);
+        sim.drive.noise = motion.optional().map(read_drift).unwrap_or_default();
     }
     sim
 }

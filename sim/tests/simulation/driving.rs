@@ -166,7 +166,7 @@ fn odometry_with_bias_is_off_by_the_configured_amount() {
 #[test]
 fn motion_noise_moves_the_robot_and_its_odometry_alike() {
     let mut config = SimConfig::default();
-    config.drive.noise = DriftNoise { angle_per_sqrt_m: 0.05, distance_per_sqrt_m: 0.02, ..DriftNoise::NONE };
+    config.drive.noise = DriftNoise { angle_per_sqrt_m: 0.05, distance_per_sqrt_m: 0.02, ..DriftNoise::default() };
     let mut sim = in_a_room(&config, pose(1.0, 3.0, 0.0));
     drive(&mut sim, 0.4, 0.0, 400);
     let truth = sim.truth();

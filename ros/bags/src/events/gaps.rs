@@ -8,17 +8,17 @@ use channels::{ChannelId, Flaw, Gap};
 use crate::mapping::{CLOCK, Compiled, Mapping};
 use crate::storage::Source;
 
-/// The gaps that have been noticed, and which of them the caller knows.
+/// The gaps that have been noticed, and which of them have been returned.
 #[derive(Default)]
 pub(super) struct Gaps {
-    /// The channels of messages that were left out, or `None` for anything; those that the caller knows.
+    /// The channels of messages that were left out, or `None` for anything; those that have been returned.
     pub(super) left_out: BTreeMap<Option<ChannelId>, String>,
     known: BTreeSet<Option<ChannelId>>,
     /// Gaps that end; and the topics, and their entries, whose next message ends some, with when those began.
     pub(super) ending: VecDeque<Gap>,
     interrupted: BTreeMap<(usize, usize), Vec<i64>>,
-    /// How much of what the source says to be missing on topics has been returned.
-    told_missing: usize,
+    /// How many of the messages that the source reports as missing on topics have been returned.
+    returned_missing: usize,
 }
 
 impl Gaps {
@@ -64,8 +64,8 @@ impl Gaps {
     /// Where files count other messages than they have, any verdict that has been reached may lack one of them.
     fn find_missing(&mut self, source: &dyn Source, mapping: &Mapping, compiled: &Compiled) {
         let survey = source.survey();
-        for (topic, why) in survey.missing.iter().skip(self.told_missing) {
-            self.told_missing += 1;
+        for (topic, why) in survey.missing.iter().skip(self.returned_missing) {
+            self.returned_missing += 1;
             let is_clock = mapping.has_clock() && survey.topics[*topic].name == CLOCK;
             let entries = compiled.entries.get(*topic).into_iter().flatten();
             let entries = entries.filter(|(_, entry)| !entry.as_ref().is_ok_and(|entry| entry.is_lossy));

@@ -16,7 +16,7 @@ pub(super) enum Reason {
     Mismatch(Mismatch),
     /// It has no stamp, or one that is far from the others.
     Stamp,
-    /// The clock has told no time.
+    /// There is no time of the clock yet.
     Clock,
     /// Its time is the first or the last that there is, which also stand for others.
     Time,
@@ -34,7 +34,7 @@ impl fmt::Display for Reason {
             Self::Topic => f.write_str("the mapping does not fit the topic"),
             Self::Mismatch(mismatch) => write!(f, "the bytes do not fit the definition: {mismatch}"),
             Self::Stamp => f.write_str("the stamp is 0, or far from those of other messages"),
-            Self::Clock => write!(f, "{CLOCK} has told no time yet"),
+            Self::Clock => write!(f, "there is no time on {CLOCK} yet"),
             Self::Time => f.write_str("the time is the first or the last that fits into 64 bits, or later"),
             Self::Symbol => f.write_str("the mapping has no symbol for the value"),
             Self::Range => f.write_str("the integer does not fit into 64 bits, or not exactly into a real number"),

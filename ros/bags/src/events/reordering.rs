@@ -58,17 +58,17 @@ impl Reordering {
     /// Puts a gap where it begins. Returns it if nothing waits before it.
     pub(super) fn put_gap(&mut self, mut gap: Gap, since_ns: i64, times: &EventTimes) -> Option<Gap> {
         // What waits after the last message before the gap has not been judged yet. An earlier gap of the channel
-        // may end only after some of it, which is judged before this gap is told.
+        // may end only after some of it, which is judged before this gap is returned.
         let is_end = |what: &Waiting| matches!(what, Waiting::Resumed(of) if Some(*of) == gap.channel);
         let place_after = |place: Option<usize>| place.map_or(0, |place| place + 1);
         let begins = place_after(self.waiting.iter().rposition(|(time_ns, _)| *time_ns <= since_ns));
-        let told = begins.max(place_after(self.waiting.iter().rposition(|(_, what)| is_end(what))));
-        let mut judged = self.waiting.range(begins..told);
-        if judged.any(|(_, what)| is_message(what)) || told == 0 && times.start_ns.is_some() {
+        let place = begins.max(place_after(self.waiting.iter().rposition(|(_, what)| is_end(what))));
+        let mut judged = self.waiting.range(begins..place);
+        if judged.any(|(_, what)| is_message(what)) || place == 0 && times.start_ns.is_some() {
             gap.since = Some(times.since_start(since_ns));
         }
-        let Some(last) = told.checked_sub(1) else { return Some(gap) };
-        self.waiting.insert(told, (since_ns.max(self.waiting[last].0), Waiting::Gap(Box::new(gap))));
+        let Some(last) = place.checked_sub(1) else { return Some(gap) };
+        self.waiting.insert(place, (since_ns.max(self.waiting[last].0), Waiting::Gap(Box::new(gap))));
         None
     }
 

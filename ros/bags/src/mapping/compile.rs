@@ -42,7 +42,7 @@ pub(crate) struct CompiledEntry {
 pub(crate) enum MessageTime {
     Log,
     Publish,
-    /// What [`CLOCK`](super::CLOCK) told last.
+    /// The latest time on [`CLOCK`](super::CLOCK).
     Clock,
     Field(Path),
 }
@@ -139,7 +139,7 @@ fn misspelled(kind: &Spanned<String>) -> Option<Problem> {
     } else {
         match nearest(name, of_package) {
             Some(name) => format!("did you mean `{package}/{name}`?"),
-            None => "only a bag or a robot that has it tells what it consists of".to_owned(),
+            None => "only a bag or a robot that has it contains its definition".to_owned(),
         }
     };
     let problem =
@@ -347,7 +347,7 @@ impl Mapping {
                 return None;
             }
         };
-        // Of the programs that write messages, those of ROS say which distribution they are from.
+        // Of the programs that write messages, those of ROS state their distribution.
         let width = (!definitions.survey.distributions.is_empty()).then(WideWidth::default);
         let before = problems.len();
         let made = self.entry(mapped, layout, width, problems);

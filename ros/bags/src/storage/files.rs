@@ -47,7 +47,7 @@ pub fn is_bag(path: &Path) -> bool {
     path.is_dir() || path.is_file() && Format::of(path).is_some()
 }
 
-/// How many files the recording has that this file is a part of, as the metadata beside it says; none if it has no
+/// How many files the recording has that this file is a part of, according to the metadata beside it; none if it has no
 /// others.
 #[must_use]
 pub fn parts(file: &Path) -> Option<usize> {
@@ -64,7 +64,7 @@ pub(super) struct Files {
     pub(super) metadata: Metadata,
 }
 
-/// The files of a bag. Notes what the metadata says.
+/// The files of a bag. Notes what the metadata reports.
 pub(super) fn of(path: &Path, survey: &mut Survey) -> Result<Files, Error> {
     let unreadable = |source| Error::Read(diagnostics::Error::Read { path: path.to_owned(), source });
     if !fs::metadata(path).map_err(unreadable)?.is_dir() {

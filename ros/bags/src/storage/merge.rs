@@ -61,7 +61,7 @@ pub(super) struct Plan {
     pub(super) lost: Vec<String>,
     /// What does not fit together, in words. It is not found again.
     pub(super) unfit: Vec<String>,
-    /// How many messages each channel has, if the file says so.
+    /// How many messages each channel has, if the file states it.
     pub(super) counts: Option<BTreeMap<u16, u64>>,
 }
 
@@ -112,7 +112,7 @@ impl Block {
         self.from.is_some()
     }
 
-    /// Where the next message of the unit comes, if it is to be kept. Each wanted message is to be asked about once.
+    /// Where the next message of the unit comes, if it is to be kept. Must be called once for each wanted message.
     pub(super) fn place(&mut self, time_ns: i64) -> Option<usize> {
         let place = (time_ns, self.unit, self.found);
         self.found += 1;

@@ -1,4 +1,4 @@
-//! What rosbag2's metadata file says of a bag.
+//! What rosbag2's metadata file contains about a bag.
 //!
 //! It is read line by line: rosbag2 writes one fact per line.
 
@@ -12,7 +12,7 @@ use super::survey::Survey;
 /// The name of the metadata file that rosbag2 writes beside the files with messages.
 pub(super) const METADATA: &str = "metadata.yaml";
 
-/// What the metadata file of a folder says.
+/// The contents of the metadata file of a folder.
 #[derive(Debug, Default)]
 pub(super) struct Metadata {
     /// The names of the files, in the order in which they were recorded. Early versions wrote the folder before them;
@@ -99,7 +99,7 @@ impl Metadata {
     /// Compares what it counts with what there is in all files, by their names.
     pub(super) fn compare(&self, files: &BTreeMap<String, u64>, survey: &mut Survey) {
         self.compare_topics(survey);
-        // What the counts of topics tell concerns only these.
+        // The counts of topics concern only these.
         if !survey.missing.is_empty() {
             return;
         }

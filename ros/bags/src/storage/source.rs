@@ -15,9 +15,9 @@ use super::survey::{Head, Survey, Topic};
 pub trait Source {
     /// Reads the next message into `body`.
     fn receive(&mut self, body: &mut Vec<u8>) -> Received;
-    /// No further message will be asked for.
+    /// No further message will be requested.
     fn end(&mut self) {}
-    /// What it tells beside its messages.
+    /// What it reports beside its messages.
     fn account(&self) -> Account<'_>;
     /// What is known of all messages. Topics may be added.
     fn survey(&self) -> &Survey {
@@ -31,13 +31,13 @@ pub trait Source {
     fn notes(&self) -> &[String] {
         self.account().notes
     }
-    /// Whether it may tell which messages are missing. Otherwise, nobody knows whether any are.
+    /// Whether it may report which messages are missing. Otherwise, it is unknown whether any are.
     fn counts_losses(&self) -> bool {
         self.account().counts_losses
     }
 }
 
-/// What a [`Source`] tells beside its messages.
+/// What a [`Source`] reports beside its messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Account<'s> {
     /// As [`Source::survey`].
@@ -107,7 +107,7 @@ pub enum Received {
     Lost {
         /// The topic's index in the [`Survey`].
         topic: usize,
-        /// How many; `None` if nobody knows.
+        /// How many; `None` if that is unknown.
         count: Option<u64>,
         /// When the last message before them was received, in nanoseconds since 1970.
         since_ns: i64,
@@ -180,7 +180,7 @@ impl Wanted {
 /// The topic of a [`BagWriter`](super::BagWriter)'s note that time has passed without a message.
 pub(super) const CLOCK_ADVANCED: &str = "/steward/quiet";
 
-/// The topic of its note that something is lost: a string that says what.
+/// The topic of its note that something is lost: a string with what it is.
 pub(super) const LOST: &str = "/steward/lost";
 
 /// The topic of its note that messages on a topic are missing: a [`Missing`] in JSON.
@@ -219,7 +219,7 @@ pub(crate) fn is_note(topic: &Topic) -> bool {
     [CLOCK_ADVANCED, LOST, MISSING, GROUND, NOTE, VIOLATION].contains(&topic.name.as_str())
 }
 
-/// What a file tells beside its messages.
+/// What a file contains beside its messages.
 #[derive(Debug, Default)]
 pub(super) struct Aside {
     /// Damaged or missing parts, in words.

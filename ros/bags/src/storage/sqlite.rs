@@ -81,13 +81,13 @@ fn open(path: &Path) -> Result<Opened, Error> {
     let length = std::fs::metadata(path).map_or(0, |found| found.len());
     let refused = |problem: String| Error::Sqlite { path: path.to_owned(), problem };
     let (page, pages) = pages_of(path).ok_or_else(|| refused("it ends within its first page".to_owned()))?;
-    // SQLite reads the missing part of a page as zeros, and so would read messages that nobody sent.
+    // SQLite reads the missing part of a page as zeros, and so would read messages that were never sent.
     let copy = if length.is_multiple_of(page) { None } else { Some(whole_pages(path, length - length % page)) };
     let copy = copy.transpose().map_err(|error| refused(error.to_string()))?;
     let opened: &Path = copy.as_deref().unwrap_or(path);
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let file = Connection::open_with_flags(opened, flags).map_err(|error| refused(error.to_string()))?;
-    // Otherwise SQLite refuses a file that is shorter than its header says.
+    // Otherwise SQLite refuses a file that is shorter than its header states.
     file.pragma_update(None, "writable_schema", true).map_err(|error| refused(error.to_string()))?;
     Ok(Opened { file, is_cut_off: length < page * pages, _copy: copy })
 }

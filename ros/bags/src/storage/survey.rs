@@ -19,7 +19,7 @@ pub struct Topic {
     pub hash: Option<String>,
 }
 
-/// A hash as rosbag2 writes it: empty if it knows none.
+/// A hash as rosbag2 writes it: empty if none is known.
 pub(super) fn hash(text: &str) -> Option<String> {
     (!text.is_empty()).then(|| text.to_owned())
 }
@@ -142,6 +142,6 @@ pub struct Head {
     pub topic: usize,
     /// When it was received and recorded, in nanoseconds since 1970.
     pub log_ns: i64,
-    /// When it was sent, if the bag says so; otherwise the same as `log_ns`.
+    /// When it was sent, if the bag has that; otherwise the same as `log_ns`.
     pub publish_ns: i64,
 }

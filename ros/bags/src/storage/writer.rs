@@ -1,4 +1,4 @@
-//! Writes what a source tells, so that it can be read again with the same verdicts.
+//! Writes what a source delivers, so that it can be read again with the same verdicts.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -95,7 +95,7 @@ impl<W: Write + Seek> BagWriter<W> {
         }
     }
 
-    /// What a source says beside its messages.
+    /// What a source reports beside its messages.
     fn note(&mut self, name: &'static str, at_ns: i64, text: &str) {
         let channel = self.topic_of_notes(name);
         let at_ns = at_ns.max(self.newest_ns);
@@ -134,9 +134,9 @@ pub struct Recorder<S, W: Write + Seek> {
     writer: Rc<RefCell<BagWriter<W>>>,
     /// Until when time has passed without a message, if that is not written yet.
     clock_ns: Option<i64>,
-    /// What the source has told beside its messages, and is not written yet: each with the topic of such notes.
+    /// What the source has reported beside its messages, and is not written yet: each with the topic of such notes.
     aside: Vec<(&'static str, String)>,
-    /// How much of what is lost, and of what else is to be known, has been heard.
+    /// How much of what is lost, and of what else is to be known, has been collected.
     lost: usize,
     notes: usize,
     newest_ns: i64,
@@ -167,13 +167,13 @@ impl<S: Source, W: Write + Seek> Recorder<S, W> {
         }
     }
 
-    /// Hears what the source has told beside its messages since the last call.
-    fn hear_aside(&mut self) {
-        for (name, told, heard) in
+    /// Collects what the source has reported beside its messages since the last call.
+    fn collect_aside(&mut self) {
+        for (name, reported, collected) in
             [(NOTE, self.source.notes(), &mut self.notes), (LOST, self.source.lost(), &mut self.lost)]
         {
-            self.aside.extend(told.iter().skip(*heard).map(|text| (name, text.clone())));
-            *heard = told.len().max(*heard);
+            self.aside.extend(reported.iter().skip(*collected).map(|text| (name, text.clone())));
+            *collected = reported.len().max(*collected);
         }
         let survey = self.source.survey();
         for (index, topic) in survey.topics.iter().enumerate() {
@@ -213,7 +213,7 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
             self.writer.borrow_mut().know(index, topic);
         }
         self.topics = self.source.survey().topics.len();
-        self.hear_aside();
+        self.collect_aside();
         let missing = match received {
             Received::Lost { topic, count, since_ns } => Some((topic, count, since_ns, None, false)),
             Received::Late { topic, since_ns } => Some((topic, None, since_ns, None, true)),
@@ -255,7 +255,7 @@ impl<S: Source, W: Write + Seek> Source for Recorder<S, W> {
 
     fn end(&mut self) {
         self.source.end();
-        self.hear_aside();
+        self.collect_aside();
         self.write_aside(self.newest_ns);
         self.write_clock();
     }

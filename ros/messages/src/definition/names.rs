@@ -1,4 +1,11 @@
-//! The names that rosidl permits.
+//! The names that ROS permits.
+
+/// Whether this is a valid name of a node, topic or service in ROS 2, without a namespace.
+#[must_use]
+pub fn is_name(word: &str) -> bool {
+    word.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && word.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+}
 
 /// A name of a field or a package: `^(?!.*__)(?!.*_$)[a-z][a-z0-9_]*$` in rosidl.
 pub(super) fn is_field_name(name: &str) -> bool {

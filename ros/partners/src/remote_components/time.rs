@@ -2,8 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use crate::moment::moment;
-
 /// The topic of simulated time.
 pub(super) const CLOCK: &str = "/clock";
 
@@ -40,7 +38,7 @@ pub(super) enum Time {
 impl Time {
     /// A clock of which no message has been received yet.
     pub(super) fn of_clock(may_pause: bool) -> Self {
-        Self::Clock { begun_ns: None, now_ns: 0, received: moment(), may_pause }
+        Self::Clock { begun_ns: None, now_ns: 0, received: network::now(), may_pause }
     }
 
     /// The time left until `now` is due.
@@ -50,7 +48,7 @@ impl Time {
     pub(super) fn left(&mut self, now: Duration) -> Result<Duration, String> {
         match self {
             Self::Steady(begun) => {
-                let begun = begun.get_or_insert_with(|| moment().checked_sub(now).unwrap_or_else(moment));
+                let begun = begun.get_or_insert_with(|| network::now().checked_sub(now).unwrap_or_else(network::now));
                 let elapsed = begun.elapsed();
                 if elapsed <= now.saturating_add(BEHIND) {
                     return Ok(now.saturating_sub(elapsed));
@@ -76,7 +74,7 @@ impl Time {
         match self {
             Self::Steady(begun) => *begun = None,
             Self::Clock { begun_ns, now_ns, received, .. } => {
-                *received = moment();
+                *received = network::now();
                 *begun_ns = begun_ns.map(|_| now_ns.saturating_sub(nanoseconds(at)));
             }
         }
@@ -97,7 +95,7 @@ impl Time {
     /// Receives the time of the clock. Returns in words if it is odd.
     pub(super) fn receive_clock(&mut self, clock_ns: i64) -> Option<String> {
         let Self::Clock { begun_ns, now_ns, received, .. } = self else { return None };
-        *received = moment();
+        *received = network::now();
         let before_ns = std::mem::replace(now_ns, clock_ns);
         let begun_ns = begun_ns.get_or_insert(clock_ns);
         if clock_ns >= before_ns {
@@ -122,7 +120,7 @@ mod tests {
 
     #[test]
     fn real_time_that_has_passed_during_a_pause_does_not_count() {
-        let ago = |ms_ago: u64| Time::Steady(moment().checked_sub(ms(ms_ago)));
+        let ago = |ms_ago: u64| Time::Steady(network::now().checked_sub(ms(ms_ago)));
         assert!(ago(5000).left(ms(1020)).is_err(), "it has fallen behind");
         let mut time = ago(5000);
         time.resume(ms(1000));
@@ -150,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_pause_of_the_run_does_not_count_as_silence_of_the_clock() {
-        let long_ago = moment().checked_sub(ms(60_000)).unwrap();
+        let long_ago = network::now().checked_sub(ms(60_000)).unwrap();
         let silent = |may_pause| Time::Clock { begun_ns: Some(0), now_ns: 0, received: long_ago, may_pause };
         assert!(silent(false).check_silence(true).is_some() && silent(true).check_silence(true).is_none());
         let mut time = silent(false);

@@ -1,5 +1,6 @@
 //! The states of the nodes of Nav2 whose work the robot's own software does: clients wait until these are active.
 
+use components::Component;
 use remote::{NodeMessage, ServiceRequest};
 use ros_messages::RosType as _;
 use ros_messages::standard::LifecycleState;
@@ -50,11 +51,10 @@ impl ManagedNode {
 
     /// Whether it does not respond, because the software that does its work is frozen.
     pub(super) fn is_frozen(self, input: &ControllerInput<'_>) -> bool {
-        let outages = input.software.outages();
-        match self {
-            Self::Localizer => outages.localization,
-            Self::Navigator => outages.navigation,
-        }
+        input.software.is_frozen(match self {
+            Self::Localizer => Component::Localization,
+            Self::Navigator => Component::Navigation,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use components::Component;
 use maps::heading;
 use nav::{GiveUpReason, Goal, NavigationStatus, Navigator, PlanError, Recovery};
 use recording::ros::{
@@ -81,7 +82,7 @@ impl NavigationServer {
         input: &ControllerInput<'_>,
         mut requested: impl FnMut() -> Option<ServiceRequest>,
     ) -> Option<TripCommand> {
-        if input.software.outages().navigation {
+        if input.software.is_frozen(Component::Navigation) {
             return None;
         }
         let navigator = input.software.navigator();

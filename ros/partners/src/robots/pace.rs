@@ -8,7 +8,6 @@ use scenarios::Error;
 
 use super::commands::Command;
 use super::config::PaceConfig;
-use crate::moment::moment;
 
 /// The base stops if no command has come for this long. A command is too old if its stamp is older.
 pub(super) const STALE: Duration = Duration::from_millis(500);
@@ -56,7 +55,7 @@ impl Pace {
             return Duration::ZERO;
         }
         let passed = Duration::try_from_secs_f64(now.as_secs_f64() / *speed).unwrap_or(Duration::MAX);
-        let begun = since.get_or_insert_with(|| moment().checked_sub(passed).unwrap_or_else(moment));
+        let begun = since.get_or_insert_with(|| network::now().checked_sub(passed).unwrap_or_else(network::now));
         let elapsed = begun.elapsed();
         if elapsed > passed.saturating_add(BEHIND) {
             // The simulation does not catch up: the nodes that drive could not react in time.
@@ -209,13 +208,13 @@ mod tests {
         assert!(steady(5e-324).left(ms(20)) > Duration::MAX / 2);
         let mut pace = steady(1.0);
         assert!(pace.left(ms(20)) <= ms(20) && pace.left(ms(5000)) > ms(1000) && !pace.is_late());
-        let mut pace = Pace::Steady { speed: 1.0, since: moment().checked_sub(ms(900)), is_late: false };
+        let mut pace = Pace::Steady { speed: 1.0, since: network::now().checked_sub(ms(900)), is_late: false };
         assert!(pace.left(ms(20)).is_zero() && pace.is_late() && pace.left(ms(1020)) > ms(500));
     }
 
     #[test]
     fn the_time_of_a_pause_does_not_count() {
-        let mut pace = Pace::Steady { speed: 1.0, since: moment().checked_sub(ms(5000)), is_late: false };
+        let mut pace = Pace::Steady { speed: 1.0, since: network::now().checked_sub(ms(5000)), is_late: false };
         pace.resume();
         assert!(pace.left(ms(1020)).is_zero() && !pace.is_late(), "the first step is due at once");
         assert!(pace.left(ms(2020)) > ms(900) && !pace.is_late());

@@ -22,7 +22,6 @@ use super::lifecycle::{self, ManagedNode};
 use super::navigation::NavigationServer;
 use super::pace::{Commands, Oddity, Pace, STALE};
 use super::topics::Topics;
-use crate::moment::moment;
 
 /// The longest wait for a message in one call.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -122,7 +121,7 @@ impl Controller for RosRobot {
             }
             self.is_together = true;
         }
-        let navigates = self.navigation.is_some() && input.software.navigation_status().is_under_way();
+        let navigates = self.navigation.is_some() && input.software.navigator().status().is_under_way();
         let commanded = if let Pace::LockStep { deadline, .. } = self.pace {
             if self.pace.awaits(now) {
                 self.held = self.await_command(now, deadline)?;
@@ -359,7 +358,7 @@ impl RosRobot {
         let is_in_step = matches!(self.pace, Pace::LockStep { .. });
         if self.found.is_none() && is_in_step && !self.has_partner() {
             self.note_once(Oddity::Missing);
-        } else if self.found.get_or_insert_with(moment).elapsed() >= SETTLING {
+        } else if self.found.get_or_insert_with(network::now).elapsed() >= SETTLING {
             // Discards what came before the run.
             (self.commands, self.output, self.has_begun) = (Commands::default(), ControllerOutput::default(), true);
             return true;
@@ -375,7 +374,7 @@ impl RosRobot {
     /// Waits for a moment until the simulated time `now` is due, and receives messages meanwhile. Returns whether it is
     /// due.
     fn listen(&mut self, now: Duration) -> bool {
-        let (begun, mut taken) = (moment(), 0);
+        let (begun, mut taken) = (network::now(), 0);
         loop {
             let left = self.pace.left(now);
             let has_come = self.receive(left.min(PATIENCE), now);
@@ -395,7 +394,7 @@ impl RosRobot {
 
     /// Waits for a moment for the command of the period that begins now. `None` if it has not come.
     fn await_command(&mut self, now: Duration, deadline: Duration) -> Option<VelocityCommand> {
-        let (begun, since) = (moment(), *self.waiting_since.get_or_insert_with(moment));
+        let (begun, since) = (network::now(), *self.waiting_since.get_or_insert_with(network::now));
         loop {
             let is_over = since.elapsed() >= deadline;
             while let Some(command) = self.commands.of_period(now) {

@@ -87,7 +87,7 @@ pub(super) struct Walk {
     /// The position of the next record of the file, outside of chunks that are decompressed.
     pub(super) at: u64,
     /// Where the chunk of the last message begins, or the message if it is in none; and the earliest time in that
-    /// chunk, as it says.
+    /// chunk, as stated there.
     pub(super) origin: (u64, Option<u64>),
     /// The chunk that is being read, unless its records can be read from the file like any others.
     chunk: Option<Chunk>,
@@ -275,8 +275,8 @@ impl Walk {
     }
 
     /// What does not fit, in words, if this many messages and chunks at these places have been found in the whole file:
-    /// what follows its data says otherwise, or does not belong there. Nothing, if the file was cut off after its data.
-    /// To be asked at the end of the data.
+    /// what follows its data contradicts that, or does not belong there. Nothing, if the file was cut off after its data.
+    /// To be called at the end of the data.
     pub(super) fn unfit(&mut self, found: u64, chunks: &[u64]) -> Option<String> {
         let (mut at, mut body) = (self.at, Vec::new());
         let (footer, end) = loop {
@@ -324,7 +324,7 @@ impl Walk {
         record_head(&mut self.file).ok()?
     }
 
-    /// That the checksum of the whole data is not right, in words; nothing, if the file has none. To be asked at the
+    /// That the checksum of the whole data is not right, in words; nothing, if the file has none. To be called at the
     /// end of the data.
     pub(super) fn wrong_checksum(&mut self) -> Option<String> {
         let (op::DATA_END, DATA_END) = self.record_at(self.at)? else { return None };
@@ -379,7 +379,7 @@ impl Walk {
                 step
             }
             Err(error) => {
-                // A chunk says where it ends, so the file can be read from there on, unless it ends before.
+                // A chunk states where it ends, so the file can be read from there on, unless it ends before.
                 let is_in_chunk = self.file.stream_position().is_ok_and(|at| at < self.after_chunk);
                 let goes_on = is_in_chunk && (self.grows || self.after_chunk < self.length);
                 lost.push(self.damage(goes_on, &error));
