@@ -213,13 +213,8 @@ fn show(progress: &campaigns::Progress<'_>, board: &Board) {
         format!("run {}: {why}", run.k)
     });
     let tally = |name: String, count: Count| {
-        let interval = Confidence::new(0.95).ok().map(|confidence| count.interval(confidence));
-        Tally {
-            name,
-            happened: count.happened(),
-            of: count.runs(),
-            interval: interval.map(|interval| [interval.low, interval.high]),
-        }
+        let interval = count.interval(Confidence::OF_RESULTS);
+        Tally { name, happened: count.happened(), of: count.runs(), interval: Some([interval.low, interval.high]) }
     };
     let tallies = || {
         let violated = progress.properties.iter().zip(progress.violated);

@@ -16,9 +16,13 @@ use robot::{LaserSpec, Reading, RobotModel, Streams, VelocityCommand};
 use ros_messages::RosMessage;
 use sim::{LaserConfig, SimConfig};
 use tempfile::{TempDir, tempdir};
-use trials::localize::drive::{Drive, route};
 
 use crate::steward::{refusal, steward};
+
+#[path = "../scenarios/trials/benches/accuracy/drive.rs"]
+mod drive;
+
+use drive::{Drive, route};
 
 /// A robot with a laser like those of most logs: 180 beams over 180°.
 fn model() -> RobotModel {

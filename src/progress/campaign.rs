@@ -46,9 +46,8 @@ impl CampaignProgress {
 
 /// How often each property was violated and a run was not as expected so far, with exact 95 % intervals.
 fn estimates(progress: &campaigns::Progress<'_>) -> String {
-    let Ok(confidence) = Confidence::new(0.95) else { return String::new() };
     let estimate = |name: &str, count: Count| {
-        let (rate, interval) = (count.rate()?, count.interval(confidence));
+        let (rate, interval) = (count.rate()?, count.interval(Confidence::OF_RESULTS));
         Some(format!("{name} {rate:.3} ({interval:.3})  "))
     };
     let violated = progress.properties.iter().zip(progress.violated);

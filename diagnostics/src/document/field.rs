@@ -22,7 +22,7 @@ pub struct Field<'d, T> {
 }
 
 #[derive(Debug)]
-enum FieldState<T> {
+pub(super) enum FieldState<T> {
     Given(T, Span),
     /// The key is missing; this would be accepted.
     Missing(String),
@@ -31,20 +31,8 @@ enum FieldState<T> {
 }
 
 impl<'d, T> Field<'d, T> {
-    pub(super) fn given(table: Table<'d>, key: &str, value: T, span: Span) -> Self {
-        Self { table, key: key.into(), declared: None, state: FieldState::Given(value, span) }
-    }
-
-    pub(super) fn missing(table: Table<'d>, key: &str, wanted: String) -> Self {
-        Self { table, key: key.into(), declared: None, state: FieldState::Missing(wanted) }
-    }
-
-    pub(super) fn refused(table: Table<'d>, key: &str) -> Self {
-        Self { table, key: key.into(), declared: None, state: FieldState::Refused }
-    }
-
-    pub(super) fn of(self, declared: Option<usize>) -> Self {
-        Self { declared, ..self }
+    pub(super) fn new(table: Table<'d>, key: &str, declared: Option<usize>, state: FieldState<T>) -> Self {
+        Self { table, key: key.into(), declared, state }
     }
 
     pub(super) fn declare(self, change: impl FnOnce(&mut Key)) -> Self {

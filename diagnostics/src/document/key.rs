@@ -97,7 +97,9 @@ pub struct Key {
 }
 
 impl Key {
-    pub(super) fn new(path: String, takes: Value) -> Self {
+    /// An optional key of which nothing else is known.
+    #[must_use]
+    pub fn new(path: String, takes: Value) -> Self {
         let (about, refers_to, named_after) = (String::new(), None, None);
         Self { path, about, takes, required: false, needs: None, refers_to, named_after, value: None }
     }

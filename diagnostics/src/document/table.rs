@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
+use super::field::FieldState;
 use super::log::Log;
 use super::node::{Entries, Kind};
 use super::{Field, FromItem, Item};
@@ -33,21 +34,21 @@ impl<'d> Table<'d> {
         let declared = self.log.declare(self.declared, key, T::takes, entry.map(|entry| &entry.value));
         let Some(entry) = entry else {
             let table = Self::open(&self.log.nothing, self.span, self.log, declared);
-            let field = match declared.and_then(|_| T::declaring(table)) {
-                Some(value) => Field::given(*self, key, value, self.span.clone()),
-                None => Field::missing(*self, key, T::wanted()),
+            let state = match declared.and_then(|_| T::declaring(table)) {
+                Some(value) => FieldState::Given(value, self.span.clone()),
+                None => FieldState::Missing(T::wanted()),
             };
-            return field.of(declared);
+            return Field::new(*self, key, declared, state);
         };
         let item = Item::new(&entry.value, format!("`{key}`"), self.log).of(declared);
-        let field = match item.get() {
-            Ok(value) => Field::given(*self, key, value, item.span().clone()),
+        let state = match item.get() {
+            Ok(value) => FieldState::Given(value, item.span().clone()),
             Err(problems) => {
                 problems.into_iter().for_each(|problem| self.report(problem));
-                Field::refused(*self, key)
+                FieldState::Refused
             }
         };
-        field.of(declared)
+        Field::new(*self, key, declared, state)
     }
 
     /// The value of `key` as a finite number; integers are accepted, too.

@@ -32,14 +32,19 @@ pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Raster, RasterEr
     })
 }
 
+/// How the samples of a graymap or pixmap are written, and how many each pixel has.
+fn samples_of(header: &PnmHeader) -> Option<(SampleEncoding, usize)> {
+    match header.subtype() {
+        PnmSubtype::Graymap(encoding) => Some((encoding, 1)),
+        PnmSubtype::Pixmap(encoding) => Some((encoding, 3)),
+        _ => None,
+    }
+}
+
 /// How many pixels of a graymap or pixmap are there. The decoder itself would take each number that a plain file lacks
 /// for a zero, and half a map would be a solid wall.
 fn complete_pixels(header: &PnmHeader, rest: &[u8]) -> Option<usize> {
-    let (encoding, channels) = match header.subtype() {
-        PnmSubtype::Graymap(encoding) => (encoding, 1),
-        PnmSubtype::Pixmap(encoding) => (encoding, 3),
-        _ => return None,
-    };
+    let (encoding, channels) = samples_of(header)?;
     let samples = match encoding {
         SampleEncoding::Ascii => rest.split(u8::is_ascii_whitespace).filter(|number| !number.is_empty()).count(),
         SampleEncoding::Binary if header.maximal_sample() > 255 => rest.len() / 2,
@@ -50,11 +55,7 @@ fn complete_pixels(header: &PnmHeader, rest: &[u8]) -> Option<usize> {
 
 /// The first sample of a graymap or pixmap above its maximum. The decoder itself would take it for white.
 fn too_bright(header: &PnmHeader, rest: &[u8]) -> Option<u32> {
-    let (encoding, channels) = match header.subtype() {
-        PnmSubtype::Graymap(encoding) => (encoding, 1),
-        PnmSubtype::Pixmap(encoding) => (encoding, 3),
-        _ => return None,
-    };
+    let (encoding, channels) = samples_of(header)?;
     let (white, count) = (header.maximal_sample(), header.width() as usize * header.height() as usize * channels);
     let is_too_bright = |value: &u32| *value > white;
     match (encoding, white) {

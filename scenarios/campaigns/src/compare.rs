@@ -18,8 +18,6 @@ use super::summary::command;
 use super::{RunOutcome, RunRecord};
 use crate::Error;
 
-/// The confidence of the intervals; a result that would be less likely by chance counts as a difference.
-const CONFIDENCE: f64 = 0.95;
 /// How many differing runs are listed.
 const NAMED: usize = 3;
 
@@ -121,7 +119,6 @@ impl CampaignComparison {
     /// # Errors
     /// [`Error::Scenario`] if there are no results, if they are incomplete, or if the campaigns cannot be compared.
     pub fn of(before: &Path, after: &Path) -> Result<Self, Error> {
-        let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
         let [mut old, mut new] = [open(before)?, open(after)?];
         check_alike(&old.header.layout, &new.header.layout)?;
         let events = ComparedEvent::shared(&old.header.layout, &new.header.layout)?;
@@ -146,7 +143,8 @@ impl CampaignComparison {
             failed: tally.failed[place],
         };
         let (before, after) = (side(before, &old, 0), side(after, &new, 1));
-        Ok(Self { before, after, confidence, pairs: tally.pairs, comparisons: tally.compared(confidence) })
+        let confidence = Confidence::OF_RESULTS;
+        Ok(Self { before, after, confidence, pairs: tally.pairs, comparisons: tally.compared() })
     }
 }
 
@@ -300,14 +298,14 @@ impl Tally {
         }
     }
 
-    fn compared(mut self, confidence: Confidence) -> Vec<Compared> {
+    fn compared(mut self) -> Vec<Compared> {
         // What never was inconclusive need not be compared.
         self.events.retain(|Counted { event, counts, .. }| {
             event.what != ComparedWhat::Inconclusive || counts.iter().any(|count| count.happened() > 0)
         });
         // Bonferroni's correction: with n comparisons at a level of 5 % / n each, the probability that any of them
         // shows a difference by chance is at most 5 %.
-        let enough = (1.0 - CONFIDENCE) / self.events.len().max(1) as f64;
+        let enough = (1.0 - Confidence::OF_RESULTS.value()) / self.events.len().max(1) as f64;
         let pairs = self.pairs;
         let compared = |Counted {
                             event,
@@ -315,7 +313,7 @@ impl Tally {
                             paired,
                             only: [first_only_before, first_only_after],
                         }: Counted| {
-            let comparison = Comparison::of(before, after, confidence);
+            let comparison = Comparison::of(before, after, Confidence::OF_RESULTS);
             // McNemar's test detects smaller differences, but it ignores runs without a partner.
             let all_paired = pairs > 0 && pairs == before.runs().max(after.runs());
             let p_value = if all_paired { paired.p_value() } else { comparison.p_value };

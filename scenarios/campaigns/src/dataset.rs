@@ -200,15 +200,8 @@ fn parameter_cells(kind: ParameterKind, place: usize, rows: &[RunRecord]) -> Cel
             };
             Cells::Integers(values.map(integer).collect())
         }
-        ParameterKind::Number => {
-            // A list such as `[1, 2.5]` is of numbers, though TOML reads its first value as an integer.
-            let number = |value: Option<&ParameterValue>| match value {
-                Some(ParameterValue::Number(value)) => Some(*value),
-                Some(ParameterValue::Integer(value)) => Some(*value as f64),
-                _ => None,
-            };
-            Cells::Numbers(values.map(number).collect())
-        }
+        // A list such as `[1, 2.5]` is of numbers, though TOML reads its first value as an integer.
+        ParameterKind::Number => Cells::Numbers(values.map(|value| value?.number()).collect()),
         ParameterKind::Boolean => {
             let boolean = |value: Option<&ParameterValue>| {
                 if let Some(ParameterValue::Boolean(value)) = value { Some(*value) } else { None }

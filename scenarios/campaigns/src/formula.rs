@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::iter::Peekable;
+use std::vec;
 
 /// A formula, such as `drain * (distance / 0.45 + lost + 2)`.
 ///
@@ -54,7 +55,7 @@ enum Arithmetic {
     Number(f64),
     Name(String),
     Negative(Box<Self>),
-    Both(Box<Self>, char, Box<Self>),
+    Both(Box<Self>, &'static str, Box<Self>),
 }
 
 impl Formula {
@@ -66,11 +67,11 @@ impl Formula {
         if text.len() > LONGEST {
             return Err(FormulaError::TooLong(LONGEST));
         }
-        let mut parser = Parser { lexemes: lexemes(text)?.into_iter().peekable() };
-        let root = parser.sum(0)?;
-        match parser.lexemes.next() {
+        let mut lexemes = lexemes(text)?;
+        let root = sum(&mut lexemes, 0)?;
+        match lexemes.next() {
             None => Ok(Self { text: text.to_owned(), root }),
-            Some(lexeme) => Err(FormulaError::Superfluous(lexeme.to_string())),
+            Some(lexeme) => Err(FormulaError::Superfluous(lexeme.to_owned())),
         }
     }
 
@@ -104,10 +105,10 @@ impl Arithmetic {
             Self::Negative(node) => -node.value(of)?,
             Self::Both(left, sign, right) => {
                 let (left, right) = (left.value(of)?, right.value(of)?);
-                match sign {
-                    '+' => left + right,
-                    '-' => left - right,
-                    '*' => left * right,
+                match *sign {
+                    "+" => left + right,
+                    "-" => left - right,
+                    "*" => left * right,
                     _ => left / right,
                 }
             }
@@ -128,94 +129,73 @@ impl Arithmetic {
     }
 }
 
-/// A lexeme of a formula's text.
-#[derive(Clone, Debug, PartialEq)]
-enum Lexeme {
-    Number(f64),
-    Name(String),
-    Sign(char),
-}
-
-impl fmt::Display for Lexeme {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Number(number) => number.fmt(f),
-            Self::Name(name) => f.write_str(name),
-            Self::Sign(sign) => sign.fmt(f),
-        }
-    }
-}
-
-fn lexemes(text: &str) -> Result<Vec<Lexeme>, FormulaError> {
-    let (mut lexemes, mut rest) = (Vec::new(), text.trim_start());
-    while let Some(first) = rest.chars().next() {
-        let of_name = |letter: char| letter.is_alphanumeric() || letter == '_';
-        let of_number = |letter: char| letter.is_ascii_digit() || letter == '.';
-        let end = |part: fn(char) -> bool| rest.find(|letter| !part(letter)).unwrap_or(rest.len());
-        let (lexeme, taken) = if of_number(first) {
-            let number = &rest[..end(of_number)];
-            let parsed = number.parse().map_err(|_| FormulaError::NotANumber(number.to_owned()))?;
-            (Lexeme::Number(parsed), number.len())
-        } else if of_name(first) {
-            let name = &rest[..end(of_name)];
-            (Lexeme::Name(name.to_owned()), name.len())
-        } else if "+-*/()".contains(first) {
-            (Lexeme::Sign(first), 1)
-        } else {
-            return Err(FormulaError::Meaningless(first));
-        };
-        lexemes.push(lexeme);
-        rest = rest[taken..].trim_start();
-    }
-    Ok(lexemes)
-}
-
 /// The greatest length of a formula, in bytes.
 const LONGEST: usize = 1000;
 /// The greatest nesting depth of parentheses.
 const DEEPEST: usize = 100;
 
-struct Parser<I: Iterator<Item = Lexeme>> {
-    lexemes: Peekable<I>,
+/// The lexemes that are still to be parsed: numbers, names and signs, as written.
+type Lexemes<'t> = Peekable<vec::IntoIter<&'t str>>;
+
+fn is_of_number(letter: char) -> bool {
+    letter.is_ascii_digit() || letter == '.'
 }
 
-impl<I: Iterator<Item = Lexeme>> Parser<I> {
-    fn sum(&mut self, depth: usize) -> Result<Arithmetic, FormulaError> {
-        self.chain(['+', '-'], |parser| parser.product(depth))
-    }
+fn is_of_name(letter: char) -> bool {
+    letter.is_alphanumeric() || letter == '_'
+}
 
-    fn product(&mut self, depth: usize) -> Result<Arithmetic, FormulaError> {
-        self.chain(['*', '/'], |parser| parser.single(depth))
+fn lexemes(text: &str) -> Result<Lexemes<'_>, FormulaError> {
+    let (mut lexemes, mut rest) = (Vec::new(), text.trim_start());
+    while let Some(first) = rest.chars().next() {
+        let end = |part: fn(char) -> bool| rest.find(|letter| !part(letter)).unwrap_or(rest.len());
+        let length = match first {
+            _ if is_of_number(first) => end(is_of_number),
+            _ if is_of_name(first) => end(is_of_name),
+            '+' | '-' | '*' | '/' | '(' | ')' => 1,
+            _ => return Err(FormulaError::Meaningless(first)),
+        };
+        lexemes.push(&rest[..length]);
+        rest = rest[length..].trim_start();
     }
+    Ok(lexemes.into_iter().peekable())
+}
 
-    /// Parses operands with operators of one kind between them, from left to right.
-    fn chain(
-        &mut self,
-        signs: [char; 2],
-        part: impl Fn(&mut Self) -> Result<Arithmetic, FormulaError>,
-    ) -> Result<Arithmetic, FormulaError> {
-        let mut left = part(self)?;
-        let is_sign = |lexeme: &Lexeme| matches!(lexeme, Lexeme::Sign(sign) if signs.contains(sign));
-        while let Some(Lexeme::Sign(sign)) = self.lexemes.next_if(is_sign) {
-            left = Arithmetic::Both(Box::new(left), sign, Box::new(part(self)?));
+fn sum(lexemes: &mut Lexemes<'_>, depth: usize) -> Result<Arithmetic, FormulaError> {
+    chain(lexemes, ["+", "-"], |lexemes| product(lexemes, depth))
+}
+
+fn product(lexemes: &mut Lexemes<'_>, depth: usize) -> Result<Arithmetic, FormulaError> {
+    chain(lexemes, ["*", "/"], |lexemes| single(lexemes, depth))
+}
+
+/// Parses operands with operators of one kind between them, from left to right.
+fn chain(
+    lexemes: &mut Lexemes<'_>,
+    signs: [&'static str; 2],
+    part: impl Fn(&mut Lexemes<'_>) -> Result<Arithmetic, FormulaError>,
+) -> Result<Arithmetic, FormulaError> {
+    let mut left = part(lexemes)?;
+    while let Some(sign) = signs.into_iter().find(|sign| lexemes.next_if_eq(sign).is_some()) {
+        left = Arithmetic::Both(Box::new(left), sign, Box::new(part(lexemes)?));
+    }
+    Ok(left)
+}
+
+fn single(lexemes: &mut Lexemes<'_>, depth: usize) -> Result<Arithmetic, FormulaError> {
+    match lexemes.next() {
+        _ if depth > DEEPEST => Err(FormulaError::TooDeep),
+        Some("-") => Ok(Arithmetic::Negative(Box::new(single(lexemes, depth + 1)?))),
+        Some("(") => {
+            let inside = sum(lexemes, depth + 1)?;
+            if lexemes.next() == Some(")") { Ok(inside) } else { Err(FormulaError::Unclosed) }
         }
-        Ok(left)
-    }
-
-    fn single(&mut self, depth: usize) -> Result<Arithmetic, FormulaError> {
-        match self.lexemes.next() {
-            _ if depth > DEEPEST => Err(FormulaError::TooDeep),
-            Some(Lexeme::Number(number)) => Ok(Arithmetic::Number(number)),
-            Some(Lexeme::Name(name)) => Ok(Arithmetic::Name(name)),
-            Some(Lexeme::Sign('-')) => Ok(Arithmetic::Negative(Box::new(self.single(depth + 1)?))),
-            Some(Lexeme::Sign('(')) => {
-                let inside = self.sum(depth + 1)?;
-                let closes = self.lexemes.next() == Some(Lexeme::Sign(')'));
-                if closes { Ok(inside) } else { Err(FormulaError::Unclosed) }
-            }
-            Some(lexeme) => Err(FormulaError::Misplaced(lexeme.to_string())),
-            None => Err(FormulaError::Unfinished),
+        Some(number) if number.starts_with(is_of_number) => {
+            number.parse().map(Arithmetic::Number).map_err(|_| FormulaError::NotANumber(number.to_owned()))
         }
+        Some(name) if name.starts_with(is_of_name) => Ok(Arithmetic::Name(name.to_owned())),
+        Some(sign) => Err(FormulaError::Misplaced(sign.to_owned())),
+        None => Err(FormulaError::Unfinished),
     }
 }
 

@@ -23,7 +23,6 @@ use super::Measure;
 use super::journal::{Layout, ParameterLayout};
 use super::statistics::{Confidence, Count, Interval};
 use super::summary::{Estimate, Share, Summary};
-use crate::Error;
 
 use axis::Axis;
 pub(super) use passes::survey;
@@ -31,20 +30,14 @@ use plot::written;
 pub(super) use survey::Survey;
 use survey::{Pair, ParameterSurvey};
 
-/// The confidence of the intervals in charts.
-const CONFIDENCE: f64 = 0.95;
 /// The maximum number of heat maps.
 const MOST_MAPS: usize = 12;
 /// The number of bars in a histogram.
 const BARS: usize = 24;
 
 /// The page of a campaign.
-///
-/// # Errors
-/// None in practice: the charts would need an invalid confidence.
-pub(super) fn page(summary: &Summary, layout: &Layout, survey: &Survey) -> Result<String, Error> {
-    let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
-    let page = Page { summary, layout, survey, confidence };
+pub(super) fn page(summary: &Summary, layout: &Layout, survey: &Survey) -> String {
+    let page = Page { summary, layout, survey };
     let main = html! {
         (page.head())
         (page.rates())
@@ -58,7 +51,7 @@ pub(super) fn page(summary: &Summary, layout: &Layout, survey: &Survey) -> Resul
         (page.all_runs())
         (page.data())
     };
-    Ok(document(&format!("{} · {} runs", summary.campaign, survey.runs), &main))
+    document(&format!("{} · {} runs", summary.campaign, survey.runs), &main)
 }
 
 /// The data for the sections of the page.
@@ -66,7 +59,6 @@ struct Page<'p> {
     summary: &'p Summary,
     layout: &'p Layout,
     survey: &'p Survey,
-    confidence: Confidence,
 }
 
 /// Charts side by side below a text that applies to all of them; empty without charts.
@@ -225,7 +217,7 @@ impl Page<'_> {
             let counts: Vec<_> = parameter.rates.iter().map(|counts| counts[target]).collect();
             match axis {
                 // Names have no order and need room, so a table shows them better than a chart.
-                Axis::Classes(values) if values.iter().any(|value| axis::number(value).is_none()) => html! {
+                Axis::Classes(values) if values.iter().any(|value| value.number().is_none()) => html! {
                     div.panel {
                         h3 { (event) }
                         table {
@@ -234,7 +226,7 @@ impl Page<'_> {
                                 @for (value, count) in values.iter().zip(&counts) {
                                     (row(written(value), [
                                         format!("{} of {}", count.happened(), count.runs()),
-                                        interval(count.interval(self.confidence)),
+                                        interval(count.interval(Confidence::OF_RESULTS)),
                                     ]))
                                 }
                             }
@@ -245,7 +237,7 @@ impl Page<'_> {
                 _ if is_thin(&counts) => Markup::default(),
                 _ => {
                     let label = format!("Rate of {event} against {}", title(layout));
-                    let draw = |size| charts::rates(axis, &counts, title(layout), self.confidence, size);
+                    let draw = |size| charts::rates(axis, &counts, title(layout), size);
                     chart(&event, &figure(&label, draw), None)
                 }
             }

@@ -18,8 +18,6 @@ use crate::Error;
 
 /// How many runs of each kind the summary lists.
 const NAMED: usize = 10;
-/// The confidence of the summary's intervals.
-const CONFIDENCE: f64 = 0.95;
 
 /// Makes dataset, summary and page from a journal with all runs of a campaign.
 ///
@@ -40,8 +38,8 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
     }
     let dataset = dataset.finish().map_err(failed)?;
     let survey = page::survey(&layout, || journal.reader())?;
-    let summary = tally.summary(&layout, goal, &survey)?;
-    let page = page::page(&summary, &layout, &survey)?;
+    let summary = tally.summary(&layout, goal, &survey);
+    let page = page::page(&summary, &layout, &survey);
     let text = serde_json::to_string_pretty(&summary).expect("a summary is always JSON") + "\n";
     let staging = Staging::begin(folder)?;
     staging.write(SUMMARY, text)?;
@@ -236,15 +234,14 @@ impl Tally {
         }
     }
 
-    fn summary(self, layout: &Layout, goal: Option<GoalReport>, survey: &Survey) -> Result<Summary, Error> {
-        let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
+    fn summary(self, layout: &Layout, goal: Option<GoalReport>, survey: &Survey) -> Summary {
         // These intervals assume a number of runs that was fixed in advance. After a goal, the interval that allows for
         // stopping is in `goal`.
         let estimate = |of: &str, count: Count| Estimate {
             of: of.to_owned(),
             count,
             rate: count.rate(),
-            interval: count.interval(confidence),
+            interval: count.interval(Confidence::OF_RESULTS),
             violations: None,
             inconclusive: None,
             inconclusive_rate: None,
@@ -259,7 +256,7 @@ impl Tally {
                 violations: Some(Frequency::of(self.violations[index], count.runs(), hours)),
                 inconclusive: Some(open.happened()),
                 inconclusive_rate: open.rate(),
-                inconclusive_interval: Some(open.interval(confidence)),
+                inconclusive_interval: Some(open.interval(Confidence::OF_RESULTS)),
                 vacuous: Some(self.vacuous[index]),
                 ..estimate(name, count)
             }
@@ -271,7 +268,7 @@ impl Tally {
         let mut unmet: Vec<Unmet> = self.unmet.into_iter().map(|(expected, runs)| Unmet { expected, runs }).collect();
         unmet.sort_by_key(|unmet| std::cmp::Reverse(unmet.runs));
         let properties = layout.properties.iter().enumerate().map(of_property).collect();
-        Ok(Summary {
+        Summary {
             campaign: layout.campaign.clone(),
             again: layout.again(),
             scenario: layout.scenario.clone(),
@@ -289,6 +286,6 @@ impl Tally {
             instructive: named(survey.instructive_in_words()),
             failures: named(self.failures),
             unexpected: named(self.unexpected),
-        })
+        }
     }
 }

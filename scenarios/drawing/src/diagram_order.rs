@@ -14,18 +14,15 @@ pub(super) fn in_row(diagram: &Diagram) -> Vec<usize> {
 fn breadth_first(diagram: &Diagram) -> Vec<usize> {
     let count = diagram.locations.len();
     let mut order: Vec<usize> = Vec::with_capacity(count);
-    let mut seen = vec![false; count];
     for root in [diagram.initial].into_iter().filter(|&root| root < count).chain(0..count) {
-        if seen[root] {
+        if order.contains(&root) {
             continue;
         }
-        seen[root] = true;
         let mut next = order.len();
         order.push(root);
         while let Some(&location) = order.get(next) {
             for transition in diagram.transitions.iter().filter(|transition| transition.from == location) {
-                if transition.to < count && !seen[transition.to] {
-                    seen[transition.to] = true;
+                if transition.to < count && !order.contains(&transition.to) {
                     order.push(transition.to);
                 }
             }

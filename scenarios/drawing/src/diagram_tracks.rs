@@ -77,11 +77,7 @@ impl<'a> Tracks<'a> {
     /// How far everything on this side extends from the middle of the row, in pixels.
     pub(super) fn extent(&self, side: RowSide) -> f64 {
         let tracks = self.arcs.iter().filter(|arc| arc.side == side).map(|arc| arc.track + 1).max().unwrap_or(0);
-        let base = match side {
-            RowSide::Above => self.above_row,
-            RowSide::Below => self.measures.radius,
-        };
-        base + 3.0 + (0..tracks).map(|track| self.track_height(side, track)).sum::<f64>()
+        self.base(side) + 3.0 + (0..tracks).map(|track| self.track_height(side, track)).sum::<f64>()
     }
 
     /// The arrows, with the middle of the row at height `y`.
@@ -109,13 +105,17 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// Distance from the middle of the row to the line of a track.
-    fn level(&self, side: RowSide, track: usize) -> f64 {
-        let base = match side {
+    /// How far the row itself extends from its middle.
+    fn base(&self, side: RowSide) -> f64 {
+        match side {
             RowSide::Above => self.above_row,
             RowSide::Below => self.measures.radius,
-        };
-        base + (0..track).map(|inner| self.track_height(side, inner)).sum::<f64>() + self.measures.rise
+        }
+    }
+
+    /// Distance from the middle of the row to the line of a track.
+    fn level(&self, side: RowSide, track: usize) -> f64 {
+        self.base(side) + (0..track).map(|inner| self.track_height(side, inner)).sum::<f64>() + self.measures.rise
     }
 
     /// The room for a track: the distance to its line, and its labels.

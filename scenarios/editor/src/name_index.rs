@@ -68,13 +68,12 @@ impl NameIndex {
             Some((path, kind, disk.read_text(path).ok()?))
         };
         let files: Vec<(&Path, FileKind, String)> = files.into_iter().filter_map(read).collect();
-        let mut found = Collector { found: BTreeSet::new() };
+        let mut found = Collector::default();
         for (path, kind, text) in &files {
             found.definitions(path, *kind, text);
         }
-        let defined: BTreeSet<(NameKind, String)> =
-            found.found.iter().map(|mention| (mention.kind, mention.name.clone())).collect();
-        let defined = Defined { names: &defined };
+        let names = found.found.iter().map(|mention| (mention.kind, mention.name.clone()));
+        let defined = Defined { names: names.collect() };
         for (path, kind, text) in &files {
             found.uses(path, *kind, text, disk, &defined);
         }
@@ -113,11 +112,11 @@ impl NameIndex {
 }
 
 /// The names that any of the files defines.
-struct Defined<'d> {
-    names: &'d BTreeSet<(NameKind, String)>,
+struct Defined {
+    names: BTreeSet<(NameKind, String)>,
 }
 
-impl Defined<'_> {
+impl Defined {
     fn has(&self, kind: NameKind, name: &str) -> bool {
         self.names.contains(&(kind, name.to_owned()))
     }
@@ -129,6 +128,7 @@ impl Defined<'_> {
     }
 }
 
+#[derive(Default)]
 struct Collector {
     found: BTreeSet<Mention>,
 }
@@ -136,18 +136,10 @@ struct Collector {
 impl Collector {
     fn add(&mut self, path: &Path, kind: NameKind, name: &str, range: Range<usize>, is_definition: bool) {
         let Range { start, end } = range;
-        let (path, name) = (path.to_owned(), name.to_owned());
-        if is_definition
-            || !self.found.contains(&Mention {
-                path: path.clone(),
-                start,
-                end,
-                kind,
-                name: name.clone(),
-                is_definition: true,
-            })
-        {
-            self.found.insert(Mention { path, start, end, kind, name, is_definition });
+        let definition =
+            Mention { path: path.to_owned(), start, end, kind, name: name.to_owned(), is_definition: true };
+        if is_definition || !self.found.contains(&definition) {
+            self.found.insert(Mention { is_definition, ..definition });
         }
     }
 
@@ -187,7 +179,7 @@ impl Collector {
         }
     }
 
-    fn uses(&mut self, path: &Path, kind: FileKind, text: &str, disk: &Disk, defined: &Defined<'_>) {
+    fn uses(&mut self, path: &Path, kind: FileKind, text: &str, disk: &Disk, defined: &Defined) {
         match kind {
             FileKind::Tree => {
                 self.of_tree(path, text, false);
@@ -217,7 +209,7 @@ impl Collector {
     }
 
     /// The names in a string of a TOML file.
-    fn in_text(&mut self, path: &Path, text: &Text, disk: &Disk, defined: &Defined<'_>) {
+    fn in_text(&mut self, path: &Path, text: &Text, disk: &Disk, defined: &Defined) {
         let value = text.value.as_str();
         if let Some(kind) = defined.kind_of(value) {
             self.add(path, kind, value, text.range.clone(), false);
@@ -276,7 +268,7 @@ impl Collector {
         }
     }
 
-    fn places_in_tree(&mut self, path: &Path, text: &str, defined: &Defined<'_>) {
+    fn places_in_tree(&mut self, path: &Path, text: &str, defined: &Defined) {
         let Some(document) = parsed(text) else { return };
         for attribute in document.descendants().flat_map(|node| node.attributes()) {
             if !["ID", "name"].contains(&attribute.name()) && defined.has(NameKind::Place, attribute.value()) {
@@ -286,7 +278,7 @@ impl Collector {
     }
 
     /// The names of a machine's file: those that it defines or, once all are known, those that it uses.
-    fn of_machine(&mut self, path: &Path, text: &str, defined: Option<&Defined<'_>>) {
+    fn of_machine(&mut self, path: &Path, text: &str, defined: Option<&Defined>) {
         let Some(document) = parsed(text) else { return };
         for node in document.descendants().filter(Node::is_element) {
             for attribute in node.attributes() {
@@ -334,7 +326,7 @@ impl Collector {
         }
     }
 
-    fn in_properties(&mut self, path: &Path, text: &str, defined: &Defined<'_>) {
+    fn in_properties(&mut self, path: &Path, text: &str, defined: &Defined) {
         for item in parse_file(text).file.items {
             let Item::Property(property) = item else { continue };
             property.constraint.events(&mut |event| {

@@ -243,16 +243,7 @@ fn collect_properties(key: &Key, path: &str, takes: &Value, found: &mut Vec<Key>
         let (takes, needs) = (takes.clone(), key.needs.clone());
         match found.iter_mut().find(|known| known.path == path) {
             Some(known) => known.takes = json!({ "anyOf": [known.takes.take(), takes] }),
-            None => found.push(Key {
-                path,
-                takes,
-                about,
-                needs,
-                required: false,
-                refers_to: None,
-                named_after: None,
-                value: None,
-            }),
+            None => found.push(Key { about, needs, ..Key::new(path, takes) }),
         }
     }
 }

@@ -32,7 +32,7 @@ mod words;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use diagnostics::Staging;
+use diagnostics::{Staging, counted};
 use drawing::{Renderer, Scene};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
@@ -214,7 +214,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
             p.quiet {
                 @if !recorded { "seed " (report.seed) " · " }
                 (words::time(view.time())) (if recorded { " recorded" } else { " simulated" })
-                @if view.header().knows_ticks() { " · " (words::count(report.ticks, "tick")) }
+                @if view.header().knows_ticks() { " · " (counted(report.ticks, "tick")) }
             }
             @for said in report.lost.iter().chain(&report.remarks) { p { (text(&words::sentence(said))) } }
             nav { @for (id, words) in links.into_iter().filter(|(id, _)| is_there(*id)) { a href={ "#" (id) } { (words) } } }

@@ -82,23 +82,16 @@ fn of_case(case: &Case, suite: &str) -> String {
     let Case { group, name, .. } = case;
     let place = case.place.as_ref().map_or_else(String::new, place);
     let head = format!("    <testcase classname=\"{suite}.{group}\" name=\"{}\"{place}", attribute(name));
-    match &case.result {
-        CaseResult::Passed => format!("{head}/>\n"),
-        CaseResult::Skipped(why) => {
-            format!("{head}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", attribute(why))
-        }
-        CaseResult::Error(reason) => {
-            format!("{head}>\n      <error message=\"{}\"/>\n    </testcase>\n", attribute(reason))
-        }
-        CaseResult::Failed { message, details } if details.is_empty() => {
-            format!("{head}>\n      <failure message=\"{}\"/>\n    </testcase>\n", attribute(message))
-        }
-        CaseResult::Failed { message, details } => format!(
-            "{head}>\n      <failure message=\"{}\">{}</failure>\n    </testcase>\n",
-            attribute(message),
-            details.lines().map(text).collect::<Vec<_>>().join("\n")
-        ),
-    }
+    let (element, message, details) = match &case.result {
+        CaseResult::Passed => return format!("{head}/>\n"),
+        CaseResult::Skipped(why) => ("skipped", why, ""),
+        CaseResult::Error(reason) => ("error", reason, ""),
+        CaseResult::Failed { message, details } => ("failure", message, details.as_str()),
+    };
+    let message = attribute(message);
+    let lines: Vec<_> = details.lines().map(text).collect();
+    let end = if details.is_empty() { "/>".to_owned() } else { format!(">{}</{element}>", lines.join("\n")) };
+    format!("{head}>\n      <{element} message=\"{message}\"{end}\n    </testcase>\n")
 }
 
 /// The attributes for the place of a case in a file on disk.

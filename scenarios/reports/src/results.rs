@@ -244,9 +244,7 @@ impl Case {
             place: places.properties.get(&monitor.name).cloned(),
             trail: monitor.witness.as_ref().and_then(trail).unwrap_or_default(),
             story: monitor.story.clone(),
-            page: None,
-            picture: None,
-            is_repeated: false,
+            ..Self::default()
         }
     }
 

@@ -5,7 +5,6 @@
 //! the estimates, and [`starts`] tries many beginnings. [`fit`] checks whether a map shows the place where a log was
 //! recorded.
 
-pub mod drive;
 pub mod fit;
 mod score;
 pub mod starts;

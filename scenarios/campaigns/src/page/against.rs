@@ -5,7 +5,7 @@ use drawing::scale::Scale;
 use super::super::journal::{Layout, ModelLayout};
 use super::super::statistics::Count;
 use super::super::{Formula, RunRecord};
-use super::axis::{Extent, number};
+use super::axis::Extent;
 use super::histogram::Histogram;
 use super::target::Target;
 
@@ -81,7 +81,7 @@ impl ModelSurvey {
             self.extent.add(quantity);
         }
         for input in &mut self.inputs {
-            number(&record.values[input.place]).into_iter().for_each(|value| input.extent.add(value));
+            record.values[input.place].number().into_iter().for_each(|value| input.extent.add(value));
         }
     }
 
@@ -104,7 +104,7 @@ impl ModelSurvey {
 
     pub(super) fn quantity(&self, record: &RunRecord) -> Option<f64> {
         let place = |name: &str| self.inputs.iter().find(|input| input.name == name).map(|input| input.place);
-        self.formula.value(&|name| number(record.values.get(place(name)?)?))
+        self.formula.value(&|name| record.values.get(place(name)?)?.number())
     }
 
     /// The second pass: counts a run.
@@ -117,11 +117,11 @@ impl ModelSurvey {
         } else {
             self.greatest_not = Some(self.greatest_not.map_or(quantity, |greatest| greatest.max(quantity)));
         }
-        let bin = |input: &Input| number(&record.values[input.place]).map(|value| input.scale.bin(value));
+        let bin = |input: &Input| record.values[input.place].number().map(|value| input.scale.bin(value));
         if let [Some(x), Some(y)] = [self.inputs.first().and_then(bin), self.inputs.get(1).and_then(bin)] {
             let slices = self.slices.len();
             let slice = self.inputs.get(2).and_then(|input| {
-                number(&record.values[input.place]).map(|value| input.scale.with_bins(slices.max(1)).bin(value))
+                record.values[input.place].number().map(|value| input.scale.with_bins(slices.max(1)).bin(value))
             });
             if let Some(cells) = self.slices.get_mut(slice.unwrap_or(0)) {
                 cells[x][y].push(happened);

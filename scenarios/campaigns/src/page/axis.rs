@@ -32,18 +32,9 @@ impl Axis {
     /// The bin of a value, if it has one.
     pub(super) fn bin(&self, value: &ParameterValue) -> Option<usize> {
         match self {
-            Self::Scale(scale) => number(value).map(|number| scale.bin(number)),
+            Self::Scale(scale) => value.number().map(|number| scale.bin(number)),
             Self::Classes(values) => values.iter().position(|known| known == value),
         }
-    }
-}
-
-/// A parameter's value as a number, if it is one.
-pub(super) fn number(value: &ParameterValue) -> Option<f64> {
-    match value {
-        ParameterValue::Integer(integer) => Some(*integer as f64),
-        ParameterValue::Number(number) => Some(*number),
-        ParameterValue::Boolean(_) | ParameterValue::Text(_) => None,
     }
 }
 
@@ -72,17 +63,15 @@ pub(super) struct Taken {
     extent: Extent,
     /// The different values, until there are too many.
     classes: Vec<ParameterValue>,
-    only_numbers: bool,
-    runs: u64,
+    /// Whether one of them is no number.
+    has_others: bool,
 }
 
 impl Taken {
     pub(super) fn add(&mut self, value: &ParameterValue) {
-        let number = number(value);
-        self.only_numbers = number.is_some() && (self.runs == 0 || self.only_numbers);
-        self.runs += 1;
-        if let Some(number) = number {
-            self.extent.add(number);
+        match value.number() {
+            Some(number) => self.extent.add(number),
+            None => self.has_others = true,
         }
         if self.classes.len() <= MOST_CLASSES && !self.classes.contains(value) {
             self.classes.push(value.clone());
@@ -91,14 +80,14 @@ impl Taken {
 
     /// The axis, with this many bins if it has to be divided; none if there are too many different values.
     pub(super) fn axis(mut self, parameter: &ParameterLayout, bins: usize) -> Option<Axis> {
-        if self.only_numbers && self.classes.len() > FEW_NUMBERS {
+        if !self.has_others && self.classes.len() > FEW_NUMBERS {
             return self.extent.range().map(|range| Axis::Scale(Scale::new(range, parameter.logarithmic, bins)));
         }
         if self.classes.is_empty() || self.classes.len() > MOST_CLASSES {
             return None;
         }
-        if self.only_numbers {
-            self.classes.sort_by(|a, b| number(a).unwrap_or(0.0).total_cmp(&number(b).unwrap_or(0.0)));
+        if !self.has_others {
+            self.classes.sort_by(|a, b| a.number().unwrap_or(0.0).total_cmp(&b.number().unwrap_or(0.0)));
         }
         Some(Axis::Classes(self.classes))
     }

@@ -17,15 +17,15 @@ use super::plot::{Plot, Size};
 const ROOM_FOR_A_NUMBER: f64 = 19.0;
 
 /// Rates along an axis: one point per bin, with its interval.
-pub(super) fn rates(axis: &Axis, counts: &[Count], title: &str, confidence: Confidence, layout: Layout) -> Drawing {
+pub(super) fn rates(axis: &Axis, counts: &[Count], title: &str, layout: Layout) -> Drawing {
     let mut plot = Plot::new(Size::Half, layout, 0.5);
     plot.rate_axis();
-    points(&mut plot, axis, counts, confidence);
+    points(&mut plot, axis, counts);
     plot.x_axis(axis, title);
     plot.finish()
 }
 
-fn points(plot: &mut Plot, axis: &Axis, counts: &[Count], confidence: Confidence) {
+fn points(plot: &mut Plot, axis: &Axis, counts: &[Count]) {
     let bins = counts.len() as f64;
     let middle = |bin: usize| (bin as f64 + 0.5) / bins;
     let with_rate = || counts.iter().enumerate().filter_map(|(bin, count)| Some((bin, *count, count.rate()?)));
@@ -34,7 +34,7 @@ fn points(plot: &mut Plot, axis: &Axis, counts: &[Count], confidence: Confidence
         plot.canvas.path(&line, Paint::stroke(theme::LASER, 1.2).stroke_opacity(0.5));
     }
     for (bin, count, rate) in with_rate() {
-        let interval = count.interval(confidence);
+        let interval = count.interval(Confidence::OF_RESULTS);
         let (low, high) = (plot.at(middle(bin), interval.low), plot.at(middle(bin), interval.high));
         plot.canvas.line(low, high, Paint::stroke(theme::LASER, 3.0).stroke_opacity(0.35));
         plot.canvas.circle(plot.at(middle(bin), rate), 3.2, Paint::fill(theme::LASER));
@@ -116,7 +116,7 @@ fn halves(plot: &mut Plot, cells: &[Vec<Count>]) {
 }
 
 /// Rates along the model's quantity, with the model's bound and the frontier.
-pub(super) fn quantity(model: &ModelSurvey, confidence: Confidence, layout: Layout) -> Drawing {
+pub(super) fn quantity(model: &ModelSurvey, layout: Layout) -> Drawing {
     // A rate of one or two runs says nothing.
     let runs: u64 = model.quantities.iter().map(Histogram::total).sum();
     let bins = [48, 24, 12].into_iter().find(|bins| bins * 8 <= runs).unwrap_or(6);
@@ -130,7 +130,7 @@ pub(super) fn quantity(model: &ModelSurvey, confidence: Confidence, layout: Layo
     let mut plot = Plot::new(Size::Full, layout, 0.3);
     plot.rate_axis();
     let scale = held.scale;
-    points(&mut plot, &Axis::Scale(scale), &counts, confidence);
+    points(&mut plot, &Axis::Scale(scale), &counts);
     let bound = model.layout.bound;
     let model_line = Paint::stroke(theme::LASER, 2.0).dashed("7 5");
     plot.upright(scale.share(bound).clamp(0.0, 1.0), &format!("model: {}", short(bound)), model_line, 0.12);

@@ -21,7 +21,7 @@ impl Page<'_> {
                 }
                 (self.how_they_differ())
                 figure {
-                    (figure(&label, |size| charts::quantity(model, self.confidence, size)))
+                    (figure(&label, |size| charts::quantity(model, size)))
                     figcaption {
                         "How often “" (event) "” happens in each part of the quantity's range, with its 95\u{a0}% interval. \
                          Dashed: the model’s bound. Solid: the bound that fits the runs best."

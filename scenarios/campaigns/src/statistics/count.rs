@@ -12,6 +12,9 @@ use super::{StatisticsError, beta};
 pub struct Confidence(f64);
 
 impl Confidence {
+    /// 95 %: the confidence of the intervals in all results.
+    pub const OF_RESULTS: Self = Self(0.95);
+
     /// A confidence, such as 0.95.
     ///
     /// # Errors

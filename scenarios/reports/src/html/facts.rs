@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use bt::{Outcome, Status};
+use diagnostics::counted;
 use maud::{Markup, html};
 use recording::RunView;
 
@@ -129,7 +130,7 @@ pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
     // The beginning and the end explain a run better than what a robot repeats in between.
     if lines.len() > MOST_STAGES {
         let hidden = lines.len() - MOST_STAGES;
-        let note = row(format!("… {}", words::count(hidden, "more stage")), [""; 3].into_iter().take(columns));
+        let note = row(format!("… {}", counted(hidden, "more stage")), [""; 3].into_iter().take(columns));
         lines.splice(FIRST_STAGES..FIRST_STAGES + hidden, [note]);
     }
     let head = ["running leaf", "from", "for", "driven"].into_iter().take(1 + columns);

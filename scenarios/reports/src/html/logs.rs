@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use diagnostics::counted;
 use maud::{Markup, html};
 use recording::ShownVerdict;
 
+use super::document;
 use super::markup::{section, table};
-use super::{document, words};
 
 /// A log on the page.
 #[derive(Clone, Debug, Default)]
@@ -53,7 +54,7 @@ pub fn logs(rows: &[LogRow], days: &[Day]) -> String {
     let main = html! {
         header.head {
             p.over { (title) }
-            h1 { (words::count(rows.len(), "log")) }
+            h1 { (counted(rows.len(), "log")) }
         }
         (section("logs", "What they say", html! { div.panel { (table("matrix", columns, &lines)) } }))
         @if !days.is_empty() { (section("days", "Day by day", day_by_day(days, &properties))) }

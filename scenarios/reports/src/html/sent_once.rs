@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Message, Topology, Value};
+use diagnostics::counted;
 
 use super::evidence::Seen;
-use super::words;
 
 /// More messages than this are only counted.
 const MOST: usize = 6;
@@ -20,7 +20,7 @@ pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topol
     let sent = |seen: &Seen| format!("{} told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
     let mut all: Vec<String> = once.iter().take(MOST).map(sent).collect();
     if once.len() > MOST {
-        all.push(words::count(once.len() - MOST, "more message"));
+        all.push(counted(once.len() - MOST, "more message"));
     }
     (!all.is_empty())
         .then(|| format!("These messages were sent only once in that time, in this order: {}.", all.join("; ")))

@@ -1,11 +1,11 @@
 //! The tree with the last answer of each node, as an outline that one unfolds: browsers search folded text, too.
 
+use diagnostics::counted;
 use drawing::{Family, NodeStatus, TreeNode};
 use maud::{Markup, html};
 use recording::RunView;
 
 use super::markup::text;
-use super::words;
 use crate::pictures;
 
 /// Browsers do not nest elements without end.
@@ -23,7 +23,7 @@ pub(super) fn outline(view: &RunView) -> Markup {
     html! {
         @if is_known(view) {
             details.tree {
-                summary { "The tree at the end: " (words::count(nodes.len(), "node")) }
+                summary { "The tree at the end: " (counted(nodes.len(), "node")) }
                 (Outline { nodes: &nodes, children, open: open(&nodes, view), view }.branch(0, 0))
             }
         }

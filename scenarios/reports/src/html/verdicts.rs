@@ -1,5 +1,6 @@
 //! The requirements and their results.
 
+use diagnostics::counted;
 use drawing::Verdict;
 use maud::{Markup, html};
 use monitors::{EventTime, Outcome};
@@ -186,7 +187,7 @@ fn not_violated(monitor: &MonitorView<'_>, view: &RunView, verdict: Outcome) -> 
                     "It was satisfied for good at " (words::tick_and_time(knows_ticks, &EventTime::of(event))) "."
                 }
             }
-            _ if knows_ticks => { "It held throughout the run, over " (words::count(view.ticks(), "tick")) "." }
+            _ if knows_ticks => { "It held throughout the run, over " (counted(view.ticks(), "tick")) "." }
             _ => "It held throughout the run.",
         }
         @if let Certainty::Unsure(why) | Certainty::Groundless(why) = certainty { " " (text(&format!("{why}."))) }

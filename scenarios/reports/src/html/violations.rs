@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
+use diagnostics::counted;
 use drawing::canvas::Canvas;
 use maps::Point;
 use maud::{Markup, html};
@@ -211,7 +212,7 @@ fn again_sentence(violations: Violations) -> Option<String> {
     let again = violations.first.iter().skip(1).map(|violation| words::time(violation.from.time));
     let times: Vec<String> = again.take(MOST).collect();
     let more = violations.count.saturating_sub(1 + times.len() as u64);
-    let more = if more == 0 { String::new() } else { format!(", and {} more", words::count(more, "time")) };
+    let more = if more == 0 { String::new() } else { format!(", and {} more", counted(more, "time")) };
     (!times.is_empty()).then(|| format!("It was violated again at {}{more}.", words::list(&times)))
 }
 
@@ -401,7 +402,7 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
                 "But {} sent {} only {} in that time, the last of them `{}` at {}{before}.",
                 missing.from,
                 missing.to,
-                words::count(passed.len(), "other message"),
+                counted(passed.len(), "other message"),
                 last.message,
                 at(last)
             ),

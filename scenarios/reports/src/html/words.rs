@@ -42,12 +42,6 @@ pub(super) fn roughly(seconds: f64) -> String {
     format!("{} s", decimals(seconds, if seconds < 10.0 { 1 } else { 0 }))
 }
 
-/// A count with its noun: `1 tick`, `3 ticks`.
-pub(super) fn count(number: impl TryInto<u64>, noun: &str) -> String {
-    let number = number.try_into().unwrap_or(u64::MAX);
-    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
-}
-
 fn value(value: &Value) -> String {
     format!("{value:#}")
 }

@@ -8,7 +8,8 @@ use nav::{Atlas, InitialPose, Localization, LocalizationParameters};
 use rand::RngExt;
 use robot::{Reading, RobotModel, Streams};
 use sim::{DriftNoise, LaserConfig, OdometryConfig, SimConfig};
-use trials::localize::drive::{Drive, route};
+
+use crate::drive::{Drive, route};
 
 /// Distance between the true pose and the initial pose given to localization, in meters.
 const INITIAL_OFFSET_M: f64 = 0.2;
@@ -79,11 +80,11 @@ fn path(atlas: &Atlas) -> Vec<Point> {
 pub(crate) fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
     let streams = Streams::new(seed);
     let mut drive = Drive::along(path(atlas), atlas.map(), &config(), &streams).expect("the path begins on free floor");
-    let initial = offset(&drive.pose(), &streams);
+    let initial = offset(&drive.sim.truth().pose(), &streams);
     let mut localization = Localization::on(atlas, &initial, streams.stream("nav/localization"));
     let mut sums = Sums::default();
     let mut readings = Vec::new();
-    let (first, mut odometry_first, mut odometry_last) = (drive.pose(), None, Pose::identity());
+    let (first, mut odometry_first, mut odometry_last) = (drive.sim.truth().pose(), None, Pose::identity());
     while let Some(truth) = drive.step(&mut readings) {
         let mut has_scan = false;
         for reading in readings.drain(..) {
@@ -100,9 +101,10 @@ pub(crate) fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut L
     }
     // Where odometry alone would have led: its motion, beginning at the true first pose.
     let odometry = first * odometry_first.unwrap_or_default().inv_mul(&odometry_last);
-    let off = drive.pose().inv_mul(&odometry);
+    let truth = drive.sim.truth();
+    let off = truth.pose().inv_mul(&odometry);
     Accuracy {
-        driven_m: drive.driven_m(),
+        driven_m: truth.distance_m(),
         odometry_off_m: off.translation.vector.norm(),
         odometry_off_rad: heading(&off).abs(),
         updates: localization.updates(),

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
+use diagnostics::counted;
 use monitors::WORLD;
 use recording::{FaultCourse, FaultRecord, Moved};
 
 use crate::html::evidence::{Evidence, Seen};
-use crate::html::words;
 
 /// Beyond this number, ticks are summarized even if something happened at them.
 const MOST_TICKS: usize = 8;
@@ -284,11 +284,11 @@ impl Narrator<'_> {
         let messages: usize = ticks.iter().map(|tick| tick.events.len()).sum();
         let mut words = match (ticks.len(), alike, messages) {
             (.., 0) => "no message between these processes".to_owned(),
-            (1, ..) => words::count(messages, "message"),
+            (1, ..) => counted(messages, "message"),
             (count, true, _) => {
-                format!("the same {} at each of {count} ticks", words::count(first.events.len(), "message"))
+                format!("the same {} at each of {count} ticks", counted(first.events.len(), "message"))
             }
-            (count, false, _) => format!("{} at {count} ticks", words::count(messages, "message")),
+            (count, false, _) => format!("{} at {count} ticks", counted(messages, "message")),
         };
         for missing in &self.evidence.missing {
             let on = |event: &&Event| matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel);

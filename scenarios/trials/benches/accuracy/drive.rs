@@ -12,8 +12,8 @@ const AHEAD_M: f64 = 0.4;
 const TURN_ON_THE_SPOT_RAD: f64 = 0.8;
 
 /// A robot driving along a path.
-pub struct Drive {
-    sim: Simulation,
+pub(crate) struct Drive {
+    pub(crate) sim: Simulation,
     path: Vec<Point>,
     next: usize,
 }
@@ -23,7 +23,7 @@ impl Drive {
     ///
     /// # Errors
     /// [`SimError`] if the simulation cannot be set up.
-    pub fn along(
+    pub(crate) fn along(
         path: Vec<Point>,
         map: &OccupancyGrid,
         config: &SimConfig,
@@ -36,7 +36,7 @@ impl Drive {
     }
 
     /// Simulates one step and appends its readings. Returns the true pose, or none at the end of the path.
-    pub fn step(&mut self, readings: &mut Vec<Reading>) -> Option<Pose> {
+    pub(crate) fn step(&mut self, readings: &mut Vec<Reading>) -> Option<Pose> {
         let at = self.sim.truth().pose();
         let is_near = |point: &Point| (point - Point::from(at.translation.vector)).norm() < AHEAD_M;
         while self.path.get(self.next).is_some_and(is_near) {
@@ -48,24 +48,6 @@ impl Drive {
         self.sim.step();
         self.sim.read(readings);
         Some(self.sim.truth().pose())
-    }
-
-    /// The robot's model.
-    #[must_use]
-    pub fn model(&self) -> &RobotModel {
-        self.sim.model()
-    }
-
-    /// The true pose of the robot, in the `map` frame.
-    #[must_use]
-    pub fn pose(&self) -> Pose {
-        self.sim.truth().pose()
-    }
-
-    /// How far it has driven, in meters.
-    #[must_use]
-    pub fn driven_m(&self) -> f64 {
-        self.sim.truth().distance_m()
     }
 }
 
@@ -83,7 +65,7 @@ fn steered(target: &Point, model: &RobotModel) -> VelocityCommand {
 ///
 /// # Panics
 /// If the radius of the atlas's robot is invalid.
-pub fn route(atlas: &Atlas, by_way_of: &[Point]) -> Result<Vec<Point>, PlanError> {
+pub(crate) fn route(atlas: &Atlas, by_way_of: &[Point]) -> Result<Vec<Point>, PlanError> {
     let costmap = Costmap::on(atlas, CostmapParameters::of(atlas.model())).expect("a robot has a radius");
     let legs = by_way_of.windows(2).map(|leg| plan(&costmap, &leg[0], &leg[1], 0.5));
     Ok(legs.collect::<Result<Vec<_>, _>>()?.concat())
