@@ -75,7 +75,7 @@ enum CampaignCommand {
         #[command(flatten)]
         results: ResultsArgs,
     },
-    /// Says whether something happens more often in one campaign than in another
+    /// Shows whether something happens more often in one campaign than in another
     Compare {
         /// The earlier results: a folder that a campaign wrote, or merged
         before: PathBuf,
@@ -111,7 +111,7 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
     let shard = index.zip(of).and_then(|(index, of)| Shard::new(index, of));
     shard.map(Some).ok_or_else(|| {
         Error::refused(
-            "the job's environment does not say which shard to run",
+            "the job's environment does not determine which shard to run",
             "Slurm sets SLURM_ARRAY_TASK_ID, _MIN and _COUNT (number the tasks without gaps); Kubernetes sets \
              JOB_COMPLETION_INDEX, and you set JOB_COMPLETIONS; or give `--shard I/N`",
         )
@@ -198,7 +198,7 @@ fn run_part(args: &CampaignArgs, plan: &Plan, part: Shard, folder: &Path) -> Res
         bar.show(progress);
         board.iter().for_each(|board| show(progress, board));
     });
-    // Also after an error: it is reported below the bar, and the page says that nothing more comes.
+    // Also after an error: it is reported below the bar, and the page shows that nothing more comes.
     drop(bar);
     board.into_iter().for_each(Board::finish);
     ran
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scheduler_tells_which_shard_to_run() {
+    fn a_scheduler_determines_which_shard_to_run() {
         let slurm = [("SLURM_ARRAY_TASK_ID", "5"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_COUNT", "8")];
         assert_eq!(job(&slurm).unwrap(), Some(Shard { index: 4, of: 8 }));
         let kubernetes = [("JOB_COMPLETION_INDEX", "0"), ("JOB_COMPLETIONS", "3")];

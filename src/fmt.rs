@@ -32,7 +32,7 @@ pub(crate) struct FmtArgs {
     /// Writes nothing: shows the first places that would change, and exits with 1 if there are any
     #[arg(long)]
     check: bool,
-    /// The name of the file on stdin, which tells its kind [default: its contents do]
+    /// The name of the file on stdin, which shows its kind [default: its contents do]
     #[arg(long, value_name = "FILE")]
     stdin_name: Option<PathBuf>,
 }

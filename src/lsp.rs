@@ -17,9 +17,8 @@ pub(crate) struct LspArgs {
 
 /// Serves an editor until it exits.
 pub(crate) fn lsp(_: &LspArgs) -> Result<ExitCode, Error> {
-    Ok(language_server::serve().unwrap_or_else(|error| {
+    Ok(language_server::serve(|error| {
         let help = "`steward lsp` is started by an editor; the page \"Editors\" of the book shows how";
         complain(&Error::refused(format!("the editor broke off: {error}"), help));
-        ExitCode::FAILURE
     }))
 }

@@ -113,7 +113,7 @@ enum Command {
     Faults(faults::FaultsArgs),
     /// Writes an application to start from: a scenario with all its files
     Init(init::InitArgs),
-    /// Runs a scenario many times with varied values, and says how likely each violation is
+    /// Runs a scenario many times with varied values, and shows how likely each violation is
     Campaign(campaign::CampaignArgs),
     /// Shows which property detects which fault
     Matrix(matrix::MatrixArgs),
@@ -140,7 +140,7 @@ enum Command {
     Monitor(monitor::MonitorCommand),
     /// Measures navigation: trips between random places on maps, among people
     Navigate(navigate::NavigateArgs),
-    /// Localizes a recorded robot on a map and says how far off it was
+    /// Localizes a recorded robot on a map and shows how far off it was
     Localize(localize::LocalizeArgs),
     /// Makes a map from a log's corrected poses and scans
     Map(map::MapArgs),

@@ -80,7 +80,7 @@ mod tests {
     const KNOWN: &str = include_str!("../tests/overwriting/options.txt");
 
     /// The options and arguments of a command and its subcommands whose values may name files or folders, and whether
-    /// their type says that they are written.
+    /// they are written according to their type.
     fn with_files(command: &Command, path: &str, found: &mut BTreeMap<String, bool>) {
         for arg in command.get_arguments().filter(|arg| arg.get_action().takes_values()) {
             let value = arg.get_value_names().unwrap_or_default().join(" ");
@@ -112,7 +112,7 @@ mod tests {
         let unknown: Vec<_> = found.keys().filter(|name| !known.contains_key(name.as_str())).collect();
         assert!(
             unknown.is_empty(),
-            "tests/overwriting/options.txt does not say whether these read or write: {unknown:?}"
+            "tests/overwriting/options.txt does not list whether these read or write: {unknown:?}"
         );
         let gone: Vec<_> = known.keys().filter(|name| !found.contains_key(**name)).collect();
         assert!(gone.is_empty(), "there are no such options: {gone:?}");

@@ -1,7 +1,8 @@
 //! Output to stdout and stderr.
 //!
-//! Colors are for terminals: `anstream` leaves them out elsewhere, and if NO_COLOR or CLICOLOR says so. Names and texts
-//! of files may contain anything; characters that would control a terminal are made [visible] before they get here.
+//! Colors are for terminals: `anstream` leaves them out elsewhere, and if NO_COLOR or CLICOLOR requires that. Names and
+//! texts of files may contain anything; characters that would control a terminal are made [visible] before they get
+//! here.
 
 use std::io::{self, IsTerminal, Write};
 use std::ops::AddAssign;
@@ -168,7 +169,7 @@ fn show<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) {
     let theme = if stderr.is_terminal() || colored { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
     let width = width_of(&stderr).map_or(LONGEST_HELP, |width| width.min(LONGEST_HELP));
     let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_break_words(false);
-    // Nobody is left to read it.
+    // If stderr is closed, it is lost.
     let _ = anstream::stderr().write_all(rendered(&handler, diagnostics).as_bytes());
 }
 

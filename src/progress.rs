@@ -96,7 +96,7 @@ impl RunProgress {
     }
 }
 
-/// How many of many things are finished. Without a terminal, only if [`or_lines`](CountProgress::or_lines) says so.
+/// How many of many things are finished. Without a terminal, only with [`or_lines`](CountProgress::or_lines).
 #[derive(Debug)]
 pub(crate) struct CountProgress {
     things: &'static str,

@@ -46,10 +46,10 @@ pub(crate) struct ProveArgs {
     /// Changes a value of the scenario: `prove.trips.ticks=8`, `execution.tree=nodes`
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// How much memory the proof of a property may take, in MiB [default: what `[prove]` says, or 2048]
+    /// How much memory the proof of a property may take, in MiB [default: what `[prove]` sets, or 2048]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory: Option<u64>,
-    /// How many states the proof of a property may visit, over all its rounds [default: what `[prove]` says, or
+    /// How many states the proof of a property may visit, over all its rounds [default: what `[prove]` sets, or
     /// 20000000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     states: Option<u64>,
@@ -79,7 +79,7 @@ pub(crate) struct ProveArgs {
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Repeats in the simulation each run that violates a property, with levels and lost messages as faults at the
-    /// same times; says whether the property is violated there too, or what differs
+    /// same times; shows whether the property is violated there too, or what differs
     #[arg(long)]
     replay: bool,
     /// Lists the nodes, states and transitions that are reached in no run, instead of counting them
@@ -180,8 +180,8 @@ fn model_file(folder: &Path, proof: &Proof, question: &Question) -> PathBuf {
     folder.join(name.replace('/', "-"))
 }
 
-/// Two errors as one: everything that is wrong. What does not fit into one is said at once; but of files that cannot be
-/// written, only the first is named, since the others often have the same reason.
+/// Two errors as one: everything that is wrong. What does not fit into one is reported at once; but of files that
+/// cannot be written, only the first is named, since the others often have the same reason.
 fn together(first: Option<Error>, second: Error) -> Error {
     use scenarios::Error::BadInput;
     match (first, second) {

@@ -35,7 +35,7 @@ pub(crate) struct ResultsArgs {
 
 fn results_file(text: &str) -> Result<ResultsFile, &'static str> {
     ResultsFile::of_name(text)
-        .ok_or("the name says the format: it ends in .xml (JUnit), .sarif (SARIF) or .md (Markdown)")
+        .ok_or("the name determines the format: it ends in .xml (JUnit), .sarif (SARIF) or .md (Markdown)")
         .and_then(free)
 }
 
@@ -43,7 +43,7 @@ fn junit_file(text: &str) -> Result<ResultsFile, &'static str> {
     free(ResultsFile::new(PathBuf::from(text), ResultsFormat::Junit))
 }
 
-/// Refuses a file that somebody else wrote, or that cannot be written. As a part of the command line, it is refused
+/// Refuses a file that steward did not write, or that cannot be written. As a part of the command line, it is refused
 /// before anything runs.
 fn free(file: ResultsFile) -> Result<ResultsFile, &'static str> {
     let taken = "it exists and contains no results of steward; name another file, or remove it first";
@@ -59,7 +59,7 @@ impl ResultsArgs {
         self.files().next().is_some()
     }
 
-    /// Whether one of them tells the stories of violations.
+    /// Whether one of them contains the stories of violations.
     pub(crate) fn have_stories(&self) -> bool {
         self.files().any(ResultsFile::has_stories)
     }
@@ -92,7 +92,7 @@ impl ResultsArgs {
         Ok(outcome?)
     }
 
-    /// Says that there are none, because it was interrupted.
+    /// Notes that there are none, because it was interrupted.
     pub(crate) fn none_yet(&self, what: &str) {
         self.files()
             .for_each(|file| note(&format!("{} was not written: {what} was interrupted", file.path().display())));
@@ -128,7 +128,7 @@ impl ResultsArgs {
         Ok(None)
     }
 
-    /// The result of reading what the arguments name. An error is also written: it is all that there is to tell.
+    /// The result of reading what the arguments name. An error is also written: it is the only result.
     pub(crate) fn or_refused<T, E: Into<Error>>(
         &self,
         command: &'static str,
@@ -213,7 +213,7 @@ pub(crate) fn places(scenario: &Scenario) -> WrittenPlaces {
     WrittenPlaces {
         file: Some(FilePlace::whole(file)),
         properties: properties.collect(),
-        // A leaf tells more than the machine that many leaves may run.
+        // A leaf is more specific than the machine that many leaves may run.
         processes: machines.chain(leaves).chain(tree).collect(),
     }
 }

@@ -67,7 +67,7 @@ pub(crate) struct RunArgs {
 pub(crate) struct BesideArgs {
     #[command(flatten)]
     pub(crate) domain: DomainArgs,
-    /// Waits for `/clock`, and takes its time; otherwise that is so if somebody publishes it when the run begins
+    /// Waits for `/clock`, and takes its time; otherwise that is so if it is published when the run begins
     #[arg(long)]
     pub(crate) use_sim_time: bool,
     /// Gives a topic, a service or an action of a component another name, as in ROS 2; may be given more than once
@@ -192,15 +192,15 @@ fn together(
     let _ = interrupt::listen();
     let mut table = RunsTable::new(options.is_silent());
     // They have the same properties.
-    let tell = |job: &Job, warnings: &[Warnings]| {
+    let warn_once = |job: &Job, warnings: &[Warnings]| {
         if job.seed == jobs[0].seed {
             warnings.iter().for_each(|warning| warn(warning));
         }
     };
     let reports = std::thread::scope(|scope| {
-        let tell = &tell;
+        let warn_once = &warn_once;
         let run = |(job, controller): (_, BoxedController)| {
-            let warned = move |warnings: &[Warnings]| tell(job, warnings);
+            let warned = move |warnings: &[Warnings]| warn_once(job, warnings);
             scope.spawn(move || {
                 job.conduct(options, Partners::Controller(controller), &ServeGrootArgs::default(), warned, |_| {})
             })
@@ -313,13 +313,13 @@ impl Job {
             serve::check(&run.header())?;
         }
         let mut audience = serve.open()?.map(|server| (serve::audience(server), serve::real_time()));
-        let tell = |view: &RunView| {
-            if let Some((tell, wait)) = &mut audience {
-                tell(view);
+        let show = |view: &RunView| {
+            if let Some((show, wait)) = &mut audience {
+                show(view);
                 wait(view);
             }
         };
-        run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), tell, |view| {
+        run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), show, |view| {
             follow(view);
             interrupt::flow()
         })

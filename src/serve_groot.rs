@@ -14,7 +14,7 @@ use crate::output::note;
 /// Where clients of Groot2's protocol are answered.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct ServeGrootArgs {
-    /// Lets Groot2, and others who speak its protocol, see the tree while the run goes on, in real time: at a port of
+    /// Lets Groot2, and others with the same protocol, see the tree while the run goes on, in real time: at a port of
     /// this computer, or at ADDRESS:PORT, `0.0.0.0:1667`, also from others [default port: 1667]
     #[arg(long, value_name = "[ADDRESS:]PORT", num_args = 0..=1, default_missing_value = "", value_parser = address)]
     serve_groot: Option<SocketAddr>,
@@ -46,14 +46,14 @@ impl ServeGrootArgs {
             Error::refused(message, "choose another port with `--serve-groot PORT`")
         })?;
         let address = server.address();
-        let whoever = if address.ip().is_loopback() {
+        let clients = if address.ip().is_loopback() {
             "programs on this computer"
         } else {
-            "everybody who reaches this address: there is no authentication"
+            "every program that reaches this address: there is no authentication"
         };
         note(&format!(
             "Groot2 can connect to {address}; its protocol shows the tree, the statuses of its nodes and its \
-             blackboards to {whoever}. Nobody can change the run with it"
+             blackboards to {clients}. The run cannot be changed with it"
         ));
         Ok(Some(Arc::new(server)))
     }
@@ -63,7 +63,7 @@ impl ServeGrootArgs {
 pub(crate) fn check(header: &Header) -> Result<(), scenarios::Error> {
     let problem = match &header.tree_xml {
         None if header.tree.is_empty() => "there is none in this scenario".to_owned(),
-        None => "with `tree = \"nodes\"` in `[execution]`, the statuses of its nodes are not told".to_owned(),
+        None => "with `tree = \"nodes\"` in `[execution]`, the statuses of its nodes are not reported".to_owned(),
         Some(_) if u16::try_from(header.tree.len()).is_err() => {
             format!("it has {} nodes, and the protocol has numbers for {}", header.tree.len(), u16::MAX)
         }
@@ -85,12 +85,12 @@ pub(crate) fn audience(server: Arc<Server>) -> impl FnMut(&RunView) + Send + 'st
         server.advance(i64::try_from(view.time().as_micros()).unwrap_or(i64::MAX), logged_transitions(view));
         let details = view.step().details.as_deref();
         for (board, key, value) in details.map_or(&[][..], |details| &details.entries) {
-            server.write(&header.blackboards[*board], key, value.as_ref().map(told));
+            server.write(&header.blackboards[*board], key, value.as_ref().map(as_json));
         }
     }
 }
 
-fn told(value: &EntryValue) -> Value {
+fn as_json(value: &EntryValue) -> Value {
     match value {
         EntryValue::Whole(number) => (*number).into(),
         EntryValue::Real(number) => (*number).into(),

@@ -37,7 +37,7 @@ pub(crate) enum SkillCommand {
         /// The machine: an SCXML file, or the name of a shipped one; with `--scenario`, the leaf or component that runs
         /// it
         file: PathBuf,
-        /// The scenario whose machine it is, such as one that is written from what a leaf asks
+        /// The scenario whose machine it is, such as one that is written for what a leaf needs
         #[arg(long, value_name = "NAME|FILE")]
         scenario: Option<String>,
         /// An outline, a graph for Graphviz, a drawing, or the machine as it is written

@@ -78,7 +78,7 @@ pub(crate) struct WatchArgs {
     diagnostics: bool,
     #[command(flatten)]
     board: BoardArgs,
-    /// Lists what the robot tells instead, and proposes a mapping
+    /// Lists what the robot sends instead, and proposes a mapping
     #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "seconds", "out", "record", "on_violation", "black_box", "diagnostics", "live"])]
     list: bool,
     /// Prints lines of JSON instead of text, or the list as JSON
@@ -254,8 +254,8 @@ fn list(args: &WatchArgs) -> Result<ExitCode, Error> {
     let mut survey = live.survey().clone();
     survey.lost.extend(live.lost().iter().cloned());
     survey.lost.extend((unnamed > 0).then(|| match unnamed {
-        1 => "a process of the robot has not said which nodes it has".to_owned(),
-        more => format!("{more} processes of the robot have not said which nodes they have"),
+        1 => "a process of the robot has not announced its nodes".to_owned(),
+        more => format!("{more} processes of the robot have not announced their nodes"),
     }));
     let contents = contents(&survey);
     let typed = |all: &BTreeMap<String, Option<String>>| -> Value {

@@ -70,7 +70,7 @@ fn a_recorded_robot_gets_verdicts_and_a_page() {
     assert_eq!(report["monitors"][4]["tick"], told["monitors"][4]["witness"]["tick"]);
     let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
     assert!(page.contains("Check it again") && page.contains("--map-channels"), "how to check it again");
-    assert!(page.contains("What the mapping says") && page.contains("battery_state"), "the mapping");
+    assert!(page.contains("Settings of the mapping") && page.contains("battery_state"), "the mapping");
     for absent in ["seed", "Where the robot went", "What the tree", "simulated", "what the scenario expects"] {
         assert!(!page.contains(absent), "{absent}");
     }

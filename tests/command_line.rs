@@ -490,6 +490,17 @@ fn an_animation_is_a_gif_of_more_than_one_picture() {
 }
 
 #[test]
+fn a_livelocked_run_ends_with_status_2_and_keeps_its_log() {
+    let out = tempdir().unwrap();
+    let log = out.path().join("log.jsonl");
+    let record = ["--no-snapshots", "--record", log.to_str().unwrap(), "--out", out.path().to_str().unwrap()];
+    let said = refusal(&[&["--scenario", "errand", "--set", "execution.step_budget=12"], &record[..]].concat());
+    assert!(said.contains("12 transitions"), "{said}");
+    let log = std::fs::read_to_string(log).unwrap();
+    assert!(log.contains("\"generated\":\"tick\"") && log.contains("\"from\""), "{log}");
+}
+
+#[test]
 fn exit_statuses_agree_with_the_readme() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("out");

@@ -67,6 +67,29 @@ fn a_counterexample_names_files_from_its_own_folder() {
 }
 
 #[test]
+fn the_runs_of_several_proofs_are_written_and_followed() {
+    let folder = tempdir().expect("a folder");
+    // The command fails if the files do not lead to the same verdict.
+    let proofs = proved(folder.path(), &["nominal", "nav2/*"]);
+    let name = |it: &Value, key: &str| it[key].as_str().expect("a name").to_owned();
+    let mut found = Vec::new();
+    for proof in proofs.as_array().expect("a list") {
+        let all = proof["properties"].as_array().expect("properties").iter();
+        for property in all.filter(|property| property["result"] == "violated") {
+            assert_eq!(property["run"]["replayed"], true, "{property:#}");
+            found.push(name(proof, "scenario") + "/" + &name(property, "property"));
+        }
+    }
+    found.sort_unstable();
+    assert_eq!(found, ["nav2/canceled_goal/new_goal", "nav2/halted_early/stands_still", "nominal/phi2"]);
+    for run in found {
+        for file in ["counterexample.toml", "schedule.toml", "report.html"] {
+            assert!(folder.path().join(&run).join(file).is_file(), "{run}: {file}");
+        }
+    }
+}
+
+#[test]
 fn a_schedule_that_does_not_fit_is_refused_at_the_first_such_step() {
     let folder = tempdir().expect("a folder");
     proved(folder.path(), &["nominal", "--property", "phi2"]);
@@ -186,6 +209,38 @@ fn a_folder_that_cannot_be_written_gives_one_message() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("a file") && said.lines().count() <= 3, "{said}");
+}
+
+/// No level of at most 30 % is read before tick 5.
+const SLOW: &str = "property slow := not (time_until (BatteryReader, BatteryLevel, m[2] <= 30) < 5)\n";
+
+#[test]
+fn a_run_with_impossible_levels_is_spurious_and_not_written() {
+    let folder = tempdir().expect("a folder");
+    let (file, out) = (folder.path().join("slow.scope"), folder.path().join("out"));
+    fs::write(&file, SLOW).expect("room for a property");
+    let of = |start: &str, rates: &str| {
+        let sets = [
+            format!("properties=['{}']", file.display()),
+            "prove.properties=[]".to_owned(),
+            "prove.expect={}".to_owned(),
+            format!("prove.battery={{start_pct={start}, {rates}}}"),
+        ];
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let slow = proved(&out, &[&["nominal"], &sets[..]].concat())["properties"][0].clone();
+        assert_eq!(slow["as_expected"], false, "{slow:#}");
+        slow
+    };
+    // These rates have no sufficiently large common divisor.
+    assert_eq!(of("100", "drain_pct_per_tick=0.9999, charge_pct_per_tick=1")["result"], "spurious");
+    assert!(!out.join("slow").exists());
+    let violated = of("33.5", "drain_pct_per_tick=1");
+    assert_eq!((&violated["result"], &violated["run"]["replayed"]), (&"violated".into(), &true.into()));
+    assert!(out.join("slow/counterexample.toml").is_file());
+    let steps = violated["run"]["steps"].as_array().expect("steps").iter();
+    let read = steps.filter(|step| step["from"] == "BatteryReader" && step["to"] == "BatteryLevel");
+    let levels: Vec<f64> = read.filter_map(|step| step["message"][1].as_f64()).collect();
+    assert!(levels.len() > 3 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The list of faults, and the matrix of faults and properties.
 
+use scenarios::faults::KINDS;
+use scenarios::files::scenario_names;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -11,9 +13,14 @@ fn the_list_of_faults_describes_each_fully() {
     assert_eq!(output.status.code(), Some(0));
     let kinds: Vec<Value> = serde_json::from_slice(&output.stdout).expect("the list is JSON");
     assert!(kinds.len() >= 40);
+    assert_eq!(kinds.len(), KINDS.len());
     let text = String::from_utf8(steward(&["faults"]).stdout).unwrap();
-    for kind in &kinds {
+    for (kind, known) in kinds.iter().zip(KINDS) {
         let name = kind["kind"].as_str().unwrap();
+        assert_eq!((name, &kind["place"]), (known.name, &known.subsystem.name().into()));
+        // This scenario shows it: `every_fault_meets_its_expectations_and_changes_nothing_before_its_onset`.
+        assert_eq!(kind["scenario"], format!("faults/{name}"));
+        assert!(scenario_names().any(|scenario| kind["scenario"] == scenario), "{name}");
         assert!(
             text.lines().any(|line| line.starts_with("  ") && line.split_whitespace().next() == Some(name)),
             "{name}"

@@ -82,6 +82,16 @@ fn a_run_warns_of_an_entry_that_nothing_writes() {
 }
 
 #[test]
+fn a_port_that_a_machine_does_not_read_is_named() {
+    let tree = MAIN.replace("text=", "speed=\"2\" text=")
+        + "<TreeNodesModel><Action ID=\"Say\"><input_port name=\"text\"/><input_port name=\"speed\"/></Action>\
+           </TreeNodesModel>";
+    assert_eq!(findings(&tree, "", SKILL), ["the machine of `Say` does not read the port `speed`"]);
+    let read = SKILL.replace("<data id=\"text\"/>", "<data id=\"text\"/><data id=\"speed\"/>");
+    assert_eq!(findings(&tree, "", &read), [""; 0]);
+}
+
+#[test]
 fn a_running_state_that_cannot_be_halted_is_named() {
     assert_eq!(findings(MAIN, "", SLOW), ["the state `saying` has no transition for `BT.halt`"]);
     let condition = MAIN.replace("Action", "Condition");

@@ -188,7 +188,7 @@ fn a_robot_is_localized_in_a_bag_as_in_a_log() {
     let (said, _) = folder.run(&[&["map", "--log", "drive.mcap", "--out", "made.yaml"], &topics[..]].concat());
     assert!(said.contains("cells of 0.05 m from"), "{said}");
     let said = folder.refusal(&["localize", "--log", "drive.mcap"]);
-    assert!(said.contains("does not say where the robot really was") && said.contains("--pose-topic"), "{said}");
+    assert!(said.contains("does not have the robot's true poses") && said.contains("--pose-topic"), "{said}");
     let said = folder.refusal(&["localize", "--log", "drive.mcap", "--scan-topic", "/odom"]);
     assert!(said.contains("the messages of `/odom` are not sensor_msgs/msg/LaserScan"), "{said}");
 }

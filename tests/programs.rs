@@ -118,14 +118,14 @@ fn a_program_that_fails_is_in_the_report_and_the_run_goes_on() {
     let said = ["kind", "skill", "state", "times"].map(|field| error[field].clone());
     assert_eq!(said, ["component".into(), "Speaker".into(), "silent".into(), Value::from(1)]);
     let message = error["message"].as_str().unwrap();
-    let begins = "the program, told `say` by AnnounceArrival, ended with exit status 1 before it answered; on stderr: ";
+    let begins = "the program, sent `say` by AnnounceArrival, ended with exit status 1 before it answered; on stderr: ";
     assert!(message.starts_with(begins) && message.ends_with(" / ZeroDivisionError: division by zero"), "{message}");
     let page = fs::read_to_string(stage.folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("ZeroDivisionError") && page.contains(">component</th>"), "{page}");
     let out = stage.folder.path().join("out");
     let ran = steward(&["run", stage.scenario().to_str().unwrap(), "--no-snapshots", "--out", out.to_str().unwrap()]);
     let summary = String::from_utf8(ran.stdout).unwrap();
-    assert!(summary.contains("  component  Speaker, state silent: the program, told `say`"), "{summary}");
+    assert!(summary.contains("  component  Speaker, state silent: the program, sent `say`"), "{summary}");
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn a_program_that_cannot_start_is_bad_input() {
     let said = Stage::new("program = [\"./speaker.toml\"]").refusal();
     assert!(said.contains("is not executable") && said.contains("chmod +x"), "{said}");
     let said = Stage::new("program = [\"sh\", \"-c\", \"echo no voice >&2; exit 3\"]").refusal();
-    let expected = "the component Speaker does not start: the program, told `start`, ended with exit status 3 before it \
+    let expected = "the component Speaker does not start: the program, sent `start`, ended with exit status 3 before it \
                     answered; on stderr: no voice";
     assert!(said.contains(expected), "{said}");
     let said = Stage::new("program = [\"sh\"]\nasks = [\"Spaeker\"]").refusal();

@@ -69,6 +69,15 @@ fn programs_can_follow_the_progress() {
     assert!(first["visited_states"].as_u64().is_some_and(|states| states > 0), "{first}");
 }
 
+#[test]
+fn a_search_may_go_depth_first() {
+    let long = ["nominal", "--property", "phi1", "--set", "prove.trips.ticks=10", "--order", "depth"];
+    let found = proof(1, &long);
+    assert_eq!(results(&found), [("phi1", "violated")]);
+    let phi1 = &found["properties"][0];
+    assert_eq!((&phi1["as_expected"], &phi1["run"]["replayed"]), (&false.into(), &true.into()));
+}
+
 /// All levels of a class would count as the same one, and these properties as proved.
 #[test]
 fn a_property_that_remembers_a_level_or_computes_with_it_is_refused() {

@@ -267,7 +267,7 @@ fn a_violation_of_which_nothing_is_expected_is_named_first() {
     let arguments = ["--no-snapshots", "--set", "expect={reached=[\"RechargingStation\"]}"];
     let output = steward(&[&["run", "battery_fault", "--out", out.path().to_str().unwrap()][..], &arguments].concat());
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("\n  ! phi1 is violated, and the scenario does not say that it will be\n"), "{said}");
+    assert!(said.contains("\n  ! phi1 is violated, and the scenario does not expect it\n"), "{said}");
     assert_eq!(output.status.code(), Some(1), "{said}");
 }
 

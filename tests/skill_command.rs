@@ -255,6 +255,36 @@ fn outgoing_events_are_printed() {
     assert!(printed.contains("0.000 s  sends say to Speaker {\"text\": \"hi\"}"), "{printed}");
 }
 
+/// The leaf asks an arm, and has no file of its own.
+#[test]
+fn the_machine_of_a_leaf_that_asks_is_shown_and_is_correct_in_its_scenario() {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).unwrap();
+        folder.path().join(name)
+    };
+    let tree = "<BehaviorTree ID=\"T\"><Do/></BehaviorTree>\
+                <TreeNodesModel><Action ID=\"Do\"><input_port name=\"what\"/></Action></TreeNodesModel>";
+    write("tree.xml", &format!("<root BTCPP_format=\"4\">{tree}</root>"));
+    write("arm.toml", "[services.weigh]\nrequest = { what = \"text\" }\nreply = { grams = \"real\" }\n");
+    let answers = r#"<state id="here"><transition event="weigh">
+        <send type="channel" targetexpr="_event.origin" event="ok"><param name="grams" expr="3"/></send>
+        </transition></state>"#;
+    write("Arm.scxml", &machine(answers));
+    std::fs::create_dir(folder.path().join("skills")).unwrap();
+    let lines = "tree = \"tree.xml\"\nskills = \"skills\"\nexecution.max_time_s = 12\n\
+                 components.Arm.machine = \"Arm.scxml\"\ncomponents.Arm.interface = \"arm.toml\"\n\
+                 leaves.Do = { request = \"Arm.weigh\", arguments.what = \"a < 'b'\" }\n";
+    let scenario = write("own.toml", lines);
+    let checked = steward(&["check", text(&scenario)]);
+    let warned = String::from_utf8_lossy(&checked.stderr).into_owned();
+    assert!(!warned.contains("is never entered"), "{warned}");
+    said(checked, 0);
+    let shown = said(steward(&["skill", "show", "Do", "--scenario", text(&scenario), "--format", "scxml"]), 0);
+    let file = write("skills/Do.scxml", &shown);
+    said(steward(&["skill", "check", text(&file), "--scenario", text(&scenario)]), 0);
+}
+
 /// A machine that answers the tree and asks a process that exists in no shipped system.
 const ASKS_A_SPEAKER: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Charge">
   <state id="asked">

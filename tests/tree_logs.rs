@@ -186,10 +186,10 @@ fn what_a_log_cannot_know_is_refused_with_the_reason() {
     for (formula, reason) in [
         (format!("time_until {lift} < 3"), "counts ticks"),
         (format!("time_until {lift} < 3 s"), "cannot be counted in ticks"),
-        (format!("always next {lift}"), "speaks of each message"),
-        (format!("always (becomes {lift} implies true)"), "speaks of each message"),
+        (format!("always next {lift}"), "depends on each message"),
+        (format!("always (becomes {lift} implies true)"), "depends on each message"),
         (format!("always at most 3 {lift} in 10 s"), "cannot be counted in ticks"),
-        (format!("always (fresh {lift} implies true)"), "speaks of each message"),
+        (format!("always (fresh {lift} implies true)"), "depends on each message"),
         (format!("always once[<= 10 s] {lift}"), "cannot be counted in ticks"),
         ("eventually (BT, Lift, request = <tick>)".to_owned(), "no channel from BT to Lift"),
         ("eventually (World, Monitors, level_pct < 3)".to_owned(), "World"),

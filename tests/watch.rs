@@ -105,7 +105,7 @@ fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
     assert_eq!(what(answered), ("answered".into(), "violated".into()));
     assert!(answered["time_s"].as_f64().is_some_and(|time_s| (0.3..0.7).contains(&time_s)), "{answered}");
     assert_eq!(last["loss"], "unknown");
-    assert!(last["notes"].to_string().contains("as the bridge told it"), "{last}");
+    assert!(last["notes"].to_string().contains("as the bridge forwarded it"), "{last}");
     let verified = steward(&[&["verify", &recording][..], &asked].concat());
     let verified: Value = serde_json::from_slice(&verified.stdout).expect("JSON");
     assert_eq!((&verified["monitors"], &verified["start_s"]), (&last["monitors"], &last["start_s"]));
@@ -121,7 +121,7 @@ fn verdicts_fall_beside_a_robot_and_are_those_of_what_is_recorded() {
         assert!(called.contains(charged) && called.contains(answered), "{called:?}");
     }
     let page = std::fs::read_to_string(Path::new(&out).join("report.html")).expect("a page");
-    assert!(page.contains("A robot, as the bridge at ws://127.0.0.1"), "it says of what it is");
+    assert!(page.contains("A robot, as forwarded by the bridge at ws://127.0.0.1"), "it says of what it is");
 
     let output = steward(&["watch", "--foxglove", &address, "--list"]);
     let listed = String::from_utf8(output.stdout).expect("text");

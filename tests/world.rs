@@ -1,4 +1,5 @@
-//! The world in properties of recordings and counterexamples, and with a program: what was true, not what a process was told.
+//! The world in properties of recordings and counterexamples, and with a program: what was true, not what a process was
+//! told.
 
 use std::path::Path;
 

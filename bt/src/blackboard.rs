@@ -199,7 +199,7 @@ impl Blackboard {
     pub(crate) fn write(&mut self, slot: Slot, value: Value, of: &Type, own: bool) -> Result<(), ValueError> {
         let entry = self.entry(slot);
         let of = match (of, &entry.of, &value) {
-            // A program that writes a literal knows how wide it has to be.
+            // A program that writes a literal gives it the right width.
             (Type::Any, Type::Int { .. }, Value::Int(_)) => entry.of.clone(),
             (Type::Any, ..) => Type::of_value(&value),
             (of, ..) => of.clone(),
@@ -275,7 +275,7 @@ impl Blackboard {
         (entry.is_any, entry.is_unknown) = (is_any, is_unknown);
     }
 
-    /// Whether the type of an entry is unknown: the robot's program knows it, and the file does not.
+    /// Whether the type of an entry is unknown: it is in the robot's program, and not in the file.
     pub(crate) fn is_unknown(&self, slot: Slot) -> bool {
         self.entry(slot).is_unknown
     }
@@ -395,7 +395,7 @@ fn typed(text: &str) -> (Value, Type) {
         return (Value::Int(number), if i32::try_from(number).is_ok() { Type::INT } else { Type::INT64 });
     }
     match text.parse::<f64>() {
-        // C++'s `from_chars` refuses digits whose number no double can hold, but knows infinity by its name.
+        // C++'s `from_chars` refuses digits whose number no double can hold, but accepts the name of infinity.
         Ok(number)
             if !text.starts_with('+')
                 && (is_in_range(text, number) || !text.contains(|c: char| c.is_ascii_digit())) =>

@@ -88,7 +88,7 @@ impl Execution {
         self.state.begin_journal();
     }
 
-    /// The changes of status since the last call, in the order in which a logger of BehaviorTree.CPP hears them; none
+    /// The changes of status since the last call, in the order in which a logger of BehaviorTree.CPP gets them; none
     /// if they are not [noted](Self::note_transitions).
     pub fn take_transitions(&mut self) -> Vec<NodeTransition> {
         self.state.take_transitions()

@@ -1,4 +1,4 @@
-//! The changes of status in a running tree, as the loggers of BehaviorTree.CPP hear them.
+//! The changes of status in a running tree, as the loggers of BehaviorTree.CPP receive them.
 
 use channels::Unobserved;
 
@@ -13,7 +13,7 @@ pub struct NodeTransition {
     pub status: Option<Status>,
 }
 
-/// Notes the changes of status, if anybody wants them. It only reports: it is not part of a state that is compared or
+/// Notes the changes of status once they are needed. It only reports: it is not part of a state that is compared or
 /// hashed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Journal(Unobserved<Option<Notes>>);

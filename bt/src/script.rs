@@ -26,7 +26,7 @@ mod token;
 
 pub(crate) use evaluate::ScriptError;
 pub(crate) use expression::{Assignment, Binary, Comparison, Expression, Script};
-pub(crate) use reading::{Names, SyntaxError};
+pub(crate) use reading::Names;
 
 #[cfg(test)]
 mod tests;

@@ -247,7 +247,7 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
             )
             .into());
         }
-        // One whose type only the robot's program knows is taken to be able to.
+        // One whose type is only in the robot's program is taken to be able to.
         if !board.is_unknown(slot) {
             read = read.filter(|_| of.is_strong()).map(|text| of.convert(&text)).transpose()?;
             holds = of;

@@ -165,12 +165,12 @@ impl Mark {
 
     /// The status of a node when its tick began, or now if it is not being ticked; `None` is idle.
     pub(crate) fn before(self) -> Option<Status> {
-        if self == Self::Begun { None } else { self.told() }
+        if self == Self::Begun { None } else { self.reported() }
     }
 
-    /// The status that BehaviorTree.CPP has told its loggers; `None` is idle. A node tells that it runs when it begins
-    /// to tick its children, or with its answer.
-    pub(crate) fn told(self) -> Option<Status> {
+    /// The status that BehaviorTree.CPP has reported to its loggers; `None` is idle. A node reports running when it
+    /// begins to tick its children, or with its answer.
+    pub(crate) fn reported(self) -> Option<Status> {
         match self {
             Self::Started => None,
             Self::AfterSuccess => Some(Status::Success),

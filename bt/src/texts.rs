@@ -1,7 +1,7 @@
 //! A tree's use of the texts that its leaves give it: what it compares them with, and which leaves get them.
 //!
 //! A proof tries only as many texts as can be told apart, so everything that a tree does with a text that something
-//! outside the system chooses is followed here. Texts that the tree knows itself may be used in any way.
+//! outside the system chooses is followed here. The tree's own texts may be used in any way.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -51,11 +51,11 @@ impl Tree {
     ) -> Vec<Problem> {
         let mut board = Board::new(self, outputs, choices, symbols);
         board.settle();
-        let mut told = board.never_equal;
+        let mut problems = board.never_equal;
         // Several nodes may be the same one of the file.
-        told.sort_by_key(Problem::offset);
-        told.dedup_by_key(|problem| (problem.offset(), problem.to_string()));
-        told
+        problems.sort_by_key(Problem::offset);
+        problems.dedup_by_key(|problem| (problem.offset(), problem.to_string()));
+        problems
     }
 }
 
@@ -296,7 +296,7 @@ impl<'a> Board<'a> {
         let none = Possible::default();
         let is_only_chosen = Possible { chosen: chosen.chosen.clone(), ..none.clone() } == *chosen;
         let is_only_texts = Possible { texts: texts.texts.clone(), ..none.clone() } == *texts;
-        // Whether a text is empty asks whether anything has been written.
+        // A comparison with the empty text checks whether anything has been written.
         let asks_nothing = texts.texts.iter().all(|text| text.is_empty());
         if !is_only_chosen || !is_only_texts || *chosen == none || asks_nothing {
             return;

@@ -38,16 +38,16 @@ pub type Corruption = Arc<dyn Fn(&Message) -> Message + Send + Sync>;
 /// let channel = topology.channel(sender, receiver, Capacity::One, hello)?;
 /// let (mut send, mut receive) = (ProgramGraph::builder("Sender"), ProgramGraph::builder("Receiver"));
 /// let [ready, sent] = ["ready", "sent"].map(|name| send.location(name));
-/// let [waits, has_heard] = ["waits", "has heard"].map(|name| receive.location(name));
+/// let [waits, has_received] = ["waits", "has received"].map(|name| receive.location(name));
 /// send.send(ready, channel, Message::symbols(["hello"]), sent);
-/// receive.receive(waits, channel, Message::symbols(["hello"]), has_heard);
+/// receive.receive(waits, channel, Message::symbols(["hello"]), has_received);
 /// let send = GraphProcess::new(Arc::new(send.initial(ready).build()?));
 /// let receive = GraphProcess::new(Arc::new(receive.initial(waits).build()?));
 /// let processes = [(sender, Box::new(send) as _), (receiver, Box::new(receive) as _)];
 /// let mut system = ChannelSystem::new(Arc::new(topology), processes)?;
 ///
 /// let lost = system.disturb(Disturbance::all(channel, Effect::Lose));
-/// assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 0); // nobody hears anything
+/// assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 0); // nothing is received
 /// assert_eq!(system.hits(lost), Some(1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -75,7 +75,7 @@ pub struct Chance {
 /// The effect on a message in a channel.
 #[derive(Clone)]
 pub enum Effect {
-    /// The message is removed, and nobody receives it.
+    /// The message is removed, and no process receives it.
     Lose,
     /// It cannot be received until this much time after it was sent. Meanwhile, the channel stays full, so messages
     /// keep their order.

@@ -107,15 +107,15 @@ impl fmt::Display for FieldKind {
 /// belongs to them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Role {
-    /// A client asks for a [reply](Self::Reply).
+    /// A client requests a [reply](Self::Reply).
     Request,
     /// The answer to a request, exactly one.
     Reply,
-    /// A process publishes a message, which nobody answers.
+    /// A process publishes a message, which has no answer.
     Topic,
-    /// A client asks for something that takes time.
+    /// A client requests something that takes time.
     Goal,
-    /// The client no longer wants its goal.
+    /// The client cancels its goal.
     Cancel,
     /// News about a goal that is still being pursued; there may be any number of them.
     Feedback,

@@ -69,7 +69,7 @@ pub struct Gap {
     pub channel: Option<ChannelId>,
     /// Since when they may be missing, if events after that have come: verdicts reached since then may be wrong.
     pub since: Option<Duration>,
-    /// Whether the gap is said to end: then it lies between two messages of the channel, or before the first.
+    /// Whether the gap ends: then it lies between two messages of the channel, or before the first.
     pub ends: bool,
 }
 

@@ -484,7 +484,7 @@ mod tests {
     use super::*;
     use crate::Relation;
 
-    /// What `build` says of a graph with two locations and one variable, to which `change` adds something.
+    /// The result of `build` for a graph with two locations and one variable, to which `change` adds something.
     fn refusal(change: impl FnOnce(&mut GraphBuilder, LocationId, VariableId)) -> Option<String> {
         let mut graph = ProgramGraph::builder("door");
         let [open, _shut] = ["open", "shut"].map(|name| graph.location(name));

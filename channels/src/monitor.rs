@@ -24,7 +24,7 @@ pub enum Verdict {
 
 /// A monitor: it sees every event of the timed state sequence in the step in which the event happens.
 ///
-/// A monitor is [`Any`], so code that knows its type can ask it for more. It can be copied, so a monitor needs to be
+/// A monitor is [`Any`], so code that has its type can get more from it. It can be copied, so a monitor needs to be
 /// built only once for any number of runs.
 pub trait Monitor: Any + Debug + Send + Sync {
     /// The name of the monitored property.

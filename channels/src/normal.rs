@@ -8,9 +8,9 @@ use crate::{ChannelId, Envelope, RequestNumber, Role, Topology};
 /// forms.
 ///
 /// - A request number only identifies an open request. In a normal form, the requests on a channel that still
-///   [await](crate::Process::awaits) an answer are numbered from 1, and every other number is 0, since nobody waits for
-///   it.
-/// - A point in time says only how far away it is. In a normal form it is always [`NOW`](Self::NOW).
+///   [await](crate::Process::awaits) an answer are numbered from 1, and every other number is 0, since it is not
+///   awaited.
+/// - A point in time counts only by its distance. In a normal form it is always [`NOW`](Self::NOW).
 /// - State that is only reported, and has no effect on the future (the number of a tick, faults of a tree, notes of a
 ///   machine), is forgotten.
 ///

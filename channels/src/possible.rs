@@ -12,7 +12,7 @@ pub type Choice = usize;
 /// With more texts than this in one place, they count as [open](Possible::is_open). Chosen, not measured.
 const MOST: usize = 256;
 
-/// A deeper nesting than this is not told from this one.
+/// A deeper nesting than this is not distinguished from this one.
 const DEEPEST: u8 = 4;
 
 /// Everything that a place may hold: more than it really does, never less.
@@ -139,7 +139,7 @@ pub struct Comparisons {
     pub among: BTreeSet<(Choice, Choice)>,
 }
 
-/// Why a comparison tells more texts apart than can be tried.
+/// Why a comparison distinguishes more texts than can be tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beyond {
     /// With a text that is not known.
@@ -227,7 +227,7 @@ mod tests {
         let known = Possible::texts(["a", "b"]);
         assert_eq!(comparisons.compare(&Possible::choice(0), &known, true), Ok(()));
         assert_eq!(comparisons.compare(&Possible::choice(1), &Possible::choice(0), true), Ok(()));
-        // What the system knows itself may be compared with anything.
+        // The system's own texts may be compared with anything.
         assert_eq!(comparisons.compare(&known, &Possible::anything(), true), Ok(()));
         assert_eq!(comparisons.with[&0], known.texts);
         assert_eq!(comparisons.among, BTreeSet::from([(0, 1)]));

@@ -84,7 +84,7 @@ pub struct Topology {
     topics: Vec<(ProcessId, Shape)>,
     /// The requests that processes understand, whether or not any process sends them.
     requests: Vec<(ProcessId, Shape)>,
-    /// The answers that processes give to these, whether or not any process asks.
+    /// The answers that processes give to these, whether or not any process sends them.
     answers: Vec<(ProcessId, Shape)>,
 }
 
@@ -279,7 +279,7 @@ impl Topology {
     }
 
     /// The same processes and channels, as properties about one part see them: its processes, whose names begin with
-    /// this prefix, are named without it; all others belong to one process, whose messages to itself nobody sees.
+    /// this prefix, are named without it; all others belong to one process, whose messages to itself are not visible.
     #[must_use]
     pub fn part(&self, prefix: &str) -> Self {
         let own = |process: &Declaration| {

@@ -19,9 +19,9 @@ use crate::service::{Handler, Service};
 /// A request takes effect when it is answered. A skill that may not read, write or unlock gets the answer `[<error>,
 /// "unauthorized client"]`.
 ///
-/// The published component refuses a lock that it cannot grant, and the client asks again until it succeeds. This one
-/// answers once it can grant the lock: to one client at a time, and to a client that has read 0 only after the value
-/// has changed.
+/// The published component refuses a lock that it cannot grant, and the client requests it again until it succeeds.
+/// This one answers once it can grant the lock: to one client at a time, and to a client that has read 0 only after the
+/// value has changed.
 pub type Blackboard = Service<LockedValue>;
 
 /// How many skills may navigate, and which one may change that.

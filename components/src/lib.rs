@@ -8,7 +8,7 @@
 //! [`operations`] lists the requests that the components understand. [`Blackboard`] and [`StopRule::AnyTrip`] belong to
 //! the paper's published system, for skills that follow its protocol.
 //!
-//! In this example, a client asks once for the battery's level:
+//! In this example, a client requests the battery's level once:
 //!
 //! ```
 //! use std::{sync::Arc, time::Duration};
@@ -26,25 +26,25 @@
 //! let request = topology.channel(client, reader, Capacity::One, requests)?;
 //! let reply = topology.channel(reader, client, Capacity::One, replies)?;
 //!
-//! let mut asks = ProgramGraph::builder("Client");
-//! let [start, waits, knows] = ["start", "waits", "knows"].map(|name| asks.location(name));
-//! let level = asks.variable("level");
-//! asks.send(start, request, Message::symbols(["get_level"]), waits);
-//! asks.receive(waits, reply, level, knows);
-//! let asks = GraphProcess::new(Arc::new(asks.initial(start).build()?));
+//! let mut graph = ProgramGraph::builder("Client");
+//! let [start, waiting, done] = ["start", "waiting", "done"].map(|name| graph.location(name));
+//! let level = graph.variable("level");
+//! graph.send(start, request, Message::symbols(["get_level"]), waiting);
+//! graph.receive(waiting, reply, level, done);
+//! let graph = GraphProcess::new(Arc::new(graph.initial(start).build()?));
 //!
 //! let mut battery = BatteryReader::new(&topology, reader)?;
 //! battery.update(&BatteryState { time: Duration::ZERO, charge_pct: 83.2, charging: false }); // `Software` does that
-//! let processes = [(client, Box::new(asks) as _), (reader, Box::new(battery) as _)];
+//! let processes = [(client, Box::new(graph) as _), (reader, Box::new(battery) as _)];
 //! let mut system = ChannelSystem::new(Arc::new(topology), processes)?;
 //! assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 2);
-//! assert_eq!(system.process::<GraphProcess>(client).map(Process::location).as_deref(), Some("knows"));
+//! assert_eq!(system.process::<GraphProcess>(client).map(Process::location).as_deref(), Some("done"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Inside
 //! A driver can be frozen (`Software::freeze`) and a component can be restarted.
-//! docs/src/explanation/published-system.md says how much of the published system is modeled
+//! docs/src/explanation/published-system.md explains how much of the published system is modeled
 //! (`skills/machines/original/`). The scenario `late_halt` shows its flaw.
 
 mod battery_reader;

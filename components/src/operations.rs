@@ -5,7 +5,7 @@ use maps::Places;
 
 /// The name of the process that reads the battery.
 pub const BATTERY_READER: &str = "BatteryReader";
-/// The name of the process that knows where the robot is.
+/// The name of the process that determines where the robot is.
 pub const LOCALIZATION: &str = "Localization";
 /// The name of the process that drives the robot to places.
 pub const NAVIGATION: &str = "Navigation";

@@ -37,8 +37,8 @@ pub trait Handler: Clone + Debug + Default + Eq + Hash + Send + Sync + 'static {
     fn location(&self, is_asked: bool) -> String;
 }
 
-/// The process that answers requests as its handler knows: for each client, the channel of its requests and the channel
-/// of its answers.
+/// The process that answers requests as its handler determines: for each client, the channel of its requests and the
+/// channel of its answers.
 ///
 /// A client's next request is received only after the previous one has been answered. The reply carries the request's
 /// number. Each client has two transitions: receive and reply.
@@ -62,8 +62,8 @@ impl<H: Handler> Service<H> {
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client has no channel back.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        let asked = topology.channels().filter(|&channel| topology.get(channel).target == process);
-        let clients = asked.map(|requests| {
+        let incoming = topology.channels().filter(|&channel| topology.get(channel).target == process);
+        let clients = incoming.map(|requests| {
             let (client, component) = topology.ends(requests);
             let replies = topology.find_channel(component, client).ok_or_else(|| WiringError::MissingChannel {
                 process: component.to_owned(),

@@ -176,7 +176,7 @@ impl Software {
         Ok(())
     }
 
-    /// Ends the navigator's trip, whoever has sent its goal, unless Navigation is frozen.
+    /// Ends the navigator's trip, wherever its goal came from, unless Navigation is frozen.
     pub fn end_trip(&mut self) {
         if !self.is_frozen(Component::Navigation) {
             self.navigator.stop();
@@ -208,8 +208,8 @@ impl Software {
 
     /// Freezes the driver of a component, like a node that hangs, or lets it continue, from the next step on.
     ///
-    /// The component's process continues to answer with the data it received last. To freeze the process too, suspend it
-    /// ([`channels::ChannelSystem::suspend`]).
+    /// The component's process continues to answer with the data it received last. To freeze the process too, suspend
+    /// it ([`channels::ChannelSystem::suspend`]).
     ///
     /// - BatteryReader gets no readings of the battery.
     /// - The pose estimate and the data of Localization stay unchanged. Odometry and scans are lost; the first odometry
@@ -234,8 +234,8 @@ impl Software {
     /// Crashes and restarts a component: its process and its driver return to their initial state. Requests that it had
     /// received are never answered.
     ///
-    /// - BatteryReader knows no level until the next reading.
-    /// - Localization believes its configured initial pose, wherever the robot is now, as AMCL does when it restarts
+    /// - BatteryReader has no level until the next reading.
+    /// - Localization starts from its configured initial pose, wherever the robot is now, as AMCL does when it restarts
     ///   with the same parameters.
     /// - Navigation forgets its trip and its laser scans; the robot stops.
     pub fn restart(&mut self, component: Component, system: &mut ChannelSystem) {
@@ -261,8 +261,8 @@ impl Software {
         }
     }
 
-    /// Tells localization a pose, right or wrong, as RViz's "2D Pose Estimate" does.
-    pub fn believe(&mut self, pose: &InitialPose) {
+    /// Restarts localization at a pose, right or wrong, as RViz's "2D Pose Estimate" does.
+    pub fn relocalize(&mut self, pose: &InitialPose) {
         self.localization.restart(pose);
     }
 

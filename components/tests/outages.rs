@@ -246,7 +246,7 @@ fn frozen_localization_keeps_the_old_pose_until_it_continues() {
 }
 
 #[test]
-fn restarted_localization_believes_its_initial_pose() {
+fn restarted_localization_starts_from_its_initial_pose() {
     let mut scene = Scene::new();
     scene.go("start_navigation");
     scene.pass(10.0);
@@ -256,7 +256,7 @@ fn restarted_localization_believes_its_initial_pose() {
     scene.software.restart(Component::Localization, &mut scene.system);
     assert_eq!(scene.is_at("Start"), Some(true));
     let here = InitialPose::at(scene.robot.pose);
-    scene.software.believe(&here);
+    scene.software.relocalize(&here);
     assert_eq!(scene.is_at("Start"), Some(false));
 }
 
@@ -276,7 +276,7 @@ fn restarted_navigation_has_no_trip_and_takes_the_next() {
 }
 
 #[test]
-fn a_goal_from_somebody_else_aborts_the_trip_until_a_skill_starts_the_next() {
+fn a_goal_of_no_skill_aborts_the_trip_until_a_skill_starts_the_next() {
     let mut scene = Scene::new();
     let back = || Goal::at(Point::new(2.0, 2.0), Some(std::f64::consts::PI));
     scene.go("start_navigation");

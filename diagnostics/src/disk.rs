@@ -28,7 +28,7 @@ pub struct Disk {
     memo: Arc<Memo>,
 }
 
-/// What tells one saved state of a file from another: when it was changed, and its length in bytes.
+/// What distinguishes one saved state of a file from another: when it was changed, and its length in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileStamp(SystemTime, u64);
 
@@ -41,7 +41,7 @@ impl FileStamp {
     }
 }
 
-/// The files that were asked for.
+/// The files that were requested.
 #[derive(Clone, Debug, Default)]
 pub struct Reads {
     /// Their [normal](normal) paths, whether they exist or not, with the state that each had before it was read first.
@@ -84,13 +84,13 @@ impl Disk {
         &self.memo
     }
 
-    /// The same disk, remembering what is asked of it and of its clones.
+    /// The same disk, remembering what is requested from it and from its clones.
     #[must_use]
     pub fn remembering(&self) -> Self {
         Self { reads: Some(Arc::default()), ..self.clone() }
     }
 
-    /// What was asked of it so far; nothing unless it is [remembering](Self::remembering).
+    /// What was requested from it so far; nothing unless it is [remembering](Self::remembering).
     #[must_use]
     pub fn reads(&self) -> Reads {
         self.remembered().map(|reads| reads.clone()).unwrap_or_default()

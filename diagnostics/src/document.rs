@@ -1,8 +1,8 @@
 //! Reads what a user wrote in TOML or YAML: typed values, and every problem at once, each with its location.
 //!
-//! A [`Document`] is parsed, optionally changed by `--set`, and read once. The reader asks a [`Table`] for the keys
-//! that the program knows. Values that are missing, of the wrong type or out of range are recorded, and reading
-//! continues. At the end, every key that was not asked for is reported too, with the nearest known key as a suggestion.
+//! A [`Document`] is parsed, optionally changed by `--set`, and read once. The reader requests from a [`Table`] the
+//! keys that the program has. Values that are missing, of the wrong type or out of range are recorded, and reading
+//! continues. At the end, every key that was not requested is reported too, with the nearest known key as a suggestion.
 //!
 //! ```
 //! use diagnostics::document::Document;
@@ -143,7 +143,7 @@ impl Document {
         value.ok_or_else(|| self.root.span.problem("the file was refused, but its reader gave no reason").into())
     }
 
-    /// The keys that `read` asks for and that have a value, the document's or a default, in the order of [`Key::all`].
+    /// The keys that `read` requests and that have a value, the document's or a default, in the order of [`Key::all`].
     /// Tables that the document does not have exist as well, but nothing is added to its arrays, whose items have
     /// numbers: `lasers.0.beams`. Keys that need one that it does not have are left out. What `read` returns and
     /// reports has no meaning; [`read`](Self::read) the document first.
@@ -161,7 +161,7 @@ impl Document {
 }
 
 impl Key {
-    /// All keys that `read` asks for: in each table those that are no tables, in this order, and then the tables. It
+    /// All keys that `read` requests: in each table those that are no tables, in this order, and then the tables. It
     /// reads an empty file in which every table exists once, in all its [forms](Table::form) and with one of all
     /// possible [names](Table::names), so what it returns and reports has no meaning.
     ///

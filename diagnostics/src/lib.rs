@@ -1,7 +1,7 @@
 //! Files that people write and read: read within limits, refused with all their problems at once, and written
 //! completely or not at all.
 //!
-//! Readers collect [`Problem`]s instead of stopping at the first one. Each has its location in a [`Source`] and says
+//! Readers collect [`Problem`]s instead of stopping at the first one. Each has its location in a [`Source`] and states
 //! what is accepted there. They are returned together as [`FileProblems`]. For a misspelled name, the [`nearest`] known
 //! name is suggested. All of them implement [`miette::Diagnostic`], so a binary can render them with the offending
 //! text; line and column are available without a renderer.

@@ -2,9 +2,9 @@
 //!
 //! Data goes to a temporary name in the same folder; the file gets its own name when it is complete. After a full disk,
 //! an error or a panic, the previous file is unchanged and nothing of the new one remains. A killed program may leave
-//! the temporary file behind, under a name that begins with `.steward-` and ends with `.part`. Whoever next writes to
-//! the folder removes it. While a program runs, its temporary files are locked, so nobody else takes them for left
-//! over.
+//! the temporary file behind, under a name that begins with `.steward-` and ends with `.part`. The next
+//! program that writes to the folder removes it. While a program runs, its temporary files are locked, so that other
+//! programs do not remove them.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -43,8 +43,8 @@ fn write_all(mut file: Unfinished, contents: &[u8]) -> Result<(), Error> {
 /// A file being written. It replaces the previous file when it is [finished](Self::finish), and has its permissions; if
 /// it never is, nothing remains of it.
 ///
-/// A device or a pipe (`/dev/stdout`) is not replaced but written to. A pipe from which nobody reads is an error: to
-/// open it would mean to wait for a reader.
+/// A device or a pipe (`/dev/stdout`) is not replaced but written to. A pipe that no program reads is an error: to open
+/// it would mean to wait for a reader.
 ///
 /// ```
 /// use std::io::Write;
@@ -271,7 +271,7 @@ fn turn(folder: &Path) -> Option<File> {
     turn
 }
 
-/// Removes hidden files and folders that nobody has locked, as far as possible.
+/// Removes hidden files and folders that no program has locked, as far as possible.
 fn remove_abandoned(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -291,7 +291,7 @@ fn is_temporary(path: &Path) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }
 
-/// Opens a device, or a pipe from which somebody reads.
+/// Opens a device, or a pipe that some program reads.
 fn device(path: &Path) -> io::Result<File> {
     // Held until the file is open, so that the pipe has a reader or is at least not waited for.
     #[cfg(unix)]
@@ -301,7 +301,7 @@ fn device(path: &Path) -> io::Result<File> {
         let opened = OpenOptions::new().write(true).custom_flags(flags).open(path);
         opened.map_err(|error| match rustix::io::Errno::from_io_error(&error) {
             Some(rustix::io::Errno::NXIO) => {
-                io::Error::new(io::ErrorKind::InvalidInput, "it is a pipe from which nobody reads")
+                io::Error::new(io::ErrorKind::InvalidInput, "it is a pipe that no program reads")
             }
             _ => error,
         })?
@@ -314,7 +314,7 @@ fn temporary(name: PathBuf) -> io::Result<(File, Option<(PathBuf, PathBuf)>)> {
     let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
     let turn = turn(folder_of(&name));
     let (temporary, file) = first_free(folder_of(&name), &tag(&name), create)?;
-    // It is locked before anybody else gets a turn. Nothing depends on locks but the removal of what is left over.
+    // It is locked before another program gets its turn. Nothing depends on locks but the removal of what is left over.
     let _ = turn.and_then(|_turn| file.try_lock().ok());
     Ok((file, Some((temporary, name))))
 }
@@ -333,7 +333,7 @@ fn first_free<T>(folder: &Path, tag: &str, make: impl Fn(&Path) -> io::Result<T>
     }
 }
 
-/// What the temporary name of a file tells about its final name.
+/// The part of a file's temporary name that identifies its final name.
 fn tag(name: &Path) -> String {
     let mut hasher = DefaultHasher::new();
     name.file_name().hash(&mut hasher);
@@ -417,7 +417,7 @@ mod tests {
         let pipe = folder.path().join("pipe");
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let refused = write_whole(&pipe, "lost").unwrap_err();
-        assert!(format!("{refused:?}").contains("a pipe from which nobody reads"), "{refused:?}");
+        assert!(format!("{refused:?}").contains("a pipe that no program reads"), "{refused:?}");
 
         let reader = std::thread::spawn({
             let pipe = pipe.clone();

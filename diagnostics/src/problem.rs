@@ -9,7 +9,7 @@ use crate::{Source, Span, counted};
 
 /// One thing that is wrong, or looks wrong, in a text.
 ///
-/// [`Span::problem`] makes a problem that knows its text. A parser that has only the bytes of the text makes one with
+/// [`Span::problem`] makes a problem with its text. A parser that has only the bytes of the text makes one with
 /// [`new`](Self::new): it is rendered with the text of the error of which it becomes part.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -134,7 +134,7 @@ impl Problem {
         self.labels.first().map_or(0, LabeledSpan::offset)
     }
 
-    /// The location of the problem, if it knows its text.
+    /// The location of the problem, if its text is known.
     #[must_use]
     pub fn span(&self) -> Option<Span> {
         let length = self.labels.first().map_or(0, LabeledSpan::len);

@@ -205,7 +205,7 @@ fn read_meaning(root: Table<'_>) -> Option<Meaning> {
     Some(Meaning { mode, negate: negate?, occupied_threshold: occupied?, free_threshold: free? })
 }
 
-/// A number, which may be in quotes: ROS's YAML reader does not tell the difference.
+/// A number, which may be in quotes: ROS's YAML reader does not distinguish them.
 fn number<'d>(root: Table<'d>, key: &'d str) -> Field<'d, f64> {
     let quoted = |item: Item<'_>| item.as_text().and_then(|text| text.trim().parse::<f64>().ok());
     match root.get::<Item<'_>>(key).optional().and_then(quoted) {

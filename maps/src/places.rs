@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{Point, Pose, heading, wrap_angle};
 
-/// A place that the robot can be sent to or asked about.
+/// A place that can be the robot's goal, and where its presence can be checked.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Place {
     /// A pose with tolerances.
@@ -73,7 +73,7 @@ impl Place {
     }
 }
 
-/// An area with a rule for whoever drives there.
+/// An area with a rule for the robots that drive there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zone {
     /// The name of the area, which is also a place.

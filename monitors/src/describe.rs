@@ -1,6 +1,6 @@
 //! Clauses as formulas and in the SCOPE language, and conditions in short form.
 
-use channels::{ChannelId, Relation, Topology, Value};
+use channels::{Relation, Topology, Value};
 
 use crate::clause::{EventId, Form, Literal, LiteralSet, Vocabulary, Window, bounds};
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition};
@@ -194,7 +194,7 @@ fn joined(parts: impl Iterator<Item = Formula>, and: bool) -> Formula {
     }
 }
 
-/// A condition in as few words as a picture has room for: `running`, `≤ 30`. `<ok>` is omitted if there is more to say
+/// A condition in as few words as a picture has room for: `running`, `≤ 30`. `<ok>` is omitted if there is more
 /// about the message.
 pub(crate) fn brief(condition: &MessageCondition) -> String {
     let list = |parts: &[MessageCondition], word: &str| {
@@ -268,12 +268,6 @@ pub(crate) fn brief_clause(part: &LiteralSet, vocabulary: &Vocabulary) -> String
         [Literal::Event { event, holds: false }] => brief_not(&vocabulary.get(*event).condition),
         _ => format!("not ({})", brief_antecedent(part, vocabulary)),
     }
-}
-
-/// The names of a channel's ends.
-pub(crate) fn ends(channel: ChannelId, topology: &Topology) -> (String, String) {
-    let (source, target) = topology.ends(channel);
-    (source.to_owned(), target.to_owned())
 }
 
 #[cfg(test)]

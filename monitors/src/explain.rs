@@ -179,7 +179,7 @@ impl Explainer<'_> {
         if is_one { self.clause(formula) } else { format!("({})", self.clause(formula)) }
     }
 
-    /// Who sends what to whom, with this verb; `whatever` if it may be any message. What the world shows, nobody says.
+    /// Sender, verb, receiver and message; `whatever` if it may be any message. The world does not tell, but shows.
     fn statement(&self, verb: &str, whatever: &str, event: &EventAtom) -> String {
         let (source, target) = self.topology.ends(event.channel);
         let shown = || verb.replace("tell", "show").replace("told", "shown");

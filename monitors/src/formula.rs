@@ -244,7 +244,7 @@ pub enum MessageCondition {
         name: Arc<str>,
     },
     /// The message has a value of this type at this position, counted from 1. The language has no words for it: it
-    /// tells messages apart that have different fields.
+    /// distinguishes messages that have different fields.
     Is {
         /// The position.
         number: usize,
@@ -284,7 +284,7 @@ impl ValueType {
 
 /// A field of a message.
 ///
-/// Its number and what is given say which field is meant. The name is a word for people: fields that agree in both are
+/// Its number and what is given determine which field is meant. The name is for readers: fields that agree in both are
 /// equal, whatever they are called.
 #[derive(Clone, Debug, Eq, Serialize, Deserialize)]
 pub struct MessageField {

@@ -170,7 +170,7 @@
 //! contradict each other is unknown.
 //!
 //! A monitor's normal form, for proofs, contains the ages and values that matter. A timed formula has no normal form,
-//! nor has one that looks back at values; both say so.
+//! nor has one that looks back at values; both report that.
 //!
 //! An automaton is not minimized: its states are the possible sets of obligations, and the limit applies to their
 //! number. Without windows they have a unique form. In practice, two things exceed the limit: windows that do not begin
@@ -199,7 +199,7 @@
 //!   Further tests check the definition by examples, the laws of logic, the paper's monitors against the synthesized
 //!   ones, and snapshots of all messages.
 //! - `cargo test --release -p steward-monitors on_demand -- --ignored --nocapture`: the same from the first `SEED` on,
-//!   with as many cases as these variables say.
+//!   with the number of cases in these variables.
 //!   - `PAIRS=1000000`: a million pairs of seven classes, among them extreme numbers, operators that look back,
 //!     remembered values and time. It prints which verdicts come late, and why.
 //!   - `FORMULAS=100000`: the verdicts of a hundred thousand formulas, on hundreds of random endless words each. None
@@ -271,8 +271,8 @@ pub use syntax::{OPERATORS, Operator, layout};
 pub use synthesis::{Choice, Method};
 pub use world::OwnWorld;
 
-/// The process that shows monitors what is true, by convention: `(World, Monitors, level_pct < 20)` speaks of what was,
-/// and every other event of what a process was told.
+/// The process that shows monitors what is true, by convention: `(World, Monitors, level_pct < 20)` is about what was
+/// true, and every other event about a message that a process received.
 pub const WORLD: &str = "World";
 
 /// The process that [`WORLD`] shows it to.

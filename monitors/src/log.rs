@@ -8,9 +8,9 @@
 //! `"channel":["Robot","BatteryReader"]`, they are those of a channel; and if it `ends`, until a line with `resumed`
 //! names this channel. Messages are numbered by their steps, from 1, and ticks from 0; a tick has the step of the
 //! message before it. So has a message of the world, which is no step: instead, each line from the first of these on
-//! says how many have come, `"world":7`. If the first line has `"has_end":true`, the last one says how and when the run
-//! ended, and repeats the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`. With `"gaps":2`, two
-//! lines before it begin or end gaps.
+//! gives their number so far, `"world":7`. If the first line has `"has_end":true`, the last one has the cause and
+//! time of the end, and repeats the last numbers: `{"end":"arrival","step":812,"tick":67,"time_s":67.5}`. With
+//! `"gaps":2`, two lines before it begin or end gaps.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -171,7 +171,7 @@ pub struct EventLog<R> {
     which: Channels,
     continuity: Continuity,
     values: MessageReader,
-    /// Whether the log says that it has a line with the end of the run, whether this has come, and whether nothing is
+    /// Whether the log announces a line with the end of the run, whether this has come, and whether nothing is
     /// read after it.
     has_end: bool,
     is_ended: bool,
@@ -291,8 +291,8 @@ impl<R: BufRead> EventLog<R> {
     }
 
     /// Where the next gap before the last event, or at the end, begins or ends: one that the log names, or that lines
-    /// are missing or come twice, where steps or ticks are not consecutive for the first time. Whether the end of the
-    /// log is missing, [`lacks_end`](Self::lacks_end) tells.
+    /// are missing or come twice, where steps or ticks are not consecutive for the first time. A missing end of the log
+    /// is not among them: see [`lacks_end`](Self::lacks_end).
     pub fn next_gap_mark(&mut self) -> Option<GapMark> {
         self.continuity.gaps.pop_front()
     }
@@ -301,19 +301,19 @@ impl<R: BufRead> EventLog<R> {
     /// may be missing from its start.
     #[must_use]
     pub fn rest(&self, why: impl Into<String>) -> Gap {
-        // A log that does not say that it has an end may have no ticks either.
+        // A log that does not announce an end may have no ticks either.
         let since = self.continuity.doubted_since().filter(|_| self.has_end);
         let flaw = if since.is_some() { Flaw::Displaced } else { Flaw::Missing };
         Gap { flaw, since, ..Gap::of_anything(why) }
     }
 
-    /// Whether the line with the end of the run has not come, although the log says that it has one.
+    /// Whether the line with the end of the run has not come, although the log announces it.
     #[must_use]
     pub fn lacks_end(&self) -> bool {
         self.has_end && !self.is_ended
     }
 
-    /// When the run ended, if the line with its end has come and says so.
+    /// When the run ended, if the line with its end has come and has the time.
     #[must_use]
     pub fn end(&self) -> Option<Duration> {
         self.end
@@ -507,7 +507,7 @@ pub struct LogEnd {
     pub ticks: u64,
     /// The time of the last event.
     pub last: Option<EventTime>,
-    /// When the run ended, if the log says so.
+    /// When the run ended, if the log has that.
     pub ended: Option<Duration>,
 }
 
@@ -536,8 +536,8 @@ impl<R: BufRead> Iterator for EventLog<R> {
     }
 }
 
-/// Feeds recorded events to monitors, one by one, until they end. Whether some are missing from a log, it does not ask:
-/// [`EventLog::next_gap_mark`] and [`EventLog::lacks_end`] tell.
+/// Feeds recorded events to monitors, one by one, until they end. It ignores whether some are missing from a log: see
+/// [`EventLog::next_gap_mark`] and [`EventLog::lacks_end`].
 ///
 /// # Errors
 /// Those of the events themselves, such as [`LogError`] if a log cannot be read.

@@ -1,7 +1,7 @@
 //! The usual patterns of requirements, after Dwyer, Avrunin and Corbett ("Patterns in property specifications for
 //! finite-state verification", ICSE 1999), as formulas for this language.
 //!
-//! Their own formulas for LTL speak of states. Here an event holds from its message until the next one on its channel,
+//! Their own formulas for LTL are about states. Here an event holds from its message until the next one on its channel,
 //! and is checked when a message comes: `Q and not R` would be false at each Q that follows an R. A test compares these
 //! formulas with definitions that look at the messages themselves.
 

@@ -6,12 +6,12 @@
 //!   weighted by how well the scans fit the map from there (adaptive Monte Carlo localization).
 //! - [`Navigator`] drives to a [`Goal`]. It takes scans and estimates of the pose, maintains a [`Costmap`] of the
 //!   obstacles on the map and those seen by lasers, [plans](plan()) a path, follows it, stops for obstacles, tries
-//!   other paths, and gives up with a reason. [`NavigationStatus`] says what it is doing.
+//!   other paths, and gives up with a reason. [`NavigationStatus`] is what it is doing.
 //!
 //! The robot may be real or simulated. No clock is read: times come with the readings, as
 //! [`Duration`](std::time::Duration) since the start of the run. Random numbers come from the one stream given to
 //! [`Localization::new`]; the same readings and the same stream give the same results on every machine of a target.
-//! Lengths are in meters, angles in radians, poses in the map's frame unless a name says otherwise.
+//! Lengths are in meters, angles in radians, poses in the map's frame unless a name states otherwise.
 //!
 //! Distances on grids are exact. Those of localization run between cell centers, and a surface lies half a cell before
 //! the center of the cell behind it; clearances run to the nearest point of an obstacle's cell.
@@ -50,7 +50,7 @@
 //!     localization.scan(&scan);
 //!     navigator.scan(&scan, &localization.estimate());
 //!     let command = navigator.update(time, &localization.estimate(), &odometry);
-//!     // What the robot is told to do:
+//!     // The command to the robot:
 //!     assert!(command.linear_mps <= model.max_linear_mps);
 //! }
 //! assert_eq!(navigator.status(), NavigationStatus::Moving);

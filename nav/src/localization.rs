@@ -139,7 +139,7 @@ impl InitialPose {
 /// let mut localization =
 ///     Localization::new(&map, &RobotModel::default(), LocalizationParameters::default(), &start, rng)?;
 ///
-/// // The wheels say that the robot has driven half a meter; a scan would correct them.
+/// // According to the wheels, the robot has driven half a meter; a scan would correct them.
 /// let odometry = |time_s, x_m| Odometry {
 ///     time: Duration::from_secs(time_s), pose: pose(x_m, 0.0, 0.0), linear_mps: 0.5, angular_radps: 0.0,
 /// };
@@ -184,7 +184,7 @@ enum Reconsidered {
     Stays,
     /// The robot is now believed to be elsewhere.
     Moves,
-    /// An update is needed to tell, even for a robot at rest.
+    /// An update is needed to decide, even for a robot at rest.
     Unsettled,
 }
 

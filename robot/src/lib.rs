@@ -1,9 +1,9 @@
 //! The interface between a robot's software and its hardware.
 //!
 //! Sensor data arrives as a stream of [`Reading`]s; the software commands the base with a [`VelocityCommand`]. Software
-//! above this interface (localization, navigation, components) cannot tell a simulated robot from a recorded or a real
-//! one. Units are meters, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`, `base_link`)
-//! and axes those of REP-103. Times are since the start of the run.
+//! above this interface (localization, navigation, components) cannot distinguish a simulated robot from a recorded or
+//! a real one. Units are meters, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`,
+//! `base_link`) and axes those of REP-103. Times are since the start of the run.
 
 mod laser;
 mod motion;
@@ -81,7 +81,7 @@ impl Reading {
 /// assert!(matches!(readings[0], Reading::Odometry(odometry) if odometry.linear_mps == 0.4));
 /// ```
 pub trait Robot {
-    /// What the software knows about the robot's hardware.
+    /// The data of the robot's hardware that its software has.
     fn model(&self) -> &RobotModel;
 
     /// Appends the readings received since the last call, oldest first.

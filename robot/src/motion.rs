@@ -6,7 +6,7 @@ use maps::{Pose, pose};
 
 use crate::LaserSpec;
 
-/// What the software knows about a differential-drive robot's hardware.
+/// The data of a differential-drive robot's hardware that its software has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
     /// Radius of the body, in meters: its footprint is a disc.

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// The source of all random numbers of a run.
 ///
-/// Each consumer asks once for its own stream by name (`"sim/laser_front"`). So an additional consumer, or more draws
+/// Each consumer takes its own stream once, by name (`"sim/laser_front"`). So an additional consumer, or more draws
 /// in one place, does not affect other streams.
 ///
 /// ```

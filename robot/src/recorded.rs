@@ -17,7 +17,7 @@
 //! Beams go from −90° counter-clockwise over 180°: with an odd number there is one at either end, with an even number
 //! there is none at +90°.
 //!
-//! The [`Complaint`]s about a log say what is wrong with it and what was done about it.
+//! The [`Complaint`]s about a log name what is wrong with it and what was done about it.
 
 mod clock;
 mod complaint;
@@ -139,8 +139,8 @@ impl Recording {
 fn record(line: LogLine, time: Duration, front: &LaserSpec) -> Record {
     let range_max_m = front.range_max_m as f32;
     let scan = line.scan.map(|scan| {
-        let heard = |range_m: f32| if range_m >= range_max_m { f32::INFINITY } else { range_m };
-        let ranges_m = scan.ranges_m.into_iter().map(heard).collect();
+        let limited = |range_m: f32| if range_m >= range_max_m { f32::INFINITY } else { range_m };
+        let ranges_m = scan.ranges_m.into_iter().map(limited).collect();
         Arc::new(LaserScan { time, laser: scan.laser, ranges_m })
     });
     let LogLine { number, odometry, velocity, corrected, .. } = line;

@@ -9,7 +9,7 @@
 //! its properties, and those that it attaches directly, an SCXML machine (`monitoring/machine.rs`) or a program graph
 //! of the paper's figure. `scenario/declaration` declares the processes and channels, so that a scenario whose skills
 //! and components do not fit together is refused when it is loaded; and a scenario is loaded only if the robot can
-//! reach the places that it names: `scenario/places.rs` asks `nav::Reach`, which starts and ends paths as the planner
+//! reach the places that it names: `scenario/places.rs` uses `nav::Reach`, which starts and ends paths as the planner
 //! does. A scenario without a map has no `Premises`. A scenario of a RoAML model has its `Model`, from which tree,
 //! skills and components come.
 //!

@@ -12,7 +12,7 @@ use crate::obstacles::{Movable, Obstacle, ObstaclePose, named};
 use crate::physics::{Body, Physics};
 use crate::room::distance_to;
 
-/// Takes a box off the floor. Without a pose, it is out of everybody's way and view.
+/// Takes a box off the floor. Without a pose, it obstructs nothing and is seen by nothing.
 pub(crate) fn pick_up(world: &mut World, name: &str) -> Result<(), BoxError> {
     let lifted = named::<Movable>(world, name).ok_or_else(|| BoxError::Unknown(name.to_owned()))?;
     world.entity_mut(lifted).take::<ObstaclePose>().ok_or_else(|| BoxError::Lifted(name.to_owned()))?;
@@ -51,7 +51,7 @@ fn obstruction(world: &mut World, robot: Entity, lifted: Entity, to: &Pose) -> O
     let here = frame.pose_to_glam(to);
     let overlaps = |pose: &_, outline: &dyn parry2d::shape::Shape| {
         let test = intersection_test(&here, &*carried.outline, pose, outline);
-        test.expect("parry knows discs, boxes and compounds of boxes").intersecting
+        test.expect("parry supports discs, boxes and compounds of boxes").intersecting
     };
     if building.blocks.as_ref().is_some_and(|walls| overlaps(&Default::default(), &**walls)) {
         return Some(Obstruction::Wall);

@@ -35,7 +35,7 @@ pub use walk::{Manners, Pauses, RouteEnd, Walk};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimConfig {
-    /// Size, limits and lasers of the robot, which its software knows as well.
+    /// Size, limits and lasers of the robot, which its software has as well.
     pub model: RobotModel,
     /// Duration of a step. Default 20 ms.
     pub dt: Duration,

@@ -167,8 +167,8 @@ pub(crate) fn drive_robot(
 ) {
     let (body, pose, battery, mut drive) = robot.into_inner();
     let arrived = drive.commands.receive(clock.now, faults.base.command_delay);
-    let asked = faults.base.velocity_override.unwrap_or(arrived);
-    let command = if battery.is_empty() { VelocityCommand::STOP } else { asked };
+    let commanded = faults.base.velocity_override.unwrap_or(arrived);
+    let command = if battery.is_empty() { VelocityCommand::STOP } else { commanded };
     if faults.base.emergency_stop {
         drive.put_down(&pose.0);
     } else {

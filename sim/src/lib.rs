@@ -3,7 +3,7 @@
 //! A [`Simulation`] is a world in the plane: the walls of an occupancy grid, a round robot with two driven wheels,
 //! lasers, odometry and a battery, a charging station, and other bodies. Each [`step`](Simulation::step) advances it by
 //! the fixed [`SimConfig::dt`]. It is a [`robot::Robot`]: the robot's software reads measurements and sends velocity
-//! commands, and cannot tell it from a real robot.
+//! commands, and cannot distinguish it from a real robot.
 //!
 //! ```
 //! use maps::{Cell, CellIndex, OccupancyGrid, pose};
@@ -36,7 +36,7 @@
 //!
 //! # Faults
 //! Every fault of the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
-//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), whose documentation says
+//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), whose documentation states
 //! where in a step each acts. Instantaneous faults are methods ([`Simulation::kidnap`],
 //! [`Simulation::set_battery_charge`]).
 //!

@@ -78,7 +78,7 @@ impl Chart {
         }
         let mut problems = Conversation::of(self, can_halt).problems();
         problems.sort_by_key(Problem::offset);
-        (!problems.is_empty()).then(|| Concerns::new(self.file().clone(), problems))
+        Concerns::of(self.file(), problems)
     }
 
     /// Whether the machine may give the tree a value of the port with this name in an answer.
@@ -204,7 +204,7 @@ impl<'c> Conversation<'c> {
             }
         }
         let with_event = || ways.iter().copied().filter(|way| !is_eventless(&way));
-        let of_others: Vec<TransitionId> = with_event().filter(|way| self.hears_others(*way)).collect();
+        let of_others: Vec<TransitionId> = with_event().filter(|way| self.handles_others(*way)).collect();
         for way in of_others {
             next.extend(self.take(way, state, owes));
         }
@@ -244,7 +244,7 @@ impl<'c> Conversation<'c> {
 
     /// Whether a transition handles events that are no requests of the tree. Whatever handles any event does so only if
     /// the machine gets others: those that it sends itself, and answers of components.
-    fn hears_others(&self, way: TransitionId) -> bool {
+    fn handles_others(&self, way: TransitionId) -> bool {
         let [tick, halt] = [request("tick"), request("halt")];
         self.chart.transition(way).descriptors.iter().any(|descriptor| {
             let text = &*descriptor.text;

@@ -79,7 +79,7 @@ pub(crate) enum Binding {
 ///   <state id="off"><transition event="press" target="on"/></state>
 ///   <state id="on"><transition event="press" target="off"/></state>
 /// </scxml>"#)?;
-/// assert!(chart.hears("press") && !chart.hears("pull"));
+/// assert!(chart.handles("press") && !chart.handles("pull"));
 /// assert!(chart.find_state("on").is_some());
 /// assert!(chart.warnings().is_empty());
 /// # Ok::<(), skills::SkillError>(())
@@ -126,8 +126,7 @@ impl Chart {
     /// The warnings, to be rendered with the file; `None` if there are none.
     #[must_use]
     pub fn concerns(&self) -> Option<Concerns> {
-        let problems = || Concerns::new(self.file.clone(), self.warnings.clone());
-        (!self.warnings.is_empty()).then(problems)
+        Concerns::of(&self.file, self.warnings.clone())
     }
 
     /// The `<scxml>` element as the root of all states.
@@ -191,8 +190,8 @@ impl Chart {
 
     /// Whether some transition handles events with this name.
     #[must_use]
-    pub fn hears(&self, event: &str) -> bool {
-        self.events.hears(event)
+    pub fn handles(&self, event: &str) -> bool {
+        self.events.handles(event)
     }
 
     /// Whether an event descriptor other than `*` matches events with this name.
@@ -202,8 +201,8 @@ impl Chart {
     }
 
     /// Whether a transition may handle such an event, here or in a machine to which everything is forwarded.
-    pub(crate) fn may_hear(&self, event: &str) -> bool {
-        self.hears(event) || self.invokes().any(|invoke| invoke.auto_forward)
+    pub(crate) fn may_handle(&self, event: &str) -> bool {
+        self.handles(event) || self.invokes().any(|invoke| invoke.auto_forward)
     }
 
     /// The messages that the machine sends over channels to processes other than `known`, to be rendered; `None` if
@@ -222,7 +221,7 @@ impl Chart {
             }
         });
         problems.dedup_by_key(|problem| problem.to_string());
-        (!problems.is_empty()).then(|| Concerns::new(self.file.clone(), problems))
+        Concerns::of(&self.file, problems)
     }
 
     /// The messages that the machine sends over channels, as far as they are literal: the target process, and the

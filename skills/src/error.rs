@@ -98,10 +98,9 @@ pub enum SkillError {
 
 /// Warnings about a machine that can run; to be rendered, not an error.
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
-#[error("the skill {file} can run, with warnings: {}", count(.problems))]
+#[error("the skill {} can run, with warnings: {}", .text.name(), count(.problems))]
 #[diagnostic(severity(Warning))]
 pub struct Concerns {
-    file: String,
     #[source_code]
     text: Source,
     #[related]
@@ -109,8 +108,9 @@ pub struct Concerns {
 }
 
 impl Concerns {
-    pub(crate) fn new(text: Source, problems: Vec<Problem>) -> Self {
-        Self { file: text.name().to_owned(), text, problems }
+    /// `None` if there are no problems.
+    pub(crate) fn of(text: &Source, problems: Vec<Problem>) -> Option<Self> {
+        (!problems.is_empty()).then(|| Self { text: text.clone(), problems })
     }
 }
 

@@ -58,7 +58,7 @@
 //!   each request once: an answer without a request is `error.communication`, and an error of the machine. Only the
 //!   answer to the last request on a channel counts: other answers, and repeated ones, are received and dropped.
 //! - A request from another machine becomes an event with its own name: the request `[<say>, "hello"]` is the event
-//!   `say`, whoever sent it, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's
+//!   `say`, from any sender, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's
 //!   next request is received when the last one has been answered. Requests of the tree are always received, and are
 //!   the events `BT.tick` and `BT.halt`.
 //! - An *action* takes time. The client sends the goal `pick.goal`, and may send `pick.cancel` while it is pursued. The
@@ -152,7 +152,7 @@ pub use process::{
 };
 pub use rehearsal::{Cue, Cues, Ending, RehearsalLine, RehearsalLineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};
-pub use texts::{HeardEvent, PassedText, TextSources, TextUse};
+pub use texts::{PassedText, ReceivedEvent, TextSources, TextUse};
 
 /// How to treat an expression that cannot be compiled, an unknown name, or an invalid delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

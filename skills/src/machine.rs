@@ -140,7 +140,7 @@ struct Invoked {
     state: StateId,
     /// The index of the `<invoke>` in the state.
     index: usize,
-    /// The id by which the parent knows it.
+    /// Its id in the parent.
     id: Arc<str>,
     machine: Machine,
 }

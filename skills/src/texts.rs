@@ -1,7 +1,7 @@
 //! A machine's use of the texts that it receives: what it compares them with, where it keeps them and passes them on.
 //!
 //! A proof tries only as many texts as can be told apart, so everything that a machine does with a text that something
-//! outside the system chooses is followed here. Texts that the machine knows itself may be used in any way.
+//! outside the system chooses is followed here. The machine's own texts may be used in any way.
 
 mod evaluate;
 mod family;
@@ -9,7 +9,7 @@ mod sources;
 mod trigger;
 mod walk;
 
-pub use self::sources::{HeardEvent, PassedText, TextSources, TextUse};
+pub use self::sources::{PassedText, ReceivedEvent, TextSources, TextUse};
 
 #[cfg(test)]
 mod tests {
@@ -27,18 +27,18 @@ mod tests {
             <datamodel>{data}</datamodel><state id="s">{body}</state></scxml>"#
         );
         let chart = Chart::load("m.scxml", &text).expect("a sound machine");
-        let event = |name: &str, fields: Vec<(&str, Possible)>| HeardEvent {
+        let event = |name: &str, fields: Vec<(&str, Possible)>| ReceivedEvent {
             names: vec![name.to_owned()],
             fields: fields.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
             others: Possible::default(),
         };
-        let heard = [
+        let received = [
             event("O.v", vec![("v", Possible::choice(0)), ("w", Possible::choice(1)), ("n", Possible::number())]),
             event("P.v", vec![("v", Possible::number()), ("place", Possible::texts(["Dock", "Lab"]))]),
         ];
         let (ports, choices) = (BTreeMap::new(), ["`v` of O".to_owned(), "`w` of O".to_owned()]);
         let given = [("given", Datum::text("from the scenario"))];
-        chart.text_use(TextSources { given: &given, ports: &ports, heard: &heard, choices: &choices })
+        chart.text_use(TextSources { given: &given, ports: &ports, received: &received, choices: &choices })
     }
 
     /// The texts with which `v` is compared.

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::out_file::OutFile;
 
-/// A program that runs a tree, and what is done with what it tells.
+/// A program that runs a tree, and what is done with what it sends.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct GrootArgs {
     /// Shows the tree that a program with BehaviorTree.CPP runs: the host, and the port of its Groot2Publisher
@@ -15,10 +15,10 @@ pub(crate) struct GrootArgs {
     /// Checks the program against a property file, or a shipped one by its name; may be given more than once
     #[arg(long = "property", value_name = "FILE", conflicts_with = "runs")]
     pub(crate) properties: Vec<PathBuf>,
-    /// Writes what the program tells to FILE, a recording; after each change of the tree to another, with a number
+    /// Writes what the program sends to FILE, a recording; after each change of the tree to another, with a number
     #[arg(long, value_name = "FILE", conflicts_with = "runs")]
     pub(crate) record: Option<OutFile>,
-    /// Only asks for the statuses of the nodes, a hundred times a second, and leaves transitions to others, such as
+    /// Only requests the statuses of the nodes, a hundred times a second, and leaves transitions to others, such as
     /// Groot2: what changes in between is not seen
     #[arg(long, conflicts_with = "runs")]
     pub(crate) passive: bool,

@@ -68,7 +68,7 @@ fn open_bag(path: &Path, topics: &TopicArgs) -> Result<Log, Error> {
     })?;
     notes.iter().for_each(|text| note(text));
     if recording.corrected_scans().next().is_none() {
-        let message = format!("{} does not say where the robot really was", path.display());
+        let message = format!("{} does not have the robot's true poses", path.display());
         let help = "name a topic with poses on the map (`--pose-topic`), or record /tf with the frame `map`";
         return Err(Error::refused(message, help));
     }

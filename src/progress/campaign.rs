@@ -30,7 +30,7 @@ impl CampaignProgress {
         bar.set_length(progress.all);
         bar.set_position(progress.done);
         let Some(estimated) = self.estimated else {
-            // Runs of earlier sessions say nothing about the speed of this one.
+            // Runs of earlier sessions do not count for the speed of this one.
             bar.reset_elapsed();
             bar.reset_eta();
             bar.set_message(estimates(progress));

@@ -94,7 +94,7 @@ fn in_words(Round { number, levels, progress }: &Round) -> String {
     let mut text = format!("depth {}, {} MiB", progress.depth, progress.memory >> 20);
     if *number > 1 {
         text += &format!(", round {number}");
-        // The first round says nothing about its levels, which are the coarsest.
+        // The levels of the first round are the coarsest, and not shown.
         if let Some(levels) = levels {
             text += &format!(" with {levels} classes of levels");
         }

@@ -153,12 +153,12 @@ impl Finding {
         };
         let failed = |message| CaseResult::Failed { message, details };
         let trail = self.violation.as_ref().map(|found| found.trail(property, places)).unwrap_or_default();
-        // The details of a result that is not as expected say more.
-        let told = trail.iter().filter(|_| self.is_as_expected());
+        // The details of a result that is not as expected contain more.
+        let steps = trail.iter().filter(|_| self.is_as_expected());
         Case {
             group: "proofs",
             name: property.clone(),
-            story: told.map(|step| step.words.clone()).collect(),
+            story: steps.map(|step| step.words.clone()).collect(),
             result: self.difference().map_or(CaseResult::Passed, failed),
             found: if self.vacuous().is_some() { "proved vacuously".to_owned() } else { self.result().to_string() },
             place: places.properties.get(property).cloned(),

@@ -23,7 +23,7 @@ Topics that it publishes, reliably:
 
 Topics that it reads:
   cmd_vel                       what it obeys: Twist or TwistStamped
-  initialpose                   with --localize: where it is told that it is
+  initialpose                   with --localize: the pose that it starts from
 
 Action that it serves:
   navigate_to_pose              with --navigate: as Nav2's
@@ -44,7 +44,7 @@ const WITHOUT_A_PAGE: [&str; 10] =
 /// What `--live` does here.
 const PAGE: &str = "Shows the run on a page in the browser, on which a person can intervene";
 
-/// The robot, and who may drive it.
+/// The robot, and how it may be driven.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = TOPICS)]
 #[command(mut_arg("live", |live| live.help(PAGE).conflicts_with_all(WITHOUT_A_PAGE)))]
@@ -84,7 +84,7 @@ pub(crate) struct SimArgs {
     /// How many simulated seconds pass in a second; `inf` for as many as possible
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, conflicts_with = "lock_step", value_parser = above_0)]
     pub(super) speed: f64,
-    /// Waits in each period for its command, and then goes on at once: a run is the same every time if who drives is
+    /// Waits in each period for its command, and then goes on at once: a run is the same every time if its driver is
     #[arg(long)]
     pub(super) lock_step: bool,
     /// The time between two commands in lock step, in simulated seconds: a multiple of the step, 0.02 s

@@ -17,17 +17,17 @@ use crate::moment::moment;
 use crate::output::{note, print_json_line, print_wrapped};
 use crate::progress::FollowProgress;
 
-/// What is done with a violation, of this property, with this verdict. It returns what is to be said of it.
+/// What is done with a violation, of this property, with this verdict. It returns a note about it.
 pub(crate) type Alarm = Box<dyn FnMut(&str, &Value) -> Option<String>>;
 
-/// What is done with verdicts, besides being said.
+/// What is done with verdicts, besides being reported.
 #[derive(Default)]
 pub(crate) struct Reactions {
     /// The command that is started with each violation.
     pub(crate) hook: Option<String>,
     /// What else is to be done with each.
     pub(crate) alarm: Option<Alarm>,
-    /// What tells others how all properties stand.
+    /// What publishes how all properties stand.
     pub(crate) publish: Option<Publish>,
 }
 
@@ -45,14 +45,14 @@ pub(crate) struct Announcer {
     published: Option<Instant>,
     has_changed: bool,
     line: FollowProgress,
-    said: Vec<Said>,
+    reported: Vec<Reported>,
     /// The time of the last event.
     time: Duration,
     /// Whether everything that had been written has been read once: what lies before is not behind, but old.
     has_caught_up: bool,
 }
 
-/// What is said of a property.
+/// What is reported of a property.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Announcement {
     Violated,
@@ -77,15 +77,15 @@ impl Announcement {
     }
 }
 
-/// What has been said of a property.
+/// What has been reported of a property.
 #[derive(Default)]
-struct Said {
+struct Reported {
     verdict: Option<Announcement>,
     /// The number of its violations.
     violations: u64,
     /// Since when something is due.
     waiting_since: Option<Duration>,
-    /// Whether it has been said to be violated.
+    /// Whether it has been reported as violated.
     has_been_violated: bool,
     /// Why it is unsure.
     why: Option<String>,
@@ -93,7 +93,7 @@ struct Said {
     unless: Option<String>,
 }
 
-impl Said {
+impl Reported {
     fn in_words(&self) -> String {
         match (self.verdict, self.waiting_since) {
             (Some(Announcement::Violated), _) if self.unless.is_some() => {
@@ -105,7 +105,7 @@ impl Said {
         }
     }
 
-    /// As others are told.
+    /// As it is published.
     fn status(&self, property: &Property) -> PropertyStatus {
         let level = match self.verdict {
             Some(Announcement::Violated) => Level::Error,
@@ -124,13 +124,13 @@ impl Said {
 
 impl Announcer {
     pub(crate) fn boxed(is_json: bool, reactions: Reactions) -> Box<dyn VerdictObserver> {
-        let (line, said, hooked) = (FollowProgress::new(), Vec::new(), Vec::new());
+        let (line, reported, hooked) = (FollowProgress::new(), Vec::new(), Vec::new());
         let (published, has_changed, has_caught_up) = (None, false, false);
         let time = Duration::ZERO;
-        Box::new(Self { is_json, reactions, hooked, published, has_changed, line, said, time, has_caught_up })
+        Box::new(Self { is_json, reactions, hooked, published, has_changed, line, reported, time, has_caught_up })
     }
 
-    /// Tells others how the properties stand, if some have changed, and now and then.
+    /// Publishes how the properties stand, if some have changed, and now and then.
     fn publish(&mut self, properties: &[Property]) {
         let Some(publish) = &mut self.reactions.publish else { return };
         let patience = if self.has_changed { MOST_OFTEN } else { OFTEN };
@@ -138,13 +138,13 @@ impl Announcer {
             return;
         }
         (self.published, self.has_changed) = (Some(moment()), false);
-        self.said.resize_with(properties.len(), Said::default);
+        self.reported.resize_with(properties.len(), Reported::default);
         let statuses: Vec<PropertyStatus> =
-            properties.iter().zip(&self.said).map(|(property, said)| said.status(property)).collect();
+            properties.iter().zip(&self.reported).map(|(property, reported)| reported.status(property)).collect();
         publish(&statuses);
     }
 
-    fn say(
+    fn report(
         &mut self,
         property: &Property,
         verdict: Announcement,
@@ -152,7 +152,7 @@ impl Announcer {
         context: &LogContext,
     ) -> Result<(), Error> {
         let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
-        // That of the first violation says nothing of a later one.
+        // That of the first violation is not about a later one.
         let is_violated = verdict == Announcement::Violated;
         let witness = witness.filter(|witness| is_violated && witness.settled.time == self.time);
         let at_ns = context.start_ns.get().map(|start_ns| start_ns.saturating_add(nanoseconds(self.time)));
@@ -185,12 +185,12 @@ impl Announcer {
         self.line.pause(|| print_wrapped(text))
     }
 
-    /// Starts the command of a violation, which reads the verdict from its standard input. Nobody waits for it.
+    /// Starts the command of a violation, which reads the verdict from its standard input. Its end is not awaited.
     fn call(&mut self, verdict: &Value) {
         self.hooked.retain_mut(|child| matches!(child.try_wait(), Ok(None)));
         let Some(hook) = &self.reactions.hook else { return };
         let (shell, option) = if cfg!(windows) { ("cmd", "/C") } else { ("sh", "-c") };
-        // What it says is none of our output.
+        // Its output is none of ours.
         let started = Command::new(shell).args([option, hook]).stdin(Stdio::piped()).stdout(stderr()).spawn();
         match started {
             Ok(mut child) => {
@@ -211,15 +211,15 @@ impl Announcer {
             let widest = properties.iter().map(|property| property.name.chars().count()).max().unwrap_or(0);
             let states = properties
                 .iter()
-                .zip(&self.said)
-                .map(|(property, said)| format!("\n{:<widest$}  {}", property.name, said.in_words()));
+                .zip(&self.reported)
+                .map(|(property, reported)| format!("\n{:<widest$}  {}", property.name, reported.in_words()));
             format!("{:.1} s{newest}{}", self.time.as_secs_f64(), states.collect::<String>())
         });
     }
 }
 
 impl VerdictObserver for Announcer {
-    /// Says what is new after an event, or since messages are missing.
+    /// Reports what is new after an event, or since messages are missing.
     fn follow(
         &mut self,
         time: Duration,
@@ -228,53 +228,53 @@ impl VerdictObserver for Announcer {
         context: &LogContext,
     ) -> Result<(), Error> {
         self.time = time;
-        self.said.resize_with(properties.len(), Said::default);
+        self.reported.resize_with(properties.len(), Reported::default);
         for (index, property) in properties.iter().enumerate() {
-            let said = &mut self.said[index];
+            let reported = &mut self.reported[index];
             // One that rests on what channels can carry is no verdict yet: a message that they cannot may be left out.
             let settled = doubts.verdict(index, property);
             let (why, later) = (doubts.why(index), doubts.why_later(index));
             let waits = property.monitor.verdict() == Verdict::Inconclusive && property.monitor.is_open();
-            said.waiting_since = if waits { said.waiting_since.or(Some(time)) } else { None };
+            reported.waiting_since = if waits { reported.waiting_since.or(Some(time)) } else { None };
             // Nothing has been lost on the channel whose next message has come.
-            if why.is_none() && said.unless.is_some() && doubts.unless(index, property).is_none() {
-                said.unless = None;
+            if why.is_none() && reported.unless.is_some() && doubts.unless(index, property).is_none() {
+                reported.unless = None;
                 self.has_changed = true;
-                self.say(property, Announcement::ViolatedForSure, None, context)?;
+                self.report(property, Announcement::ViolatedForSure, None, context)?;
             }
-            let said = &mut self.said[index];
+            let reported = &mut self.reported[index];
             let violations = property.scope_monitor().and_then(|monitor| monitor.violations());
             let count = violations.map_or(0, |violations| violations.count);
             let verdict = match (settled, why) {
                 (_, Some(_)) => Some(Announcement::Unsure),
-                // Whether it was violated again is unsure, so nothing is said of that.
-                (Verdict::False, None) if later.is_some() && said.has_been_violated => said.verdict,
+                // Whether it was violated again is unsure, so that is not reported.
+                (Verdict::False, None) if later.is_some() && reported.has_been_violated => reported.verdict,
                 (Verdict::False, None) if violations.is_some_and(|all| all.goes_on && all.since.is_none()) => {
                     Some(Announcement::HoldsAgain)
                 }
                 (Verdict::False, None) => Some(Announcement::Violated),
                 (Verdict::True, None) => Some(Announcement::Satisfied),
                 (Verdict::Inconclusive, None) => {
-                    (said.verdict == Some(Announcement::Unsure)).then_some(Announcement::SureAgain)
+                    (reported.verdict == Some(Announcement::Unsure)).then_some(Announcement::SureAgain)
                 }
             };
             let is_violated = verdict == Some(Announcement::Violated);
-            let is_again = is_violated && count > said.violations && later.is_none();
-            let is_new = verdict != said.verdict || is_again;
-            said.has_been_violated |= is_violated;
+            let is_again = is_violated && count > reported.violations && later.is_none();
+            let is_new = verdict != reported.verdict || is_again;
+            reported.has_been_violated |= is_violated;
             self.has_changed |= is_new;
-            (said.verdict, said.violations) = (verdict, count);
-            if said.why.as_deref() != why {
-                said.why = why.map(str::to_owned);
+            (reported.verdict, reported.violations) = (verdict, count);
+            if reported.why.as_deref() != why {
+                reported.why = why.map(str::to_owned);
             }
             if verdict == Some(Announcement::Unsure) {
-                said.unless = None;
+                reported.unless = None;
             } else if is_new && is_violated {
-                said.unless = doubts.unless(index, property);
+                reported.unless = doubts.unless(index, property);
             }
             if let Some(verdict) = verdict.filter(|_| is_new) {
-                let unless = said.unless.clone().filter(|_| is_violated).map(|unless| format!("unless {unless}"));
-                self.say(property, verdict, unless.as_deref().or(why), context)?;
+                let unless = reported.unless.clone().filter(|_| is_violated).map(|unless| format!("unless {unless}"));
+                self.report(property, verdict, unless.as_deref().or(why), context)?;
             }
         }
         self.show(properties, context);
@@ -289,8 +289,8 @@ impl VerdictObserver for Announcer {
         self.publish(properties);
     }
 
-    /// Says what is to be known of the messages, once there have been some: what is known from the start is said at the
-    /// end.
+    /// Prints what is to be known of the messages, once there have been some: what is known from the start is printed
+    /// at the end.
     fn note(&self, text: &str) {
         if self.time > Duration::ZERO && !self.is_json {
             self.line.pause(|| note(text));
@@ -299,7 +299,7 @@ impl VerdictObserver for Announcer {
 }
 
 /// How long ago a moment was, in seconds, if its clock counts from 1970.
-#[expect(clippy::disallowed_methods, reason = "says how late verdicts are")]
+#[expect(clippy::disallowed_methods, reason = "the delay of verdicts is in real time")]
 fn behind_s(ns: i64) -> Option<f64> {
     bags::date(ns)?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;

@@ -1,4 +1,4 @@
-//! Runs beside nodes of ROS 2 of which DDS loses messages: all results say what is unsure, and a log of the run gives
+//! Runs beside nodes of ROS 2 of which DDS loses messages: all results state what is unsure, and a log of the run gives
 //! the same verdicts.
 
 use std::ops::ControlFlow;
@@ -41,7 +41,7 @@ property pose_first := (not (Robot, BatteryReader, share > 0.1)) until (Robot, L
 /// A step, in milliseconds.
 const STEP_MS: u64 = 20;
 
-/// A robot that says its charge, 50 %, every second, and after 6 s another one; what is lost is said, too.
+/// A robot that reports its charge, 50 %, every second, and after 6 s another one; losses are reported, too.
 struct LossyRobot {
     charge_pct: f64,
     /// The time of each loss, when it began, and when it is over, in milliseconds.
@@ -151,7 +151,7 @@ fn verdicts_that_a_lost_message_could_change_are_unsure_in_the_run_and_in_its_lo
 }
 
 #[test]
-fn all_results_of_a_run_say_that_a_verdict_is_unsure() {
+fn all_results_of_a_run_state_that_a_verdict_is_unsure() {
     let folder = tempfile::tempdir().unwrap();
     let properties = folder.path().join("robot.scope");
     std::fs::write(&properties, PROPERTIES.lines().take(2).collect::<Vec<_>>().join("\n")).unwrap();

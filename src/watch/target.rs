@@ -48,7 +48,7 @@ impl TargetArgs {
 
     pub(super) fn about(&self) -> String {
         match &self.foxglove {
-            Some(address) => format!("A robot, as the bridge at {address} told it"),
+            Some(address) => format!("A robot, as forwarded by the bridge at {address}"),
             None => format!("A robot whose nodes are in DDS domain {}", self.domain.number),
         }
     }
@@ -65,7 +65,7 @@ impl TargetArgs {
         }
         let what = format!("nothing is known of a robot in DDS domain {}: no node, no topic", self.domain.number);
         let why = "the robot's nodes do not run, or are in another domain (their ROS_DOMAIN_ID; here `--domain`); they are \
-                   on another host or in a container that multicast does not reach, or are told to stay on their own \
+                   on another host or in a container that multicast does not reach, or are set to stay on their own \
                    (ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY); or they use only shared memory \
                    (FASTDDS_BUILTIN_TRANSPORTS=SHM), a discovery server (ROS_DISCOVERY_SERVER), SROS 2 or zenoh. A \
                    bridge sees them in any case: `--foxglove ws://HOST:8765`";

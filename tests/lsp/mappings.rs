@@ -138,7 +138,7 @@ fn types_that_only_a_robot_tells_are_left_open_and_named() {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(status == Some(0) && said.contains("a mapping of 2 topics, without the types of /cmd_vel"), "{said}");
     let (status, said) = check(&[&property, "--scenario", &mapping]);
-    assert!(status == Some(2) && said.contains("does not say what the messages of /cmd_vel"), "{said}");
+    assert!(status == Some(2) && said.contains("does not define what the messages of /cmd_vel"), "{said}");
     fs::write(&mapping, MAPPING).unwrap();
     let (status, said) = check(&[&property, "--scenario", &mapping]);
     assert!(status == Some(0) && said.contains("1 property; no problems found"), "{said}");

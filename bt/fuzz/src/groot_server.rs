@@ -1,4 +1,4 @@
-//! What somebody may ask about a tree that is run here.
+//! What a client may request about a tree that is run here.
 
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::net::{Shutdown, SocketAddr, TcpStream};
@@ -12,7 +12,7 @@ use crate::{Random, wire};
 
 const XML: &str = r#"<root BTCPP_format="4"> <BehaviorTree ID="Main" _fullpath=""> <Sequence name="all" _uid="1">
     <Work _uid="2"/> </Sequence> </BehaviorTree> </root>"#;
-/// Longer than the server waits for anybody.
+/// Longer than the server waits for a client.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Asks a server. If the first byte is even, the others are all that it is sent; otherwise, each is the code of a

@@ -129,7 +129,7 @@ impl Client {
             }
             [header, body @ ..] if body.len() < 2 => {
                 let tree = tree_of_reply(request, header);
-                let tree = tree.ok_or_else(|| self.foreign("its reply is not to what was asked"))?;
+                let tree = tree.ok_or_else(|| self.foreign("its reply is not to the request"))?;
                 if *self.tree.get_or_insert(tree) != tree {
                     return Err(GrootError::OtherTree { address: self.address.clone() });
                 }

@@ -15,7 +15,7 @@ pub enum GrootError {
         source: ZmtpError,
     },
     /// The reply violates the protocol.
-    #[error("{address} does not speak Groot2's protocol: {problem}")]
+    #[error("{address} does not follow Groot2's protocol: {problem}")]
     Foreign {
         /// The address of the program.
         address: String,

@@ -198,7 +198,7 @@ impl TreeWatch {
         if !self.is_passive {
             let transitions = self.client.transitions(self.began_us)?;
             if transitions.len() >= MOST_TRANSITIONS {
-                return Err(self.client.foreign("its nodes change faster than it can be asked about them"));
+                return Err(self.client.foreign("its nodes change faster than their changes can be requested"));
             }
             for transition in transitions {
                 let change = self.change(transition)?;
@@ -227,10 +227,10 @@ impl TreeWatch {
             let change = self.change(transition)?;
             if change.at_us < self.last_us {
                 self.record()?;
-                return self.report_missing("somebody else made the recording begin anew, or the clock was set back");
+                return self.report_missing("another client restarted the recording, or the clock was set back");
             }
             if change.status == self.nodes[change.node].status {
-                return self.report_missing("changes were told to somebody else, who asks for them, too");
+                return self.report_missing("another client has requested changes, and received them");
             }
             self.last_us = change.at_us;
             self.nodes[change.node].take(change.status);
@@ -248,7 +248,7 @@ impl TreeWatch {
         let changed: Vec<i64> = transitions.iter().map(|transition| transition.uid).collect();
         let is_unchanged = |node: &usize| !changed.contains(&self.tree.nodes()[*node].uid.into());
         if (0..before.len()).filter(is_unchanged).any(|node| before[node] != statuses[node]) {
-            return self.report_missing("changes were told to somebody else, who asks for them, too");
+            return self.report_missing("another client has requested changes, and received them");
         }
         self.take(transitions)
     }
@@ -287,7 +287,7 @@ impl TreeWatch {
             nodes[self.change(of)?.node] = Some(node.ok_or_else(unknown)?);
         }
         let all: Option<Vec<NodeSnapshot>> = nodes.into_iter().collect();
-        all.ok_or_else(|| self.client.foreign("it does not tell the statuses of all nodes"))
+        all.ok_or_else(|| self.client.foreign("it does not report the statuses of all nodes"))
     }
 }
 

@@ -53,7 +53,7 @@ pub enum ZmtpError {
     #[error("there is no answer within {:.1} s", .0.as_secs_f64())]
     Timeout(Duration),
     /// The other side uses a different protocol.
-    #[error("it does not speak ZeroMQ's protocol: {0}")]
+    #[error("it does not use ZeroMQ's protocol: {0}")]
     Foreign(String),
     /// The message is larger than the limit of the connection.
     #[error("it sends more than {0} bytes at once")]
@@ -116,7 +116,7 @@ impl Connection {
             return foreign("its version is older than 3");
         }
         if &theirs[12..17] != b"NULL\0" {
-            return foreign("it asks for authentication or encryption");
+            return foreign("it requires authentication or encryption");
         }
         let mut ready = b"\x05READY".to_vec();
         for (name, value) in [(&b"Socket-Type"[..], socket.name()), (b"Identity", b"")] {
@@ -131,7 +131,7 @@ impl Connection {
         match properties.and_then(|properties| property(properties, b"socket-type")) {
             Some(theirs) if socket.peers().contains(&theirs) => Ok(connection),
             Some(theirs) => foreign(&format!("it is a socket {}", String::from_utf8_lossy(theirs).escape_debug())),
-            None => foreign("it does not say that it is ready"),
+            None => foreign("it does not report that it is ready"),
         }
     }
 

@@ -225,7 +225,9 @@ fn what_is_missing_is_noticed() {
     let many = transitions(&[(1, 1, 1), (2, 1, 0)]).repeat(500);
     let twice = transitions(&[(1, 1, 1), (2, 1, 1)]);
     let back = transitions(&[(9, 1, 1), (1, 1, 0)]);
-    for (received, why) in [(many, "more changed at once"), (twice, "somebody else, who asks"), (back, "begin anew")] {
+    for (received, why) in
+        [(many, "more changed at once"), (twice, "another client has requested"), (back, "restarted the recording")]
+    {
         let address =
             scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 12, 2, 0, 1]]), (b't', &[b"", &received, b""])]);
         let (mut watch, _) = begin(&address, false).unwrap();
@@ -245,7 +247,7 @@ fn what_is_missing_is_noticed() {
     // No transition is sent, but a node has another status: another client has received the transition.
     let address = scripted(&[(b'r', &[b"1000"]), (b'S', &[idle, &[1, 0, 2, 2, 0, 0]]), (b't', &[b""])]);
     let (mut watch, _) = begin(&address, false).unwrap();
-    assert!(matches!(next(&mut watch), TreeUpdate::Missing { why, .. } if why.contains("somebody else")));
+    assert!(matches!(next(&mut watch), TreeUpdate::Missing { why, .. } if why.contains("another client")));
 }
 
 /// Another client receives the transitions, and then the watch ends.
@@ -255,7 +257,7 @@ fn what_is_missing_at_the_end_is_noticed_too() {
     let address = scripted(&[(b'r', &[b"1000", b""]), (b'S', &[idle, &[1, 0, 13, 2, 0, 0]]), (b't', &[b""])]);
     let (mut watch, _) = begin(&address, false).unwrap();
     let last = watch.end().unwrap();
-    assert!(matches!(&last[..], [TreeUpdate::Missing { why, .. }] if why.contains("somebody else")), "{last:?}");
+    assert!(matches!(&last[..], [TreeUpdate::Missing { why, .. }] if why.contains("another client")), "{last:?}");
 }
 
 /// MessagePack of {"Main": {key: value, …}}.

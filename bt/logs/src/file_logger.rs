@@ -55,7 +55,7 @@ impl FileLog {
     }
 }
 
-/// The next bytes; `what` says what it means if the file ends before them.
+/// The next bytes; `what` is the problem if the file ends before them.
 fn whole<const N: usize>(input: &mut BufReader<File>, path: &Path, what: &str) -> Result<[u8; N], LogError> {
     let mut bytes = [0; N];
     match input.read_exact(&mut bytes) {

@@ -5,8 +5,8 @@
 //! program began to log. It is also Nav2's topic `/behavior_tree_log` in a bag, beside the file of the tree. A log has
 //! its [tree](LoggedTree), and every [`StatusChange`] of one of its nodes.
 //!
-//! Such a log does not know when the tree was ticked: a node that gives the same answer again leaves no trace. Nor does
-//! it know who was skipped, what was on the blackboard, and why a program has ended.
+//! Such a log does not contain when the tree was ticked: a node that gives the same answer again leaves no trace. Nor
+//! does it contain which nodes were skipped, what was on the blackboard, and why a program has ended.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -157,7 +157,7 @@ impl Log {
         &self.tree
     }
 
-    /// When it began, in microseconds since 1970; none if only its transitions tell.
+    /// When it began, in microseconds since 1970; none if it has only the times of its transitions.
     #[must_use]
     pub fn began_us(&self) -> Option<i64> {
         self.began_us

@@ -1,5 +1,5 @@
-//! Nav2's topic `/behavior_tree_log` in a bag: a message for each tick that ends running and changed something. Which
-//! tree it is about is not said.
+//! Nav2's topic `/behavior_tree_log` in a bag: a message for each tick that ends running and changed something. The
+//! messages do not name their tree.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -47,8 +47,8 @@ pub(crate) struct Nav2Log {
     waiting: VecDeque<LogEntry>,
     /// The time of the message before.
     last_us: Option<i64>,
-    /// How many losses of the bag have been told.
-    told: usize,
+    /// How many losses of the bag have been reported.
+    reported: usize,
 }
 
 /// How the messages of the topic are read.
@@ -73,11 +73,11 @@ struct Fields {
     current: usize,
 }
 
-/// What a message says of the tree.
+/// The contents of a message.
 struct Tick {
     at_us: i64,
     changes: Vec<StatusChange>,
-    /// Whether it begins with changes of an earlier tick, at a time that nobody knows.
+    /// Whether it begins with changes of an earlier tick, at an unknown time.
     is_late: bool,
 }
 
@@ -137,7 +137,7 @@ pub(crate) fn open(path: &Path, BagTree { tree, topic }: &BagTree) -> Result<(Lo
     let help = || "name the file of the tree that ran: `--tree FILE.xml`".to_owned();
     let (began_us, waiting) = topic.begin(&bag).map_err(|problem| unfit(problem, help()))?;
     let (messages, body) = (bag.messages_on([topic.name.as_str()]), Vec::new());
-    Ok((tree, Nav2Log { path: path.to_owned(), topic, began_us, messages, body, waiting, last_us: None, told: 0 }))
+    Ok((tree, Nav2Log { path: path.to_owned(), topic, began_us, messages, body, waiting, last_us: None, reported: 0 }))
 }
 
 /// The nodes by their names, or a name that several have.
@@ -197,7 +197,7 @@ impl Topic {
             return Err(format!("no message on {} is about the tree; the first: {first}", self.name));
         }
         let gap = |flaw| move |why| LogEntry::Lost(LogGap { since_us: None, flaw, why });
-        // Whichever of the others fit by chance cannot be told from the tree's own.
+        // Messages of another tree that fit by chance cannot be distinguished from the tree's own.
         let foreign = first.map(|first| {
             let count = if foreign == 1 { "1 message".to_owned() } else { format!("{foreign} messages") };
             format!("{count} of {} on {} cannot be of this tree; the first: {first}", fit + foreign, self.name)
@@ -206,7 +206,7 @@ impl Topic {
         Ok((began_us, lost.chain(foreign.map(gap(Flaw::Mixed))).collect()))
     }
 
-    /// What a message says of the tree.
+    /// The contents of a message.
     fn tick(&self, body: &[u8]) -> Result<Tick, Unfit> {
         let unreadable = || Unfit::Unreadable("it is not a message of its type".to_owned());
         let message = self.decoder.decode(body).map_err(|mismatch| Unfit::Unreadable(mismatch.to_string()))?;
@@ -274,8 +274,8 @@ impl Nav2Log {
                 return Ok(Some(entry));
             }
             let received = self.messages.receive(&mut self.body);
-            let lost = self.messages.lost().get(self.told..).unwrap_or_default().join("; ");
-            self.told = self.messages.lost().len();
+            let lost = self.messages.lost().get(self.reported..).unwrap_or_default().join("; ");
+            self.reported = self.messages.lost().len();
             let lost = (!lost.is_empty()).then_some(lost);
             match received {
                 Received::Message(_) => {
@@ -310,7 +310,7 @@ impl Nav2Log {
 
     fn take(&mut self, Tick { at_us, changes, is_late }: Tick) {
         if is_late {
-            let why = "the end of a goal came only with the next goal, and simulated time does not tell when it was";
+            let why = "the end of a goal came only with the next goal, at an unknown time, since time is simulated";
             let since_us = self.last_us.or(Some(at_us));
             self.waiting.push_back(LogEntry::Lost(LogGap { since_us, flaw: Flaw::Late, why: why.to_owned() }));
         }

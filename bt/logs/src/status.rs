@@ -1,4 +1,4 @@
-//! What a log says: a node got another status.
+//! The contents of a log: a node got another status.
 
 use channels::Flaw;
 
@@ -44,7 +44,7 @@ impl NodeStatus {
     }
 }
 
-/// What a log says next.
+/// The next item of a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LogEntry {
     /// A node got another status.
@@ -67,7 +67,7 @@ pub struct LogGap {
 /// A node got another status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StatusChange {
-    /// When, in microseconds since 1970 by the clock of whoever wrote the log. That clock may have been set back.
+    /// When, in microseconds since 1970 by the clock of the log's writer. That clock may have been set back.
     pub at_us: i64,
     /// The node's index in [`LoggedTree::nodes`](crate::LoggedTree::nodes).
     pub node: usize,
@@ -87,7 +87,7 @@ impl StatusChange {
 /// A transition as it is written, which may not fit its tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoggedTransition {
-    /// By the clock of whoever wrote it, in microseconds since 1970.
+    /// By the clock of the program that wrote it, in microseconds since 1970.
     pub at_us: i64,
     /// The number of the node.
     pub uid: i64,
@@ -96,7 +96,7 @@ pub struct LoggedTransition {
 }
 
 impl LoggedTransition {
-    /// How many bytes one has in a file `.btlog` and in what a running program tells.
+    /// How many bytes one has in a file `.btlog` and in the reply of a running program.
     pub const BYTES: usize = 9;
 
     /// Reads one: the time in microseconds since `began_us` has six bytes, the node's number two, and its status one,

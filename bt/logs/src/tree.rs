@@ -37,7 +37,7 @@ pub struct LoggedNode {
     pub is_leaf: bool,
 }
 
-/// A tree as BehaviorTree.CPP tells it while it runs it, or in the log of that.
+/// A tree as BehaviorTree.CPP sends it while it runs it, or logs it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoggedTree {
     /// In document order: the root is the first, and every node comes after its parent.

@@ -36,7 +36,7 @@ pub enum Type {
     Other(String),
 }
 
-/// The maximum nesting of lists: no one needs more, and a type with a million levels would exhaust the stack.
+/// The maximum nesting of lists: more is not needed, and a type with a million levels would exhaust the stack.
 const MAX_LISTS: usize = 8;
 
 impl Type {

@@ -113,7 +113,7 @@ impl TreeState {
 
     /// From now on, changes of status are noted.
     pub(crate) fn begin_journal(&mut self) {
-        self.journal.begin(self.marks.iter().map(|mark| mark.told()));
+        self.journal.begin(self.marks.iter().map(|mark| mark.reported()));
     }
 
     /// The changes of status since the last call.
@@ -125,7 +125,7 @@ impl TreeState {
     #[inline]
     pub(super) fn mark(&mut self, node: u32, mark: Mark) {
         self.marks[node as usize] = mark;
-        self.journal.note(node, mark.told());
+        self.journal.note(node, mark.reported());
     }
 
     /// The nodes within their tick.

@@ -115,7 +115,7 @@ impl BlackboardProcess {
                 .map(BoardAnswer::message)
                 .map_err(|error| error.to_string()),
         };
-        // A node that asks at every tick would add the same fault each time, and the list would grow forever.
+        // A node with a question at every tick would add the same fault each time, and the list would grow forever.
         answer.unwrap_or_else(|message| {
             let fault = Fault { node: NodeId(node), message };
             if !self.faults.contains(&fault) {
@@ -126,7 +126,7 @@ impl BlackboardProcess {
     }
 }
 
-/// Reads a node's ports or runs its scripts, as its question asks.
+/// Reads a node's ports or runs its scripts, as its question requires.
 fn evaluate(tree: &Tree, node: u32, question: &Message, board: &mut Blackboard) -> Result<BoardAnswer, ReadError> {
     let (program, kind) = (&tree.program, tree.node(NodeId(node)).kind());
     let status = symbol(question, 3).and_then(status_of);

@@ -56,7 +56,7 @@ pub fn node_processes(
     composition.declare_members(whole, bt)?;
     composition.declare_pairs()?;
 
-    // The process above the root stands for the executor: it takes the ticks, and repeats one that a node asks for.
+    // The process above the root stands for the executor: it takes the ticks, and repeats one if a node requests that.
     let root = NodeProcess::new(Role::Root(ticks), vec![composition.child(above_root, tree.node(NodeId::ROOT))]);
     let mut processes: Vec<WiredProcess> = vec![(above_root, Box::new(root))];
     for node in tree.nodes().iter().filter(|node| composition.has_process(node)) {
@@ -86,7 +86,7 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
-/// Everything that has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the
+/// Everything that has happened to nodes in the current tick, as far as this process has it: to all nodes if it is the
 /// whole tree, to the children of its node if the tree's nodes are processes; nothing for any other process. If the
 /// process was brought into normal form, everything since then.
 #[must_use]
@@ -98,13 +98,13 @@ pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
 }
 
 /// The faults of a tree that is the process `bt` of a system: those of its last tick if it is one process, all so far
-/// if its nodes are processes. A caller that asks after every step of the system sees them all.
+/// if its nodes are processes. A caller that reads them after every step of the system gets them all.
 #[must_use]
 pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
     members(system.topology(), bt).filter_map(|member| system.any_process(member)).flat_map(faults_known_to).collect()
 }
 
-/// The faults that a process knows of, if it is (a part of) a tree.
+/// The faults that a process has recorded, if it is (a part of) a tree.
 #[must_use]
 pub fn faults_known_to(process: &dyn Process) -> Vec<Fault> {
     let process = process.as_any();
@@ -116,7 +116,7 @@ pub fn faults_known_to(process: &dyn Process) -> Vec<Fault> {
 }
 
 /// Begins to note the changes of status of a tree that is the process `bt` of a system. If the tree's nodes are
-/// processes, nothing is noted: they tell each other only what they need.
+/// processes, nothing is noted: they report to each other only what they need.
 pub fn note_transitions_in(system: &mut ChannelSystem, bt: ProcessId) {
     if let Some(process) = system.process_mut::<TreeProcess>(bt) {
         process.execution_mut().note_transitions();
@@ -158,7 +158,7 @@ struct Composition<'a> {
     tree: &'a Arc<Tree>,
     topology: &'a mut Topology,
     above_root: ProcessId,
-    /// The process that a node's parent asks: the node's own, or the one that runs its scripts.
+    /// The process to which a node's parent sends: the node's own, or the one that runs its scripts.
     members: Vec<ProcessId>,
     /// The processes that communicate with skills.
     leaves: BTreeMap<NodeId, ProcessId>,

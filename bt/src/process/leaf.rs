@@ -30,7 +30,7 @@ pub struct LeafProcess {
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct LeafWiring {
     pub(super) skill: Skill,
-    /// To the process that asks the leaf.
+    /// To the process that sends requests to the leaf.
     pub(super) parent: ChannelPair,
     /// If the leaf has ports connected to blackboard entries.
     pub(super) board: Option<ChannelPair>,

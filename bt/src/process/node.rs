@@ -73,12 +73,12 @@ pub(super) struct InnerNode {
     pub(super) board: Option<ChannelPair>,
 }
 
-/// A child as its parent knows it.
+/// What a node needs of a child.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Child {
     pub(super) node: NodeId,
     pub(super) kind: Kind,
-    /// Whether it is a leaf with scripts: then its parent asks the process that runs them.
+    /// Whether it is a leaf with scripts: then its parent sends its requests to the process that runs them.
     pub(super) is_guarded: bool,
     pub(super) channels: ChannelPair,
 }
@@ -122,7 +122,7 @@ impl NodeProcess {
     /// Writes the statuses of the children, as seen in this tick.
     pub(super) fn show(&self, tick: Option<i64>, states: &mut [NodeState]) {
         if self.node().is_some_and(|node| node.kind.is_leaf()) {
-            // It is in front of the leaf: the parent knows the leaf's status.
+            // It is in front of the leaf: the parent has the leaf's status.
             return;
         }
         for (child, record) in self.wiring.children.iter().zip(&self.records) {

@@ -18,7 +18,6 @@ pub(crate) fn needs_reading(kind: Kind, memory: &Memory, was_idle: bool) -> bool
     }
 }
 
-/// What a node of this kind does when it is ticked.
 pub(crate) fn begin(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reaction {
     match kind {
         Kind::AlwaysSuccess => Reaction::answer(Status::Success),

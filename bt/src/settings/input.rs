@@ -6,7 +6,6 @@ use crate::Status;
 use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError, status_named};
 use crate::script::ScriptError;
 
-/// The source of a port's value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Input {
     /// A constant in the file.

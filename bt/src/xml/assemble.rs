@@ -326,7 +326,7 @@ impl Assembly<'_> {
             model.iter().flat_map(|model| &model.ports).filter(|port| !autoremap && !given.contains_key(&*port.name));
         let defaults = declared.filter_map(|port| Some((port.name.as_str(), port.default.as_deref()?)));
         let defaults = defaults.map(|(name, value)| (name, value, braced_key(value)));
-        // A subtree knows no `=` without braces, and its defaults know neither.
+        // In a subtree, `=` without braces has no meaning, and in its defaults, neither form has one.
         let given =
             given.iter().map(|(name, value)| (*name, *value, pointed_key(name, value).filter(|_| *value != "=")));
         let mut constants = Vec::new();

@@ -16,7 +16,7 @@ pub(super) fn required_id(element: roxmltree::Node<'_, '_>, meaning: &str, probl
         _ => {
             let problem = Problem::new(format!("<{}> has no ID", element.tag_name().name()));
             let problem = problem.at(tag_span(element), "needs ID=\"…\"");
-            problems.push(problem.with_help(format!("the ID says {meaning}")));
+            problems.push(problem.with_help(format!("the ID determines {meaning}")));
             None
         }
     }

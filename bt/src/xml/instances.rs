@@ -1,4 +1,4 @@
-//! Writing trees as BehaviorTree.CPP tells them while it runs them: in its logs, and to Groot2.
+//! Writing trees as BehaviorTree.CPP writes them while it runs them: in its logs, and for Groot2.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::{Kind, Node, Tree};
 const NOT_KEPT: [&str; 5] = ["ID", "name", "_autoremap", "_uid", "_fullpath"];
 
 impl Tree {
-    /// The tree in the form in which BehaviorTree.CPP tells it to Groot2 and in its logs (`WriteTreeToXML` with
+    /// The tree in the form in which BehaviorTree.CPP sends it to Groot2 and logs it (`WriteTreeToXML` with
     /// metadata): the main tree first, and a `<BehaviorTree>` for each place where another one is used, with the path
     /// of that place; every node with its name and its number, `_uid`, which is one more than its index here; and the
     /// models of leaves, as in [`to_xml`](Self::to_xml). Left out is what the library leaves out, such as

@@ -93,8 +93,8 @@ impl Assembled<'_> {
     }
 
     /// Whether a node is certainly ticked before the scripts that assign to an entry. It is if all of them follow it
-    /// in a sequence, and nothing above it in that sequence can pass over it. If entries can be unset, what was first
-    /// says nothing about later.
+    /// in a sequence, and nothing above it in that sequence can pass over it. If entries can be unset, nothing about
+    /// later follows from what was first.
     fn comes_first(&self, node: u32, by: Scripted) -> bool {
         let ops = &self.program.ops;
         let mut top = node;

@@ -144,7 +144,7 @@ impl Xml {
                 self.model(id, model, undeclared.into_iter().filter(|port| model.port(port).is_none()));
             }
         }
-        // Groot does not know them.
+        // Groot does not have them.
         let used = library.definitions.iter().flat_map(|definition| &definition.nodes).map(|node| node.kind);
         let used: BTreeSet<&str> = used.filter(|kind| kind.is_of_nav2()).map(Kind::name).collect();
         for id in used.into_iter().filter(|id| !library.models.contains_key(*id)) {

@@ -17,7 +17,7 @@ fn main() {
     divan::main();
 }
 
-/// Guests at a round table with a fork between every two neighbors, and the property that nobody is given the first
+/// Guests at a round table with a fork between every two neighbors, and the property that no guest is given the first
 /// fork while the other one of its guests holds it.
 fn table(guests: usize) -> (ChannelSystem, GraphMonitor) {
     let mut topology = Topology::default();

@@ -86,7 +86,7 @@
 //! `model` defines the searched system, and `environment` what drives it; `tables` computes each step of a process
 //! once; `semantics` applies the rules of channel systems to those tables; `store` keeps each state in a few packed
 //! words; `search` works breadth-first, layer by layer, on several threads; `passage` is the reduction; `path` replays
-//! a run that the search found; `substitute` says whether another process would change nothing in what was explored;
+//! a run that the search found; `substitute` finds whether another process would change nothing in what was explored;
 //! `promela` writes the same model for SPIN.
 
 mod environment;

@@ -73,7 +73,7 @@ pub(crate) struct Watching {
     pub(crate) ticked: [u32; 2],
 }
 
-/// A channel in a set of channels. Some channels share a bit: the set tells which ones it surely does not contain.
+/// A channel in a set of channels. Some channels share a bit: the set determines which ones it surely does not contain.
 #[inline]
 pub(crate) fn bit(channel: usize) -> u64 {
     1 << (channel % 64)

@@ -111,7 +111,7 @@ pub struct Exploration {
 /// The outcome of a search.
 #[derive(Debug)]
 pub enum Outcome {
-    /// No run violates the property, however long it is. [`Exploration::is_vacuous`] says whether the runs get far
+    /// No run violates the property, however long it is. [`Exploration::is_vacuous`] is whether the runs get far
     /// enough for this to mean anything.
     Proved,
     /// This run violates the property. It is a shortest one, unless the search was reduced.

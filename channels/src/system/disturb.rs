@@ -10,7 +10,7 @@ impl ChannelSystem {
     /// Starts a disturbance: it may act on messages that are sent from now on.
     ///
     /// # Panics
-    /// If the disturbance is not possible in this system, which [`Disturbance::check`] tells in advance.
+    /// If the disturbance is not possible in this system, which [`Disturbance::check`] finds in advance.
     pub fn disturb(&mut self, disturbance: Disturbance) -> DisturbanceId {
         let checked = disturbance.check(&self.topology);
         assert!(checked.is_ok(), "a disturbance is checked before it begins: {checked:?}");

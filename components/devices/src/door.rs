@@ -30,7 +30,7 @@ impl Door {
         *self = Self::new(&self.name);
     }
 
-    pub(crate) fn hear(&mut self, request: &str, client: &str, lines: &mut Lines<'_>) {
+    pub(crate) fn handle(&mut self, request: &str, client: &str, lines: &mut Lines<'_>) {
         match request {
             "open" | "close" => {
                 self.order = Some(request == "open");

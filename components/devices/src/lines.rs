@@ -26,6 +26,6 @@ impl<'a> Lines<'a> {
 
     fn send<const N: usize>(&mut self, target: Option<&str>, head: &str, fields: [(&str, Datum); N]) {
         let data = Datum::object(fields).expect("a few fields");
-        self.0.send(target, head, &data).expect("a device answers each request once, as its interface says");
+        self.0.send(target, head, &data).expect("a device answers each request once, as its interface requires");
     }
 }

@@ -36,7 +36,7 @@ impl People {
         }
     }
 
-    pub(crate) fn hear(&self, client: &str, lines: &mut Lines<'_>) {
+    pub(crate) fn handle(&self, client: &str, lines: &mut Lines<'_>) {
         let nearest_m = Datum::from(f64::from(self.nearest_mm) / 1000.0);
         lines.answer(client, [("count", self.count()), ("nearest_m", nearest_m)]);
     }

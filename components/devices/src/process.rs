@@ -21,7 +21,7 @@ use crate::{DeviceSettings, Surroundings};
 pub struct DeviceProcess {
     adapter: ChannelAdapter,
     work: Work,
-    /// Whether a fault keeps it from noticing anything, or from being heard.
+    /// Whether a fault keeps a sensor from detecting anything, or mutes a speaker.
     is_impaired: bool,
 }
 
@@ -83,7 +83,7 @@ impl DeviceProcess {
         }
     }
 
-    /// The text that a speaker is saying, and since when, if it can be heard.
+    /// The text that a speaker is saying, and since when, unless it is mute.
     #[must_use]
     pub fn speech(&self) -> Option<(Duration, &str)> {
         match &self.work {
@@ -115,11 +115,11 @@ impl Process for DeviceProcess {
         let Some(client) = event.origin.as_deref() else { return };
         let lines = &mut Lines::new(&mut self.adapter);
         match &mut self.work {
-            Work::Door(door) => door.hear(&event.name, client, lines),
-            Work::People(people) => people.hear(client, lines),
-            Work::Speaker(speaker) => speaker.hear(client, &event.data, now, lines),
-            Work::Signals(signals) => signals.hear(client, lines),
-            Work::Tray(tray) => tray.hear(&event.name, client, lines),
+            Work::Door(door) => door.handle(&event.name, client, lines),
+            Work::People(people) => people.handle(client, lines),
+            Work::Speaker(speaker) => speaker.handle(client, &event.data, now, lines),
+            Work::Signals(signals) => signals.handle(client, lines),
+            Work::Tray(tray) => tray.handle(&event.name, client, lines),
         }
     }
 

@@ -23,7 +23,7 @@ pub enum DeviceKind {
     Speaker,
     /// A button: pressed at set times.
     Button,
-    /// A microphone: hears requests at set times.
+    /// A microphone: detects requests at set times.
     Microphone,
     /// A tray on the robot: carries a box.
     Tray,
@@ -120,7 +120,7 @@ pub enum DeviceSettings {
     },
     /// A microphone.
     Microphone {
-        /// The requests that it hears, with their times.
+        /// The requests that it detects, with their times.
         hears: Vec<(Duration, String)>,
     },
     /// A tray.

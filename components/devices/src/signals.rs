@@ -1,4 +1,4 @@
-//! Buttons and microphones: what somebody presses or says, at set times.
+//! Buttons and microphones: presses and requests at set times.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -13,7 +13,7 @@ pub(crate) struct Signals {
     kind: SignalKind,
     /// Future signals and their times, in order.
     coming: VecDeque<(Duration, String)>,
-    /// Signals that have arrived and have not been asked for.
+    /// Signals that have arrived and have not been requested.
     noticed: VecDeque<String>,
 }
 
@@ -67,7 +67,7 @@ impl Signals {
         }
     }
 
-    pub(crate) fn hear(&mut self, client: &str, lines: &mut Lines<'_>) {
+    pub(crate) fn handle(&mut self, client: &str, lines: &mut Lines<'_>) {
         match self.kind {
             SignalKind::Button => {
                 lines.answer(client, [("pressed", Datum::from(!self.noticed.is_empty()))]);
@@ -82,7 +82,7 @@ impl Signals {
 
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.coming.iter_mut().for_each(|(at, _)| form.time(at));
-        form.queue(self.noticed.len(), || format!("more than {} signals wait to be asked for", NormalForm::QUEUE))
+        form.queue(self.noticed.len(), || format!("more than {} signals wait to be requested", NormalForm::QUEUE))
     }
 
     pub(crate) fn location(&self) -> String {

@@ -30,7 +30,7 @@ impl Speaker {
         self.speech = None;
     }
 
-    pub(crate) fn hear(&mut self, client: &str, data: &Datum, now: Duration, lines: &mut Lines<'_>) {
+    pub(crate) fn handle(&mut self, client: &str, data: &Datum, now: Duration, lines: &mut Lines<'_>) {
         if self.speech.is_some() {
             lines.refuse(client, "busy");
             return;

@@ -192,7 +192,7 @@ fn a_people_sensor_counts_those_in_range_and_is_blind_when_impaired() {
 }
 
 #[test]
-fn a_speaker_answers_when_it_has_said_the_text_and_says_one_at_a_time() {
+fn a_speaker_answers_when_it_has_spoken_the_text_and_speaks_one_at_a_time() {
     let mut scene = Scene::new(&DeviceSettings::Speaker { letters_per_s: 10.0 }, FakeSurroundings::default());
     scene.at(1.0);
     scene.request("Skill", "say", Some("hello"));
@@ -251,7 +251,7 @@ fn a_deaf_device_never_notices_what_came_meanwhile() {
         (hears(2.0), "get_request", "Skill: [<ok>, \"\"]"),
         (hears(4.5), "get_request", "Skill: [<ok>, \"hello\"]"),
     ] {
-        // The second time it also hangs, so that its timers fire only when it can hear again.
+        // The second time it also hangs, so that its timers fire only when it detects again.
         for hangs in [false, true] {
             let mut scene = Scene::new(&settings, FakeSurroundings::default());
             scene.at(1.0);

@@ -36,7 +36,7 @@ impl Tray {
         self.orders.clear();
     }
 
-    pub(crate) fn hear(&mut self, request: &str, client: &str, lines: &mut Lines<'_>) {
+    pub(crate) fn handle(&mut self, request: &str, client: &str, lines: &mut Lines<'_>) {
         match request {
             "take" => self.orders.push_back((client.to_owned(), Order::Take)),
             "put" => self.orders.push_back((client.to_owned(), Order::Put)),

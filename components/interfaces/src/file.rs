@@ -93,7 +93,7 @@ type PartKey = (&'static str, &'static [&'static str], &'static str);
 type Parts<const N: usize> = ([Vec<Field>; N], Result<Wire, String>);
 
 const REQUEST_PART: PartKey = ("request", &[REQUEST], "The fields of the request.");
-const REPLY_PART: PartKey = ("reply", &[STATUS], "The fields of the reply if the service did what it was asked to do.");
+const REPLY_PART: PartKey = ("reply", &[STATUS], "The fields of the reply if the service did what was requested.");
 const TOPIC_PART: PartKey = ("fields", &[TOPIC], "The fields of the message.");
 const GOAL_PART: PartKey = ("goal", &[REQUEST], "The fields of a goal.");
 const FEEDBACK_PART: PartKey = ("feedback", &[STATUS], "The fields of feedback.");

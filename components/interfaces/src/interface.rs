@@ -9,7 +9,7 @@ use crate::wire::Wire;
 pub const GOAL: &str = "goal";
 /// `m[1]` of a cancel request, likewise.
 pub const CANCEL: &str = "cancel";
-/// `m[1]` of the reply of a service that did what it was asked to do.
+/// `m[1]` of the reply of a service that did what was requested.
 pub const OK: &str = "ok";
 /// `m[1]` of the answer to a request that could not be carried out.
 pub const ERROR: &str = "error";
@@ -52,7 +52,7 @@ pub struct Interface {
     pub actions: Vec<Action>,
 }
 
-/// A field of a message: `m[2]`, `m[3]`, … in the order of the fields, after the symbols that say what the message is.
+/// A field of a message: `m[2]`, `m[3]`, … in the order of the fields, after the symbols that name the message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
     /// The name under which state machines read it: `_event.data.NAME`.
@@ -68,7 +68,7 @@ pub struct Service {
     pub name: String,
     /// The fields of the request.
     pub request: Vec<Field>,
-    /// The fields of the reply if the service did what it was asked to do.
+    /// The fields of the reply if the service did what was requested.
     pub reply: Vec<Field>,
     /// What it is in ROS 2, or why that is not known.
     pub wire: Result<Wire, String>,
@@ -90,7 +90,7 @@ pub struct Topic {
 ///
 /// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. If it is
 /// accepted, any number of `[<NAME.feedback>, feedback…]` follow, and then one of `[<NAME.succeeded>, result…]`,
-/// `[<NAME.aborted>, reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` asks for the last of these.
+/// `[<NAME.aborted>, reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` requests the last of these.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Action {
     /// `m[1]` of each of its messages, up to the dot.

@@ -67,7 +67,7 @@ pub(crate) fn read_symbols(item: &Item<'_>) -> Result<FieldKind, Vec<Problem>> {
     };
     match listed(item, &items)? {
         FieldKind::Optional(_) => {
-            Err(vec![item.wrong("a list of symbols without \"?\": the definition says what may be missing")])
+            Err(vec![item.wrong("a list of symbols without \"?\": the definition determines what may be missing")])
         }
         symbols => Ok(symbols),
     }

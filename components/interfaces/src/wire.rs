@@ -61,8 +61,8 @@ impl WirePart {
         self.paths.iter().map(|path| of_message(message, &self.layout, path)).collect()
     }
 
-    /// The message with these fields, in order; one is left out if it is [`Passed`](Value::Passed). All others are as
-    /// the definition says, or zero.
+    /// The message with these fields, in order; one is left out if it is [`Passed`](Value::Passed). All others have
+    /// the defaults of the definition, or are zero.
     ///
     /// # Errors
     /// [`Mismatch`] if a field is not where the message may have one.

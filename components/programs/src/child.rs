@@ -66,7 +66,7 @@ pub(crate) enum AnswerError {
     IncompleteLine(Duration, String),
     #[error("wrote a line that is longer than {} bytes", LONGEST)]
     TooLong,
-    #[error("wrote without being asked: {0:?}; {ONLY_ANSWERS}")]
+    #[error("wrote without a request: {0:?}; {ONLY_ANSWERS}")]
     Unsolicited(String),
     #[error("{} when the run ended", ending(.0))]
     FailedAtEnd(process::ExitStatus),

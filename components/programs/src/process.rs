@@ -172,7 +172,7 @@ impl ProgramProcess {
 
     fn send(&mut self, message: &Message<'_>) -> Result<(), String> {
         let by = message.from.map_or_else(String::new, |from| format!(" by {from}"));
-        self.exchange(message).map_err(|failure| format!("the program, told `{}`{by}, {failure}", message.event))
+        self.exchange(message).map_err(|failure| format!("the program, sent `{}`{by}, {failure}", message.event))
     }
 
     fn exchange(&mut self, message: &Message<'_>) -> Result<(), String> {

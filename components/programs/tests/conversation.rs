@@ -38,7 +38,7 @@ fn a_program_answers_requests_and_its_timers_fire_when_they_are_due() {
 }
 
 #[test]
-fn a_successor_does_not_know_what_its_predecessor_received() {
+fn a_successor_does_not_have_what_its_predecessor_received() {
     if !has_python() {
         return;
     }
@@ -65,7 +65,7 @@ fn copies_are_equal_until_they_receive_different_messages_and_only_one_can_conti
     say(&mut process, 0, 7, "hello", 1.0);
     assert_ne!(process, copy);
     say(&mut copy, 0, 7, "hello", 1.0);
-    let message = "the program, told `say` by Guide, has continued with another copy of this process";
+    let message = "the program, sent `say` by Guide, has continued with another copy of this process";
     assert_eq!(copy.mishaps()[0].message, message);
     process.fire_timers(Duration::from_secs(9));
     assert_eq!(sent(&mut process), [("[<ok>]".to_owned(), 7)]);

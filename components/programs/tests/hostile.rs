@@ -27,7 +27,7 @@ sys.stdin.readline()
 const SHELL_WORKING_AT_FIRST: &str = "read line; echo '{}'; read line\n";
 
 /// The failure of a program that does this when it receives `say`.
-fn failure_when_asked(doing: &str) -> Option<String> {
+fn failure_when_requested(doing: &str) -> Option<String> {
     let stage = Stage::new(&format!("{WORKING_AT_FIRST}{doing}\n"));
     has_python().then(|| failure(&stage, "python3", LIMITS))
 }
@@ -56,7 +56,7 @@ fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
 /// Checks the failure of a Python program that does this.
 #[track_caller]
 fn fails(doing: &str, expected: &str) {
-    if let Some(message) = failure_when_asked(doing) {
+    if let Some(message) = failure_when_requested(doing) {
         check(&message, expected);
     }
 }
@@ -70,7 +70,7 @@ fn fails_without_answer(doing: &str, expected: &str) {
 
 #[track_caller]
 fn check(message: &str, expected: &str) {
-    let expected = format!("the program, told `say` by Guide, {expected}");
+    let expected = format!("the program, sent `say` by Guide, {expected}");
     assert!(message.starts_with(&expected), "{message:?} does not begin with {expected:?}");
 }
 
@@ -101,7 +101,7 @@ fn how_a_program_ended_is_reported() {
     fails("sys.exit(3)", "ended with exit status 3");
     fails("os.kill(os.getpid(), signal.SIGSEGV)", "ended with the signal SIGSEGV");
     fails("os.abort()", "ended with the signal SIGABRT");
-    let message = failure_when_asked("1 / 0");
+    let message = failure_when_requested("1 / 0");
     assert!(message.is_none_or(|message| message.ends_with(" / ZeroDivisionError: division by zero")));
 }
 
@@ -119,13 +119,13 @@ fn a_program_that_ends_at_the_start_fails_there() {
     };
     let message = fails_to_start(&["python3", "program.py"]);
     let (begins, ends) = (
-        "the program, told `start`, ended with exit status 1 before it answered; on stderr: ",
+        "the program, sent `start`, ended with exit status 1 before it answered; on stderr: ",
         "No module named 'speech'",
     );
     assert!(message.starts_with(begins) && message.ends_with(ends), "{message}");
     let message = fails_to_start(&["python3", "speaker.py"]);
     assert!(
-        message.starts_with("the program, told `start`, ended with exit status 2 before it answered; on stderr: "),
+        message.starts_with("the program, sent `start`, ended with exit status 2 before it answered; on stderr: "),
         "{message}"
     );
     assert!(message.contains("No such file"), "{message}");
@@ -140,7 +140,7 @@ fn a_file_that_cannot_be_executed_is_reported() {
     let failure = stage.command(&["./binary"], LIMITS).start(Duration::ZERO).unwrap_err().to_string();
     assert!(
         failure.starts_with(
-            "the program, told `start`, ended with exit status 127 before it answered; on stderr: Exec format error"
+            "the program, sent `start`, ended with exit status 127 before it answered; on stderr: Exec format error"
         ),
         "{failure}"
     );
@@ -168,7 +168,7 @@ fn the_first_line_is_the_answer_and_what_follows_it_is_found_later() {
     if !has_python() {
         return;
     }
-    let unasked = |line: &str| format!("wrote without being asked: {line:?}; standard output is only for answers");
+    let unasked = |line: &str| format!("wrote without a request: {line:?}; standard output is only for answers");
     let cases = [
         ("os.write(1, b'{}\\nso far\\n')", "so far"),
         ("print('{}', flush=True); print('so far', flush=True)", "so far"),
@@ -189,7 +189,7 @@ fn the_first_line_is_the_answer_and_what_follows_it_is_found_later() {
     let (_stage, mut process) = asked_once(cases[0].0);
     say(&mut process, 0, 2, "hello", 2.0);
     let message = &process.mishaps()[0].message;
-    assert!(message.contains(&format!("told `say` by Guide, {}", unasked("so far"))), "{message}");
+    assert!(message.contains(&format!("sent `say` by Guide, {}", unasked("so far"))), "{message}");
 
     let (_stage, process) = asked_once(cases[0].0);
     let restarted = process.succeeding(&process, Duration::from_secs(2));
@@ -250,7 +250,7 @@ fn an_unsolicited_line_is_noticed_before_the_next_message() {
     say(&mut process, 0, 1, "hello", 1.0);
     say(&mut process, 0, 2, "hello", 2.0);
     let message = &process.mishaps()[0].message;
-    assert!(message.contains("wrote without being asked") || message.contains("it is not JSON"), "{message}");
+    assert!(message.contains("wrote without a request") || message.contains("it is not JSON"), "{message}");
     assert_eq!(stage.left_over(), [""; 0]);
 }
 
@@ -294,7 +294,7 @@ fn a_message_that_its_channel_does_not_carry_is_reported_with_its_position() {
 
 #[test]
 fn memory_is_limited() {
-    let message = failure_when_asked("x = bytearray(10 << 30)");
+    let message = failure_when_requested("x = bytearray(10 << 30)");
     assert!(message.is_none_or(|message| message.ends_with("MemoryError")));
 }
 
@@ -449,7 +449,7 @@ fn a_message_may_be_longer_than_a_pipe() {
     let mut process = unreading.command(&["sh", "program.py"], SHORT_LIMITS);
     process.start(Duration::ZERO).unwrap();
     say(&mut process, 0, 1, &"x".repeat(300_000), 1.0);
-    assert_eq!(process.mishaps()[0].message, "the program, told `say` by Guide, did not answer within 2 s");
+    assert_eq!(process.mishaps()[0].message, "the program, sent `say` by Guide, did not answer within 2 s");
     assert_eq!(unreading.left_over(), [""; 0]);
 }
 

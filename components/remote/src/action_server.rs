@@ -294,7 +294,7 @@ mod tests {
         demand
     }
 
-    /// The status of each goal that the server knows.
+    /// The status of each goal that the server keeps.
     fn statuses(server: &mut ActionServer) -> Vec<i8> {
         let sent = sent(server);
         let (_, last) = sent.iter().rev().find(|(name, _)| name == "status").expect("a status");

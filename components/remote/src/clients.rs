@@ -162,7 +162,9 @@ impl RemoteClients {
             Some(body) => self.outbox.push(NodeMessage::Response { number, body }),
             None => {
                 let kind = &service.wire.kind;
-                self.note(format!("a request to {full_name} failed, and is not answered: a {kind} cannot tell that"));
+                self.note(format!(
+                    "a request to {full_name} failed, and is not answered: a {kind} cannot express that"
+                ));
             }
         }
     }

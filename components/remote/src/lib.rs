@@ -4,7 +4,7 @@
 //!
 //! - [`RemoteComponent`]: an interface whose services, topics and actions have types of ROS 2, and a namespace.
 //! - [`RemoteProcess`]: a component that consists of nodes of ROS 2, in a channel system. It makes [`ServiceRequest`]s
-//!   and receives [`NodeMessage`]s; the caller transports both. It knows no middleware.
+//!   and receives [`NodeMessage`]s; the caller transports both. It depends on no middleware.
 //! - [`RemoteClients`]: the counterpart, for nodes that are clients. It receives [`ServiceRequest`]s and makes
 //!   [`NodeMessage`]s.
 //! - [`ActionServer`]: the server of an action, which pursues one goal at a time.

@@ -167,7 +167,7 @@ fn a_failure_that_a_response_cannot_express_is_noted_and_gets_no_response() {
     let mut sides = Sides::new();
     let sent = sides.ask(1, [symbol("reset")]);
     assert!(sides.answer(sent[0].request, [symbol("error"), "locked".into()]).is_empty());
-    let note = "a request to /Door/reset failed, and is not answered: a std_srvs/srv/Empty cannot tell that";
+    let note = "a request to /Door/reset failed, and is not answered: a std_srvs/srv/Empty cannot express that";
     assert_eq!(sides.clients.take_notes(), [note]);
     // If the outcome is a field of the reply, there is a response all the same.
     let sent = sides.ask(2, [symbol("lock"), true.into()]);

@@ -179,7 +179,7 @@ fn a_goal_is_canceled_once_it_has_been_accepted() {
     assert!(ask(&mut process, 5, [Sent::symbol("drive.cancel")]).is_empty(), "once is enough");
     receive(&mut process, response(canceled.number, |body| body.number([1])));
     assert_eq!(mishaps(&process), ["/r1/drive is not canceled: the server refused"]);
-    // The client may cancel again. A restarted server knows no goal.
+    // The client may cancel again. A restarted server has no goal.
     let again = &ask(&mut process, 5, [Sent::symbol("drive.cancel")])[0];
     let replies = receive(&mut process, response(again.number, |body| body.number([2])));
     assert_eq!(replies, ["[<drive.aborted>, \"the server does not know the goal\"]"]);

@@ -50,13 +50,13 @@ impl<'d, T> Field<'d, T> {
         self.rules(|| json!({ "title": words }))
     }
 
-    /// Keywords of JSON Schema that say more about the accepted values than their type does: what a later check
+    /// Keywords of JSON Schema that restrict the accepted values more than their type does: what a later check
     /// refuses, or how the keys of a table are related. `null` removes a keyword.
     pub fn rules(self, keywords: impl FnOnce() -> Value) -> Self {
         self.declare(|key| key.extend(keywords()))
     }
 
-    /// What the advice about a missing key says would be accepted.
+    /// Sets what the advice about a missing key gives as accepted.
     pub(super) fn wanted(mut self, wanted: impl FnOnce() -> String) -> Self {
         if let FieldState::Missing(accepted) = &mut self.state {
             *accepted = wanted();

@@ -81,7 +81,7 @@ impl<'d> Item<'d> {
         Some(Table::open(entries, self.span(), self.log, self.declared))
     }
 
-    /// A problem that says what the value must be (such as "a number") and what it is instead.
+    /// The problem that the value is not what it must be (such as "a number"), with what it is instead.
     #[must_use]
     pub fn wrong(&self, wanted: &str) -> Problem {
         let problem = self.span().problem(format!("{} must be {wanted}", self.name));
@@ -102,7 +102,7 @@ pub trait FromItem<'d>: Sized {
     /// The accepted values, as a phrase that follows "must be": "a number".
     fn wanted() -> String;
 
-    /// The accepted values, as JSON Schema; `title` has them in words, unless the type says it all.
+    /// The accepted values, as JSON Schema; `title` has them in words, unless the type is enough.
     #[must_use]
     fn takes() -> Value {
         json!({ "title": Self::wanted() })

@@ -64,7 +64,7 @@ pub enum Own {
     InputPort,
     /// An output port.
     OutputPort,
-    /// A field of what it asks.
+    /// A field of its requests.
     Argument,
     /// A field of the answer.
     AnswerField,
@@ -205,7 +205,7 @@ fn accepts(takes: &Value) -> String {
         Some("integer") => "an integer",
         _ => "a number",
     };
-    // Nobody reaches a limit of a billion.
+    // A limit of a billion is never reached.
     let most = takes.get("maximum").filter(|most| most.as_f64() < Some(1e9));
     match (takes.get("minimum"), takes.get("exclusiveMinimum"), most) {
         (_, Some(limit), _) => match takes.get("exclusiveMaximum") {

@@ -43,7 +43,7 @@ pub(super) struct Entries {
     pub(super) asked: RefCell<BTreeSet<String>>,
     /// Required keys that are missing, each with the problem to report.
     pub(super) missing: RefCell<Vec<(String, Problem)>>,
-    /// Missing keys that something else needs, each with the problem to report, which says where.
+    /// Missing keys that something else needs, each with the problem to report, located where they are needed.
     pub(super) needed: RefCell<Vec<(String, Problem)>>,
 }
 
@@ -113,7 +113,7 @@ impl Kind {
             Self::Boolean(_) => "a boolean",
             Self::Moment => "a date or time",
             Self::Nothing => "empty",
-            Self::Unreadable => "not what its tag says",
+            Self::Unreadable => "not a value of its tag",
             Self::Array(_) => "an array",
             Self::Table(_) => "a table",
         }

@@ -117,8 +117,8 @@ impl<'d> Table<'d> {
         keys
     }
 
-    /// The keys that the file chooses: all that nobody has asked for yet, in alphabetical order, each with its
-    /// location. This does not make them known: ask for each. While keys are declared without a file, `placeholder`, in
+    /// The keys that the file chooses: all that have not been requested yet, in alphabetical order, each with its
+    /// location. This does not make them known: request each. While keys are declared without a file, `placeholder`, in
     /// capitals, stands for all of them.
     pub fn names(&self, placeholder: &'static str) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
         let placeholder = self.log.is_without_file().then_some((placeholder, self.span));

@@ -8,7 +8,7 @@ use toml::{Spanned, Value};
 use super::node::{Entries, Entry, Kind, Node};
 use crate::{FileProblems, Problem, Source, Span};
 
-/// Further syntax errors tell nothing new: the text is probably not TOML.
+/// Further syntax errors add nothing: the text is probably not TOML.
 const MAX_SYNTAX_ERRORS: usize = 20;
 
 /// Parses a whole file.

@@ -6,7 +6,7 @@
 //! A comment stays behind what is on its line. One blank line at most is kept, and none beside a parent's tag.
 //!
 //! Values, text, CDATA sections, comments and processing instructions are not rewritten: entities stay as they are.
-//! White space between elements is layout; that of an element with text, or of which the language says so, is not.
+//! White space between elements is layout; that of an element with text, or with a value by its language, is not.
 
 use std::ops::Range;
 
@@ -60,7 +60,7 @@ fn declaration(text: &str) -> &str {
     &text[..end]
 }
 
-/// Whether an element's contents stay as they are, apart from what the language says: it has text, or asks for it.
+/// Whether an element's contents stay as they are, apart from the language: it has text, or `xml:space`.
 fn is_kept(element: Node<'_, '_>, has_value: HasValue<'_>) -> bool {
     element.is_element()
         && (element.attribute((XML, "space")) == Some("preserve")

@@ -132,7 +132,7 @@ impl ImagePart {
     /// A GIF whose only frame is this part, at its place on the screen, to stay there when the next one is shown.
     ///
     /// The encoder of `image` puts each frame in the corner and clears it before the next, so an animation would have
-    /// to consist of whole frames, which take ten times the bytes. The two fields that say so are corrected here.
+    /// to consist of whole frames, which take ten times the bytes. The two fields for this are corrected here.
     fn encode(self, delay: Duration) -> Vec<u8> {
         const DISPOSAL: u8 = 0b0001_1100;
         const KEEP: u8 = 0b0000_0100;

@@ -1,4 +1,4 @@
-//! Images made of pixels: the only crate that knows their file formats.
+//! Images made of pixels: the only crate with their file formats.
 //!
 //! [`Raster::decode`] reads an image within bounds: PGM and its relatives PBM and PPM, PNG, and BMP, as ROS's
 //! `map_server` does. [`encode_pgm`], [`encode_gray_png`] and [`encode_rgb_png`] write one, and an [`Animation`] writes

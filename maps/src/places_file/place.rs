@@ -8,7 +8,7 @@ use crate::map_file::MAX_COORDINATE_M;
 use crate::{Place, Point, polygon, pose};
 
 /// The default position tolerance of a point, in meters. It is less than the 0.5 m within which the robot docks, so a
-/// robot that believes it is at its station can charge.
+/// robot whose estimate is at its station can charge.
 pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
 
 /// The default heading tolerance of a point, in degrees. It is less than the 10° within which the robot docks.

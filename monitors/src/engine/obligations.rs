@@ -28,7 +28,7 @@ pub(crate) enum Obligation {
         first: u64,
         /// The last tick of the window.
         last: u64,
-        /// Whether the deadline is the moment after `last`, since a timed property says `<`. Without time, windows that
+        /// Whether the deadline is the moment after `last`, since a timed property has `<`. Without time, windows that
         /// are equal are the same, however they are written.
         before: bool,
         /// The values that the event compares with.

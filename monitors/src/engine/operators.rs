@@ -72,7 +72,7 @@ enum Compiled {
         event: EventId,
         bound: Bound,
         holds: bool,
-        /// Whether the property is timed and says `<`.
+        /// Whether the property is timed and has `<`.
         before: bool,
     },
     Operator(u32),
@@ -175,7 +175,7 @@ impl Operators {
 
     /// Whether the state may change any obligations of these operators.
     pub(crate) fn are_triggered(&self, state: State<'_>) -> bool {
-        // What compares values has no bit that tells whether it holds.
+        // What compares values has no bit for whether it holds.
         let passed = if state.data.is_some() { state.letter.channel } else { state.letter.satisfied };
         passed & self.awaited != 0
             || (0..self.operators.len()).any(|operator| self.is_triggered(operator as u32, state.letter))

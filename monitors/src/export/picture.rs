@@ -9,7 +9,6 @@ use crate::engine::CompactRun;
 use crate::formula::MessageCondition;
 use crate::synthesis::RunningMonitor;
 
-/// A monitor as a program graph, and its current location.
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
     pub(crate) graph: Arc<ProgramGraph>,

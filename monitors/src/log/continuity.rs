@@ -16,16 +16,16 @@ pub(super) struct Continuity {
     /// Step, tick and time of the last event.
     pub(super) last: (u64, u64, Duration),
     next_tick: u64,
-    /// How many messages of the world have come, and when a line was the last to say so.
+    /// How many messages of the world have come, and when a line last gave their number.
     of_world: u64,
     counted: Duration,
     /// How many lines begin or end gaps.
     marks: u64,
-    /// What the log says may be missing from it, and the first places where lines are missing, or come again.
+    /// The gaps that the log names, and the first places where lines are missing, or come again.
     pub(super) gaps: VecDeque<GapMark>,
     /// Of these places, by whether lines come again there: since when verdicts may be wrong, if not from there on.
     noticed: BTreeMap<bool, Option<Duration>>,
-    /// Whether the log has ticks: it does not say that they take no time.
+    /// Whether the log has ticks: it does not give 0 as their period.
     pub(super) has_ticks: bool,
 }
 
@@ -108,7 +108,7 @@ impl Continuity {
     }
 
     /// Compares how many messages of the world there are with those that have come. One that is missing may belong
-    /// anywhere after the last line that told it.
+    /// anywhere after the last line with that number.
     fn compare_world(&mut self, count: Option<u64>) {
         let Some(count) = count else { return };
         if count != self.of_world {

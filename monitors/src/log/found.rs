@@ -1,4 +1,4 @@
-//! What a line of a log says.
+//! The contents of a line of a log.
 
 use std::time::Duration;
 
@@ -13,7 +13,6 @@ pub enum GapMark {
     Ends(ChannelId),
 }
 
-/// The contents of a line.
 #[derive(Default)]
 pub(super) struct Found<'a> {
     pub(super) step: Option<u64>,
@@ -38,7 +37,7 @@ impl<'a> Found<'a> {
     }
 }
 
-/// What a line says of a gap.
+/// What a line contains about a gap.
 #[derive(Debug, Default)]
 pub(super) struct FoundGap<'a> {
     pub(super) missing: Option<String>,
@@ -50,7 +49,7 @@ pub(super) struct FoundGap<'a> {
 }
 
 impl FoundGap<'_> {
-    /// Where the gap begins or ends, if the line says so. One that ends, in a channel that is not `known`, is none.
+    /// Where the gap begins or ends, if the line marks that. One that ends, in a channel that is not `known`, is none.
     pub(super) fn mark(&mut self, mut known: impl FnMut(&[u8], &[u8]) -> Option<ChannelId>) -> Option<GapMark> {
         if let Some([from, to]) = self.resumed {
             return known(from, to).map(GapMark::Ends);

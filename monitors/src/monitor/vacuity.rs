@@ -112,7 +112,7 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// Whether the machine knows all that a form consists of; what has been simplified away demands nothing.
+    /// Whether the machine has all that a form consists of; what has been simplified away demands nothing.
     fn knows(&self, form: &Form) -> bool {
         let Synthesis { vocabulary, past, .. } = self.synthesis;
         let mut used = BTreeSet::new();

@@ -58,9 +58,10 @@ impl Sighting {
     #[must_use]
     pub fn of(event: &Event, topology: &Topology) -> Option<Self> {
         let EventKind::Received { channel, message } = &event.kind else { return None };
-        let (from, to) = crate::describe::ends(*channel, topology);
+        let (from, to) = topology.ends(*channel);
         let shape = topology.get(*channel).domain.shapes().first().filter(|_| from == WORLD);
         let fields = shape.into_iter().flat_map(Shape::fields).map(|(name, _)| name.to_owned()).collect();
+        let (from, to) = (from.to_owned(), to.to_owned());
         Some(Self { at: EventTime::of(event), from, to, message: message.clone(), fields })
     }
 

@@ -42,7 +42,7 @@ impl Resolver<'_> {
             match condition.filter(|_| !problems.iter().any(Problem::is_error)) {
                 Some(condition) => {
                     events.push(EventAtom { channel, condition });
-                    // What is said of one channel is not said again of the next.
+                    // A warning about one channel is not repeated for the next.
                     warnings =
                         Some(warnings.filter(|known: &Vec<Problem>| known.len() >= problems.len()).unwrap_or(problems));
                 }
@@ -54,7 +54,7 @@ impl Resolver<'_> {
             self.problems.extend(warnings.into_iter().flatten());
             return Some(events);
         }
-        // The condition fits no channel: it is told what is wrong with it where it fits best.
+        // The condition fits no channel: its problems on the channel that it fits best are reported.
         let mut reasons = reasons.unwrap_or_else(|| {
             let problem = Problem::new(format!("no channel is from {} to {}", event.source, event.target));
             vec![problem.at(event.span, "no such channel")]

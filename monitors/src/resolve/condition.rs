@@ -204,7 +204,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// The field at this position, as the property calls it, for a comparison with this constant; with `None`, for any
-    /// operand. `None` after reporting that nothing tells the messages with this field from others.
+    /// operand. `None` after reporting that nothing distinguishes the messages with this field from others.
     fn called(
         &mut self,
         field: &Field,
@@ -438,7 +438,7 @@ pub(super) struct FieldPosition<'a> {
 
 impl<'a> FieldPosition<'a> {
     /// The field here, as it is written, for a comparison with this constant or, with `None`, for any operand; `None`
-    /// if the messages that have it cannot be told from those with another field here.
+    /// if the messages that have it cannot be distinguished from those with another field here.
     fn called(&self, field: &Field, constant: Option<&Value>) -> Option<formula::MessageField> {
         let name = match &field.name {
             FieldName::Named(name) => Some(name.as_str().into()),
@@ -502,8 +502,8 @@ impl<'a> FieldPosition<'a> {
         Some(any(alternatives))
     }
 
-    /// What the types of values, here or else anywhere, tell: that a message is of the first shape and not of the
-    /// other.
+    /// What follows from the types of values, here or else anywhere: that a message is of the first shape and not of
+    /// the other.
     fn by_type(&self, shape: &Shape, other: &Shape) -> Option<MessageCondition> {
         let longest = shape.fields().len().max(other.fields().len());
         std::iter::once(self.number).chain(1..=longest).find_map(|number| {

@@ -1,4 +1,4 @@
-//! Doubts about numbers that are compared with a field in another unit. A field's name tells its unit: `level_pct`,
+//! Doubts about numbers that are compared with a field in another unit. A field's name ends with its unit: `level_pct`,
 //! `speed_mps`.
 
 use channels::{ChannelId, Value};
@@ -25,7 +25,7 @@ const ENDINGS: [(&str, &str); 13] = [
     ("degps", "deg/s"),
 ];
 
-/// The one field of a built-in component whose name does not tell its unit, percent.
+/// The one field of a built-in component whose name does not contain its unit, percent.
 const BATTERY_LEVEL: (&str, &str) = ("BatteryReader", "level");
 
 /// The level of a battery in percent: a fraction of one percent is probably meant as a share of the whole.

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stopping_robot_is_not_told_to_continue_while_it_still_rolls() {
+    fn a_stopping_robot_is_not_commanded_to_continue_while_it_still_rolls() {
         let mut smoother = driving(VelocityCommand { linear_mps: 0.45, angular_radps: 0.0 });
         let mut rolls_mps: f64 = 0.45;
         let turning = VelocityCommand { linear_mps: 0.0, angular_radps: -0.9 };

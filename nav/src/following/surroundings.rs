@@ -48,7 +48,7 @@ struct View {
     hits: Vec<Point>,
     /// Time of a scan that [`update`](Surroundings::update) has not processed yet, and of the latest one that it has.
     fresh: Option<Duration>,
-    heard: Option<Duration>,
+    scanned: Option<Duration>,
     /// Whether the laser sees the positions in front of the body, and those behind it.
     ahead: [bool; AROUND_RAD.len()],
     behind: [bool; AROUND_RAD.len()],
@@ -63,7 +63,7 @@ pub(crate) struct FreeWay {
 }
 
 impl Surroundings {
-    /// `horizon_m` is the greatest distance for which [`free_way`](Self::free_way) will be asked, in meters.
+    /// `horizon_m` is the greatest distance for which [`free_way`](Self::free_way) will be called, in meters.
     pub(crate) fn new(model: &RobotModel, horizon_m: f64) -> Self {
         let sees = |laser: &LaserSpec, direction_rad: f64| {
             AROUND_RAD.map(|around_rad| {
@@ -74,7 +74,7 @@ impl Surroundings {
         let view = |laser: &LaserSpec| View {
             hits: Vec::new(),
             fresh: None,
-            heard: None,
+            scanned: None,
             ahead: sees(laser, 0.0),
             behind: sees(laser, std::f64::consts::PI),
         };
@@ -98,8 +98,8 @@ impl Surroundings {
     pub(crate) fn update(&mut self, now: Duration, patience: Duration) {
         for view in &mut self.views {
             // A scan from the future counts as one from now.
-            view.heard = view.heard.max(view.fresh.take().map(|time| time.min(now)));
-            if !view.is_heard(now, patience) {
+            view.scanned = view.scanned.max(view.fresh.take().map(|time| time.min(now)));
+            if !view.is_current(now, patience) {
                 view.hits.clear();
             }
         }
@@ -109,7 +109,7 @@ impl Surroundings {
     pub(crate) fn sees_ahead(&self, now: Duration, patience: Duration) -> bool {
         let is_seen = |place: usize| {
             let mut looking = self.views.iter().filter(|view| view.ahead[place]).peekable();
-            looking.peek().is_none() || looking.any(|view| view.is_heard(now, patience))
+            looking.peek().is_none() || looking.any(|view| view.is_current(now, patience))
         };
         (0..AROUND_RAD.len()).all(is_seen)
     }
@@ -118,14 +118,14 @@ impl Surroundings {
     pub(crate) fn blind_ahead_for(&self, now: Duration, since: Duration) -> Option<Duration> {
         let newest = |place: usize| {
             let looking = self.views.iter().filter(|view| view.ahead[place]);
-            looking.map(|view| view.heard.map_or(since, |heard| heard.max(since))).max()
+            looking.map(|view| view.scanned.map_or(since, |scanned| scanned.max(since))).max()
         };
-        (0..AROUND_RAD.len()).filter_map(newest).min().map(|heard| now.saturating_sub(heard))
+        (0..AROUND_RAD.len()).filter_map(newest).min().map(|scanned| now.saturating_sub(scanned))
     }
 
     /// Whether lasers have seen the space behind the robot within the last `patience`.
     pub(crate) fn sees_behind(&self, now: Duration, patience: Duration) -> bool {
-        let is_seen = |place| self.views.iter().any(|view| view.behind[place] && view.is_heard(now, patience));
+        let is_seen = |place| self.views.iter().any(|view| view.behind[place] && view.is_current(now, patience));
         (0..AROUND_RAD.len()).all(is_seen)
     }
 
@@ -184,8 +184,8 @@ impl Surroundings {
 }
 
 impl View {
-    fn is_heard(&self, now: Duration, patience: Duration) -> bool {
-        self.heard.is_some_and(|heard| now.saturating_sub(heard) <= patience)
+    fn is_current(&self, now: Duration, patience: Duration) -> bool {
+        self.scanned.is_some_and(|scanned| now.saturating_sub(scanned) <= patience)
     }
 }
 
@@ -292,7 +292,7 @@ mod tests {
     fn a_silent_laser_leaves_the_robot_blind_where_no_other_laser_looks() {
         let (second, patience) = (Duration::from_secs, Duration::from_secs(1));
         let mut surroundings = Surroundings::new(&RobotModel::default(), 0.5);
-        assert_eq!(surroundings.blind_ahead_for(second(3), second(1)), Some(second(2)), "never heard");
+        assert_eq!(surroundings.blind_ahead_for(second(3), second(1)), Some(second(2)), "never scanned");
         for time in 1..=5 {
             take_in(&mut surroundings, &scan(1, time, 0.5));
             if time <= 2 {

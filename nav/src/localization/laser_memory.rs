@@ -66,8 +66,8 @@ impl LaserMemory {
     /// period old, but not so old that the laser seems silent. A laser without any scan since the first one, at
     /// `first`, is given one period.
     pub(crate) fn is_due(&self, time: Duration, first: Duration) -> bool {
-        let heard = self.taken.map_or(first.saturating_sub(self.period), |taken| taken.time);
-        let age = time.saturating_sub(heard);
+        let latest = self.taken.map_or(first.saturating_sub(self.period), |taken| taken.time);
+        let age = time.saturating_sub(latest);
         age * 2 > self.period && age * 2 <= self.period * 3
     }
 

@@ -18,13 +18,14 @@ pub enum NavigationStatus {
     WaitingObstacle,
     /// At rest at the goal, until the next start or stop.
     GoalReached,
-    /// Given up, until the next start or stop; [`Navigator::reason`](crate::Navigator::reason) tells why.
+    /// Given up, until the next start or stop, for the [reason](crate::Navigator::reason) of the navigator.
     Aborted,
     /// There is no path: tries to find one with [recovery behaviors](crate::Recovery) for a while.
     Failing,
     /// Searching for a path.
     Thinking,
-    /// Cannot navigate at all, until the next start or stop; [`Navigator::reason`](crate::Navigator::reason) tells why.
+    /// Cannot navigate at all, until the next start or stop, for the [reason](crate::Navigator::reason) of the
+    /// navigator.
     Error,
 }
 

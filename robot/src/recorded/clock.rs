@@ -12,7 +12,7 @@ use super::lines::{Lines, LogLine};
 /// If clocks go back by at most this many seconds, lines were written out of order.
 const JITTER_S: f64 = 2.0;
 
-/// The number of lines ahead that help to tell a wrong clock from one that was set.
+/// The number of lines ahead that help to distinguish a wrong clock from one that was set.
 const AHEAD: usize = 6;
 
 /// A clock that jumps ahead by this much, in seconds, was set: no log has a gap of a day.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 /// A flaw of a line in a log, and the number of further lines that have it; part of a [`Recording`](super::Recording).
 ///
-/// As text it also says what was done about it.
+/// Its text also names what was done about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Complaint {
     /// The first line that has the flaw, from 1.

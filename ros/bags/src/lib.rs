@@ -4,10 +4,10 @@
 //! `sqlite`), or a folder of several files. It need not have been closed: everything before the damage is read, and the
 //! loss is described in words.
 //!
-//! A [`Mapping`] is a TOML file that determines which messages of a bag pass on which channel, and which of their fields
-//! become the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are
-//! decoded with the [definitions](Definitions) in the bag itself, in folders, or on board. [`Events`] then yields the
-//! ticks and messages one after the other, as an event log does, so the same monitors can judge them. Only mapped
+//! A [`Mapping`] is a TOML file that determines which messages of a bag pass on which channel, and which of their
+//! fields become the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages
+//! are decoded with the [definitions](Definitions) in the bag itself, in folders, or on board. [`Events`] then yields
+//! the ticks and messages one after the other, as an event log does, so the same monitors can judge them. Only mapped
 //! topics are decoded, and memory does not grow with the bag.
 //!
 //! [`Contents`] lists what a bag contains, and proposes a mapping.

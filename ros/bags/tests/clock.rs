@@ -14,7 +14,7 @@ struct Script {
 
 #[derive(Clone, Copy)]
 enum Step {
-    /// What `/clock` tells, in milliseconds.
+    /// The times on `/clock`, in milliseconds.
     Clock(i64),
     Message,
     Missing(u64),
@@ -75,12 +75,12 @@ fn events(time: &str, lossy: &str, steps: &[Step]) -> Vec<String> {
 }
 
 #[test]
-fn time_passes_as_the_clock_of_a_simulation_tells_it() {
+fn time_passes_as_on_the_clock_of_a_simulation() {
     let steps = [Step::Message, Step::Clock(4000), Step::Message, Step::Clock(4300), Step::Message, Step::Clock(5000)];
     assert_eq!(
         events("clock", "", &steps),
         [
-            // What came before the clock told any time has the first.
+            // What came before the first time of the clock has that time.
             "0 ms: 0, tick 0",
             "0 ms: 1, tick 0: a → m [1.0]",
             "0 ms: 2, tick 0: a → m [1.0]",

@@ -129,7 +129,7 @@ fn a_topic_is_read_without_the_chunk_that_has_its_schema() {
 }
 
 #[test]
-fn a_channel_that_is_declared_in_different_ways_is_told() {
+fn a_channel_that_is_declared_in_different_ways_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bag.mcap");
     let mut bytes = written(&twists(3), plain());
@@ -192,7 +192,7 @@ fn a_listed_file_that_never_came_may_have_been_the_first() {
 
 #[cfg(unix)]
 #[test]
-fn a_followed_file_that_cannot_be_opened_again_is_told() {
+fn a_followed_file_that_cannot_be_opened_again_is_reported() {
     use std::io::Write as _;
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bag.mcap");
@@ -213,7 +213,7 @@ fn a_followed_file_that_cannot_be_opened_again_is_told() {
 }
 
 #[test]
-fn a_clock_that_cannot_be_read_is_told() {
+fn a_clock_that_cannot_be_read_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let (clock, told) = (("rosgraph_msgs/msg/Clock", ""), vec![0, 1, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0]);
     let messages = [
@@ -243,7 +243,7 @@ fn counts_that_are_too_large_to_be_added_do_not_fit() {
 }
 
 #[test]
-fn what_is_wrong_with_compressed_messages_is_told_once() {
+fn what_is_wrong_with_compressed_messages_is_reported_once() {
     let folder = tempfile::tempdir().expect("a folder");
     let damaged = [0, 1].map(|ms| ("/cmd_vel", TWIST, ms, vec![0x28, 0xb5, 0x2f, 0xfd]));
     let (times, lost) = times(&opened(&folder.path().join("bag.mcap"), &written(&damaged, plain())));

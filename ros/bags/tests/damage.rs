@@ -121,7 +121,7 @@ fn files_that_are_not_one_recording_are_refused() {
     let refused = |why: &str| (format!("… contains more than one recording: {why}"), "refused".to_owned());
     let nothing = || (String::new(), String::new());
     assert_eq!(opened(&[("bag_0.mcap", [0, 9], TWIST)]), nothing());
-    // Nothing says how many files there are.
+    // It is unknown how many files there are.
     let unlisted = |files: &str| {
         format!("{files} are read as one recording: no metadata.yaml lists its files, so a later one may be missing")
     };
@@ -204,7 +204,7 @@ fn folders_and_files_of_either_format_are_bags() {
         fs::write(&path, bytes).expect("room for a file");
         is_bag(&path)
     };
-    // The name or the first bytes tell.
+    // The name or the first bytes decide.
     assert!(is_bag("a.mcap", b"") && is_bag("b.db3", b"") && is_bag("c", b"\x89MCAP0\r\n"));
     assert!(is_bag("d", b"SQLite format 3\0") && !is_bag("e.jsonl", b"{}\n"));
     assert!(bags::is_bag(folder.path()) && !bags::is_bag(&folder.path().join("there is none.mcap")));
@@ -272,7 +272,7 @@ fn messages_that_a_file_counts_and_does_not_have_are_missing() {
     let mut hole = whole.clone();
     hole[records[6].clone()].fill(0);
     assert!(lost(&hole)[0].contains("(there are zeros in place of records): the rest is lost"), "{:?}", lost(&hole));
-    // Without a summary that tells where messages are, it counts them, or the chunks do.
+    // Without a summary of where messages are, it counts them, or the chunks do.
     let mut cut = whole.clone();
     cut.drain(records[6].clone());
     assert_eq!(lost(&cut), ["… counts 12 messages, and 11 are there"]);

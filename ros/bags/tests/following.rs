@@ -86,7 +86,7 @@ fn the_files_of_a_bag_follow_one_another_until_rosbag2_has_written_its_metadata(
 }
 
 #[test]
-fn a_file_that_is_missing_at_the_end_is_told() {
+fn a_file_that_is_missing_at_the_end_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("room for a file");
     write("bag_1.mcap", &written(&[("/cmd_vel", TWIST, 1, twist(0.0))], chunked(100)));
@@ -107,7 +107,7 @@ fn a_file_that_is_missing_at_the_end_is_told() {
 }
 
 #[test]
-fn a_file_that_is_not_closed_or_changes_is_told() {
+fn a_file_that_is_not_closed_or_changes_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bag_0.mcap");
     let whole = written(&messages(), unchunked());
@@ -154,8 +154,8 @@ fn what_is_there_of_an_incomplete_record_is_lost_when_following_ends() {
             following.end();
             let lost = following.lost();
             assert_eq!(lost.len(), usize::from(!records.contains(&end)), "{end} bytes: {lost:?}");
-            let is_told = |what: &String| what.contains("mcap breaks off ") && what.ends_with(": the rest is lost");
-            assert!(lost.iter().all(is_told), "{end} bytes: {lost:?}");
+            let is_reported = |what: &String| what.contains("mcap breaks off ") && what.ends_with(": the rest is lost");
+            assert!(lost.iter().all(is_reported), "{end} bytes: {lost:?}");
             assert_eq!(received(&mut following), (vec![], Received::Over), "{end} bytes");
         }
     }
@@ -247,7 +247,7 @@ fn a_folder_that_is_finished_gets_the_checks_of_a_bag() {
     let opened = || Following::open(folder.path(), ["/cmd_vel"]);
     let refused = opened().err().map(|error| error.to_string()).unwrap_or_default();
     assert!(refused.ends_with("bag_0.mcap and bag_1.mcap have the same messages"), "{refused}");
-    // What plain reading tells is told, and once.
+    // What plain reading reports is reported, and once.
     write("bag_1.mcap", &[&part(10)[..], b"xyz"].concat());
     write("bag_5.mcap", &part(50));
     let bag = Bag::open(folder.path()).expect("a bag");
@@ -345,7 +345,7 @@ fn a_topic_whose_type_the_mapping_names_may_come_later() {
         assert!(lines[0].contains(why), "{lines:?}");
         assert!(notes[0].starts_with("2 messages on /cmd_vel are left out: the mapping does not fit"), "{notes:?}");
     }
-    // Its messages carry what the type says, also if none comes.
+    // Its messages carry what the type contains, also if none comes.
     let compiled = mapping.compile(&Survey::default(), None, &nothing).expect("a type that is on board");
     let channel = compiled.topology.find_channel("base", "monitor").expect("the mapping's channel");
     let shape = Shape::new([("x", FieldKind::Optional(Box::new(FieldKind::Real)))]);

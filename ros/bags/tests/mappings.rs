@@ -127,7 +127,7 @@ fn the_proposed_mapping_covers_every_item_of_every_array() {
 }
 
 #[test]
-fn what_each_item_tells_is_proposed_as_a_message_of_its_own() {
+fn what_each_item_contains_is_proposed_as_a_message_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = ("nav2_msgs/msg/BehaviorTreeLog", BEHAVIOR_TREE_LOG);
     let bag = bag_of(folder.path(), &[("/behavior_tree_log", log, 1, behavior_tree_log(&["a", "b"]))]);

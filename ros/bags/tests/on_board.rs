@@ -125,7 +125,7 @@ fn mcap(options: mcap::WriteOptions, distribution: &str, hash: &str) -> Vec<u8> 
 }
 
 #[test]
-fn what_a_file_says_about_its_types_is_read_with_and_without_a_summary() {
+fn what_a_file_contains_about_its_types_is_read_with_and_without_a_summary() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bag.mcap");
     for has_summary in [true, false] {

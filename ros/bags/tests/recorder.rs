@@ -1,4 +1,4 @@
-//! What a source tells is written so that it can be read again with the same events.
+//! What a source delivers is written so that it can be read again with the same events.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -138,7 +138,7 @@ impl Source for MadeUp {
     }
 }
 
-/// A source that is told when it is over, as a robot is that is no longer watched.
+/// A source that is notified when it is over, as a robot is that is no longer watched.
 struct Told<S>(S);
 
 impl<S: Source> Source for Told<S> {

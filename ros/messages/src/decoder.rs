@@ -35,7 +35,7 @@ impl Want {
 ///
 /// How wide strings are encoded [depends on the program](WideWidth) that wrote a message. The width is the one with
 /// which the bytes are a message of the type. If they are with both, it is that of the program; if this is unknown, it
-/// is the one with which no character is 0; if this does not tell, and the wanted parts differ, they are no message.
+/// is the one with which no character is 0; if this does not decide, and the wanted parts differ, they are no message.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     plan: Arc<Plan>,

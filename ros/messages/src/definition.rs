@@ -31,9 +31,9 @@ pub struct Message {
 /// A service: what a `.srv` file defines.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Service {
-    /// What is asked.
+    /// The request.
     pub request: Message,
-    /// What is answered.
+    /// The response.
     pub response: Message,
 }
 

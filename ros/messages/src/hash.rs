@@ -1,4 +1,4 @@
-//! Type hashes, by which ROS 2 tells whether two programs mean the same by the name of a type.
+//! Type hashes, by which ROS 2 determines whether two programs mean the same by the name of a type.
 //!
 //! Source: REP-2011, and `rosidl_generator_type_description` for the form that is hashed.
 

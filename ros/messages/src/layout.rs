@@ -38,7 +38,7 @@ impl Undefined {
 const DEEPEST: usize = 50;
 
 impl Layout {
-    /// The type `name`, with the definitions that `find` finds. It is asked once for each type, by name and package.
+    /// The type `name`, with the definitions that `find` finds. It is called once for each type, by name and package.
     ///
     /// # Errors
     /// [`Undefined`] if a definition is not found, or a type contains itself.

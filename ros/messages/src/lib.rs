@@ -48,8 +48,8 @@
 //!
 //! **Messages.** A [`Decoder`] decodes CDR into a [`Value`], and skips what is not wanted; a [`Structure`] accesses its
 //! fields by name. [`Layout::encode`] is the way back. [`messages!`] makes structs with a definition and both
-//! directions of the encoding, for types that a program knows; those of ROS's common packages are [`standard`].
-//! [`CdrReader`] and [`CdrWriter`] are what all of them use.
+//! directions of the encoding, for types that are known when a program is compiled; those of ROS's common packages are
+//! [`standard`]. [`CdrReader`] and [`CdrWriter`] are what all of them use.
 
 mod decoder;
 mod definition;

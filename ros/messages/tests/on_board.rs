@@ -32,7 +32,7 @@ fn every_definition_on_board_is_complete_in_every_edition_that_has_it() {
         for end in ends[newest.matches("---").count()] {
             let found = EDITIONS.map(|edition| hash(&format!("{name}{end}"), edition));
             assert!(found.is_sorted_by_key(Option::is_some) && found[10].is_some(), "{name}{end}: {found:?}");
-            // What is said about editions names the first and the last one of each form.
+            // What is written about editions names the first and the last one of each form.
             let forms = found.chunk_by(|a, b| a == b).count();
             assert_eq!(forms, found.iter().collect::<BTreeSet<_>>().len(), "{name}{end}: {found:?}");
         }

@@ -53,7 +53,7 @@ fn check<T: RosMessage + Debug + PartialEq>(edition: Option<&str>) {
     checked.unwrap_or_else(|failure| panic!("{}: {failure}", T::name()));
 }
 
-/// A recording says that it comes from Humble.
+/// A recording states that it comes from Humble.
 #[test]
 fn the_types_are_those_of_humble_in_both_directions() {
     let humble = Some("humble");

@@ -38,7 +38,8 @@ const STALL_NS: i64 = 250_000_000;
 const TOO_MUCH: &str = "it advertises more than 10,000 topics, or more than 64 MiB of definitions";
 
 /// The note on what verdicts leave open, as a bridge may drop messages silently.
-const AS_FORWARDED: &str = "as the bridge told it: a bridge that is too slow drops messages, and may not report it";
+const AS_FORWARDED: &str =
+    "as the bridge forwarded it: a bridge that is too slow drops messages, and may not report it";
 
 /// How long a server may take to advertise its topics.
 const TOPICS: Duration = Duration::from_millis(500);
@@ -174,7 +175,7 @@ impl Bridge {
                 Err(error) => return Err(error.to_string()),
             }
             if self.name.is_empty() && begun.elapsed() > ANSWER {
-                return Err("it does not say who it is".to_owned());
+                return Err("it does not send its name".to_owned());
             }
         }
         self.connection = Some(connection);
@@ -231,7 +232,7 @@ impl Bridge {
             let message = match read {
                 Ok(message) => message,
                 Err(error) if is_pause(&error) && connection.is_dead() => {
-                    return Err(format!("it has said nothing for {} s", DEAD.as_secs()));
+                    return Err(format!("it has sent nothing for {} s", DEAD.as_secs()));
                 }
                 Err(error) if is_pause(&error) => {
                     self.stalled_ns = None;
@@ -306,7 +307,7 @@ impl Bridge {
                 self.robot.add_nodes(publishers.chain(subscribers).chain(providers));
             }
             ServerMessage::Status { level, message } if level >= ERROR || message.contains(FULL) => {
-                self.lose(format!("the bridge says: {message}"));
+                self.lose(format!("the bridge reports: {message}"));
             }
             ServerMessage::Status { .. } | ServerMessage::Other => {}
         }

@@ -119,7 +119,7 @@ impl Domain {
 
     /// Prepares to call these services, and reads these topics only with the given types. Both map names to types. Must
     /// be called before it [begins](Live::begin).
-    pub fn ask(&mut self, services: BTreeMap<String, String>, topics: BTreeMap<String, String>) {
+    pub fn prepare(&mut self, services: BTreeMap<String, String>, topics: BTreeMap<String, String>) {
         self.reception.discovery.wanted.kinds = topics;
         let Some(publisher) = self.publisher() else { return };
         for (service, kind) in services {

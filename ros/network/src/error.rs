@@ -8,7 +8,7 @@ pub enum Error {
     #[error("{0} is not the address of a bridge")]
     Address(String),
     /// The connection would need encryption.
-    #[error("{0} asks for an encrypted connection, which this program cannot open")]
+    #[error("{0} requires an encrypted connection, which this program cannot open")]
     Encrypted(String),
     /// Nothing answers at the address, or a server with another protocol.
     #[error("{address} does not answer as a Foxglove bridge: {reason}")]

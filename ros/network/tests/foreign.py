@@ -219,7 +219,7 @@ def check(server_kind, folder):
     server.send(*stop(True))
     wait_for("the deadline", lambda: watch.said("stops", "violated"))
     last, status, notes = watch.end()
-    assert (status, last["loss"]) == (1, "unknown") and "as the bridge told it" in notes, (status, notes)
+    assert (status, last["loss"]) == (1, "unknown") and "as the bridge forwarded it" in notes, (status, notes)
     assert [monitor["verdict"] for monitor in last["monitors"]] == ["violated", "violated", "satisfied"], last
     assert last["monitors"] == verified(watch, recording), "of the recording"
 

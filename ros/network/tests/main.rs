@@ -249,7 +249,7 @@ fn the_clock_advances_only_if_the_bridge_answers() {
     while bridge.lost().is_empty() {
         assert_eq!(bridge.receive(&mut body), Received::Idle);
     }
-    assert!(bridge.lost()[0].contains("it has said nothing for 5 s"), "{:?}", bridge.lost());
+    assert!(bridge.lost()[0].contains("it has sent nothing for 5 s"), "{:?}", bridge.lost());
     // A server that reads answers.
     drop(socket.read());
     let (address, served) = server(vec![info(), advertise(&[channel(1, "/a")])]);
@@ -310,7 +310,7 @@ fn a_full_bridge_or_one_that_reports_an_error_loses_messages() {
         let (address, _) = server(all);
         let mut bridge = Bridge::connect(&address, None).expect("a bridge");
         assert_eq!(messages(&mut bridge).len(), 1);
-        assert!(bridge.lost()[0].starts_with("the bridge says: S") || bridge.lost()[0].ends_with("failed"));
+        assert!(bridge.lost()[0].starts_with("the bridge reports: S") || bridge.lost()[0].ends_with("failed"));
     }
 }
 

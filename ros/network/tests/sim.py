@@ -106,7 +106,7 @@ assert transforms["base_link laser_back"] == [-0.245, 0, 1, 0], transforms
 print("what rclpy and Cyclone DDS know of the robot is right: its node, topics, qualities, frames, map and stamps")
 assert driven["driving"] > 0.15 and abs(driven["after"]) < 0.01, driven
 assert abs(babbled["speed"]) < 0.01 and of["robot"]["collisions"] == 0, (babbled, of)
-for said in ("not finite", "another type", "more than one publisher", "more than to drive forwards"):
+for said in ("not finite", "another type", "more than one publisher", "more than driving forwards"):
     assert said in errors, (said, errors)
 assert flooded["sent"] > 10000 and of["timing"]["real_time_factor"] > 0.9, (flooded, of["timing"])
 print(f"it stops when commands do, and goes on in real time through {flooded['sent']} commands in 3 s and nonsense")

@@ -70,7 +70,7 @@ impl ComponentNodes {
     ) -> Result<Box<dyn RemoteComponents>, Error> {
         let wanted = self.topics.keys().cloned().chain([CLOCK.to_owned()]).collect();
         let mut node = Domain::nodes(domain, vec![NAME.to_owned()], true, wanted);
-        node.ask(self.services, self.topics);
+        node.prepare(self.services, self.topics);
         node.begin().map_err(|error| Error::refused(error.to_string(), error.help()))?;
         let publisher = node.publisher().ok_or_else(|| Error::refused("the domain has been left", "start it again"))?;
         let mut nodes = Nodes {
@@ -204,9 +204,9 @@ impl RemoteComponents for Nodes {
             let service = self.names.external[&service].clone();
             let servers = self.node.servers(&service);
             if servers.is_empty() {
-                self.note_once(format!("nobody offers the service {service} yet: requests wait for 10 s"));
+                self.note_once(format!("no node offers the service {service} yet: requests wait for 10 s"));
             } else if let Some(other) = servers.iter().find(|server| **server != kind) {
-                self.note_once(format!("somebody offers the service {service} with another type, {other}, not {kind}"));
+                self.note_once(format!("a node offers the service {service} with another type, {other}, not {kind}"));
             } else if servers.len() > 1 {
                 let count = servers.len();
                 self.note_once(format!("{count} nodes offer the service {service}: the first response counts"));
@@ -244,7 +244,8 @@ impl Nodes {
         for (request, sent) in std::mem::take(&mut self.open).into_values() {
             let (what, service) = (Lost::Response(request.number), &self.names.external[&request.service]);
             if request.is_repeatable() {
-                let why = format!("the response of {service} may have been lost when DDS failed: it is asked again");
+                let why =
+                    format!("the response of {service} may have been lost when DDS failed: the request is sent again");
                 if self.noted.insert(why.clone()) {
                     (self.note)(&why);
                 }
@@ -255,8 +256,7 @@ impl Nodes {
                 let presumed = request.presumed();
                 let is_lost = matches!(&presumed, NodeMessage::Response { body, .. } if body.is_empty());
                 let counts = if is_lost { "failed" } else { "accepted" };
-                let why =
-                    format!("the response of {service} was lost when DDS failed: what was asked counts as {counts}");
+                let why = format!("the response of {service} was lost when DDS failed: the request counts as {counts}");
                 (self.note)(&why);
                 // The lost response may differ from the presumed one.
                 self.losses.lose(what.clone(), Flaw::Mixed, sent, why);

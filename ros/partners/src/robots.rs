@@ -39,7 +39,7 @@ impl Robots {
     ///
     /// # Errors
     /// If names are missing or would be those of several things, a period is no multiple of the scenario's step, or the
-    /// scenario has no robot that can be driven.
+    /// scenario has no robot to drive.
     pub fn of(config: RobotConfig, scenario: &Scenario) -> Result<Self, Error> {
         let spaces = config.spaces();
         if let Some((_, twice)) = spaces.iter().enumerate().find(|(place, space)| spaces[..*place].contains(space)) {

@@ -80,7 +80,7 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
         notes.push(format!("{} messages are left out: they are damaged or come before the odometry", reader.left_out));
     }
     let Some(laser) = reader.laser.take() else {
-        return Err(NoRobot("it has no scan with odometry: neither a topic nor /tf says where the robot was".into()));
+        return Err(NoRobot("it has no scan with odometry: neither a topic nor /tf has the pose of the robot".into()));
     };
     let laser = LaserSpec { period: period(&reader.records), ..laser };
     let model = RobotModel { lasers: vec![laser], ..RobotModel::default() };

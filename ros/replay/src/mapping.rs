@@ -80,9 +80,9 @@ impl Count {
     }
 }
 
-/// Visits all beams: the pose of the laser, the point at 1 m along the beam in the laser's frame, the beam's length, and
-/// whether there is an obstacle at its end. A beam that hit nothing, or may have failed, gives no information and is
-/// left out: some materials absorb it.
+/// Visits all beams: the pose of the laser, the point at 1 m along the beam in the laser's frame, the beam's length,
+/// and whether there is an obstacle at its end. A beam that hit nothing, or may have failed, gives no information and
+/// is left out: some materials absorb it.
 fn visit_beams(recording: &Recording, range_max_m: f64, mut visit: impl FnMut(&Pose, Point, f64, bool)) {
     for (_, scan, pose) in recording.corrected_scans() {
         let laser = &recording.model().lasers[scan.laser];

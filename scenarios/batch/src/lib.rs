@@ -104,7 +104,7 @@ fn work_alone<T, E>(
     Ok(())
 }
 
-/// Passes the results of the workers to `take` in order, until it wants no more.
+/// Passes the results of the workers to `take` in order, until it ends the work.
 fn take_in_order<T, E>(
     gate: &Gate,
     mut order: InOrder<T>,
@@ -208,7 +208,7 @@ mod tests {
         let all: Vec<(u64, u64)> = (5..300).map(|place| (place, place * place)).collect();
         for threads in [0, 1, 2, 7] {
             assert_eq!(collected(threads, 300), all);
-            assert_eq!(collected(threads, 100), all[..96], "it stops where `take` says so");
+            assert_eq!(collected(threads, 100), all[..96], "it stops where `take` ends the work");
         }
     }
 

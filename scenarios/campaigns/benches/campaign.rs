@@ -85,7 +85,7 @@ fn seconds(work: impl FnOnce()) -> [f64; 2] {
     [began.elapsed().as_secs_f64(), processor_s() - used]
 }
 
-/// Processor time of this process so far, in seconds; NaN if the system does not say.
+/// Processor time of this process so far, in seconds; NaN if the system does not provide it.
 fn processor_s() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> =

@@ -1,4 +1,4 @@
-//! What an error or a warning tells of files, for the results of commands.
+//! Errors and warnings as findings in files, for the results of commands.
 
 use std::path::Path;
 
@@ -36,7 +36,7 @@ pub fn place(span: &Span) -> Option<FilePlace> {
     FilePlace::of(span).map(|place| if is_made(name, text) { FilePlace::whole(name) } else { place })
 }
 
-/// Whether nobody wrote a text, although it has the name of a file: it is that of the scenario of a RoAML model.
+/// Whether a text was generated, although it has the name of a file: it is that of the scenario of a RoAML model.
 fn is_made(name: &str, text: &str) -> bool {
     let file = Path::new(name);
     diagnostics::text_from_disk(file).is_ok_and(|written| written != text && find::is_model(file, &written))

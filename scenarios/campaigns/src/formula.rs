@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::iter::Peekable;
-use std::vec;
 
 /// A formula, such as `drain * (distance / 0.45 + lost + 2)`.
 ///
@@ -135,7 +134,7 @@ const LONGEST: usize = 1000;
 const DEEPEST: usize = 100;
 
 /// The lexemes that are still to be parsed: numbers, names and signs, as written.
-type Lexemes<'t> = Peekable<vec::IntoIter<&'t str>>;
+type Lexemes<'t> = Peekable<std::vec::IntoIter<&'t str>>;
 
 fn is_of_number(letter: char) -> bool {
     letter.is_ascii_digit() || letter == '.'

@@ -450,7 +450,7 @@ impl TimingReader {
         Some(Self { lines, last: None })
     }
 
-    /// How long run `k` took, in seconds, if known. Runs must be asked for in order.
+    /// How long run `k` took, in seconds, if known. Runs must be requested in order.
     pub(super) fn of(&mut self, k: u64) -> Option<f64> {
         while self.last.is_none_or(|(last, _)| last < k) {
             let line = self.lines.next()?.ok()?;

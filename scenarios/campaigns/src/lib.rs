@@ -1,9 +1,9 @@
 //! Campaigns: from one run to a hundred thousand runs.
 //!
-//! One run shows that a fault can violate a requirement; a campaign says how likely that is. A [`Plan`] is read from a
-//! TOML file and defines each run as a function of its number: the values of the [parameters](Parameter) that the file
-//! varies, distributed by a [`Sampling`](sampling::Sampling), and a seed. [`statistics`] explains what the results mean
-//! and when there are enough runs.
+//! One run shows that a fault can violate a requirement; a campaign estimates how likely that is. A [`Plan`] is read
+//! from a TOML file and defines each run as a function of its number: the values of the [parameters](Parameter) that
+//! the file varies, distributed by a [`Sampling`](sampling::Sampling), and a seed. [`statistics`] explains what the
+//! results mean and when there are enough runs.
 //!
 //! [`run`] runs a campaign, or a [`Shard`] of it, on all cores and writes each run's [`RunRecord`] to a journal, in the
 //! order of the runs. [`Ran::finish`] makes the [dataset] and the [`Summary`] from it, and [`merge`] puts shards
@@ -21,7 +21,7 @@
 //! reads two journals side by side. `matrix` shows which property detects
 //! which fault; `reproduce` runs the paper's experiments and checks them against `reproduce/experiments.rs`, the table
 //! of the paper's claims with their sources, separate from this project's own; `reproduce/deviations.rs` lists where
-//! the system differs from the published one. `findings` are what errors and warnings tell of files. The shipped
+//! the system differs from the published one. `findings` are the errors and warnings by file. The shipped
 //! campaigns are beside the code.
 
 pub mod compare;

@@ -56,7 +56,7 @@ pub struct Row {
     pub seed: u64,
     /// What the run was made from.
     pub provenance: Provenance,
-    /// Whether the scenario has faults. If not, the row says nothing about their detection.
+    /// Whether the scenario has faults. If not, the row does not count for their detection.
     pub has_fault: bool,
     /// What its faults do, in words; null if none took effect.
     pub fault: Option<String>,
@@ -68,7 +68,7 @@ pub struct Row {
     pub as_expected: bool,
     /// The differences, in words.
     pub differences: Vec<String>,
-    /// What the monitors say, with what led to each violation.
+    /// The results of the monitors, with what led to each violation.
     #[serde(skip)]
     pub monitors: Vec<MonitorReport>,
     /// Whether something besides verdicts was not as expected.
@@ -104,7 +104,7 @@ pub struct Notice {
     pub vacuous: bool,
 }
 
-/// What a verdict says about the fault of a row.
+/// What a verdict means for the fault of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sign {
     /// The property was violated this many ticks after the fault took effect.
@@ -121,7 +121,7 @@ enum Sign {
     Inconclusive,
 }
 
-/// Whether a verdict says something about a fault.
+/// Whether a verdict shows something about a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum AboutFault {
     /// It does: the fault is detected, or does not violate the property.
@@ -154,7 +154,7 @@ pub struct Alarm {
     pub seed: u64,
     /// What was violated, or not as expected, in words.
     pub what: Vec<String>,
-    /// What the monitors say, with what led to each violation.
+    /// The results of the monitors, with what led to each violation.
     #[serde(skip)]
     pub monitors: Vec<MonitorReport>,
     /// Whether something besides verdicts was not as expected.
@@ -165,7 +165,7 @@ pub struct Alarm {
 impl Matrix {
     /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. Calls `progress`
     /// with the number of finished runs, the total, and the report of the run that has just finished, if it reached its
-    /// end. With `stories`, what the monitors say includes the story of each violation.
+    /// end. With `stories`, the results of the monitors include the story of each violation.
     ///
     /// # Errors
     /// What is wrong with a scenario, why a run cannot continue, or that the scenario without faults has some.
@@ -211,7 +211,7 @@ impl Matrix {
         self.rows.iter().filter(move |row| row.has_fault && !is_detected(row))
     }
 
-    /// What each property's verdict says about the fault of a row; `None` where the scenario does not watch it.
+    /// What each property's verdict means for the fault of a row; `None` where the scenario does not watch it.
     fn signs(&self, row: &Row) -> impl Iterator<Item = Option<Sign>> {
         let sign = |(name, notice): (&String, &Option<Notice>)| {
             let notice = notice.as_ref()?;
@@ -229,7 +229,7 @@ impl Matrix {
         self.properties.iter().zip(&row.notices).map(sign)
     }
 
-    /// What each property's verdict says about the fault of a row, in words. Properties that the scenario does not
+    /// What each property's verdict means for the fault of a row, in words. Properties that the scenario does not
     /// watch are left out.
     fn verdicts<'m>(&'m self, row: &'m Row) -> impl Iterator<Item = (&'m str, String, AboutFault)> {
         let after = |ticks: u64| format!("{} after the fault", counted(ticks, "tick"));

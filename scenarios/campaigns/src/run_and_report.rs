@@ -24,7 +24,7 @@ pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
 }
 
 /// Runs a scenario to its end, like [`conduct`], and makes its outputs. A run that `goes_on` stops is reported as
-/// interrupted. `tell` gets the run at its start and after each step.
+/// interrupted. `observe` gets the run at its start and after each step.
 ///
 /// # Errors
 /// [`Error`] if something cannot be written, or the run cannot continue.
@@ -33,13 +33,13 @@ pub fn run_and_report(
     detail: Detail,
     outputs: &Outputs,
     record: Option<&Path>,
-    tell: impl FnMut(&RunView),
+    observe: impl FnMut(&RunView),
     goes_on: impl FnMut(&RunView) -> ControlFlow<()>,
 ) -> Result<Report, Error> {
     refuse_campaign(outputs)?;
     let detail = if outputs.is_nothing() { detail } else { detail.max(Detail::Full) };
     let begin = |view: &RunView| {
-        let (presentation, mut listener) = (Presentation::begin(view, outputs)?, Listener(tell));
+        let (presentation, mut listener) = (Presentation::begin(view, outputs)?, Listener(observe));
         let Ok(()) = listener.follow(view);
         Ok::<_, Error>((presentation, listener))
     };
@@ -47,7 +47,7 @@ pub fn run_and_report(
     Ok(presentation.finish(&view)?)
 }
 
-/// Whoever is told about a run while it goes on.
+/// A function that gets a run while it goes on.
 struct Listener<F>(F);
 
 impl<F: FnMut(&RunView)> Follower for Listener<F> {

@@ -100,7 +100,7 @@ fn run_each(
     progress(&watch.progress(done, all, None));
     let end = if watch.enough() { done } else { all };
     let work = |place: u64| timed(|| run_one(plan, shard.run(place), &conduct));
-    hush_caught_panics();
+    silence_caught_panics();
     batch::in_order(done..end, threads, interrupted, work, |place, (record, wall_time_s)| {
         journal.append(&record, wall_time_s)?;
         done = place + 1;
@@ -207,7 +207,7 @@ fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
 }
 
 /// Silences panics that are [caught]: they are part of the results. `--only` shows where a panic happened.
-fn hush_caught_panics() {
+fn silence_caught_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let hook = std::panic::take_hook();

@@ -1,6 +1,6 @@
 //! Statistical model checking: estimates from independent runs how likely it is that a requirement is violated.
 //!
-//! Everything here is based on counts. A [`Count`] says in how many of how many runs something happened, and its
+//! Everything here is based on counts. A [`Count`] is in how many of how many runs something happened, and its
 //! [`interval`](Count::interval) is the exact one of Clopper and Pearson. [`Precision`] decides when an estimate is
 //! precise enough, [`Sprt`] on which side of a bound a probability lies, and [`Comparison`] whether two campaigns
 //! differ. The guarantees (coverage, error rates) hold for every true probability and are not approximations.

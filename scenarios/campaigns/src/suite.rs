@@ -9,7 +9,7 @@ use super::summary::{Estimate, Outcomes, Summary};
 
 impl Summary {
     /// The results as test cases: that runs finished as expected, and for each property whether it was violated in any.
-    /// A campaign asks how often, so one that was violated is skipped. `folder` has the page.
+    /// A campaign counts violations, so a property that was violated is skipped. `folder` has the page.
     #[must_use]
     pub fn suite(&self, folder: &Path, places: &WrittenPlaces) -> Suite {
         let Summary { runs, outcomes, .. } = self;

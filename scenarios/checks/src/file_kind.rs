@@ -50,7 +50,7 @@ impl FileKind {
         })
     }
 
-    /// The kind of the file with this name; if the name alone does not tell, that of its text.
+    /// The kind of the file with this name; if that is not clear from the name, that of its text.
     fn with_text<T: AsRef<str>>(file: &Path, text: impl Fn() -> T) -> Option<Self> {
         let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         Some(match ending.as_deref() {

@@ -12,7 +12,7 @@ use maps::{Cell, OccupancyGrid, PlacesFile};
 use runs::topology;
 use scenarios::Error;
 use scenarios::files::{Files, Kind};
-use scenarios::processes::HEARERS;
+use scenarios::processes::RECEIVERS;
 use scenarios::scenario::{Scenario, find};
 use skills::{Chart, Strictness};
 
@@ -66,7 +66,7 @@ pub fn tree(disk: &Disk, argument: &Path) -> Result<Tree, Error> {
     tree_with(disk, argument, [], [])
 }
 
-/// The same; leaves with these IDs need not be declared in it, and its scripts know these names for numbers.
+/// The same; leaves with these IDs need not be declared in it, and its scripts may use these names for numbers.
 ///
 /// # Errors
 /// The same.
@@ -129,14 +129,14 @@ pub(crate) fn check_machine(disk: &Disk, file: &Path, scenario: Option<&str>) ->
                 summary = format!("{summary}; {name} does not use it, so it was checked alone");
             }
             topology.and_then(|topology| {
-                let hearers = topology.processes().filter(|process| !topology.is_outside(*process));
-                let hearers: Vec<&str> = hearers.map(|process| topology.name(process)).collect();
-                chart.sends_elsewhere(&hearers, &format!("{name} has {}", hearers.join(", ")))
+                let receivers = topology.processes().filter(|process| !topology.is_outside(*process));
+                let receivers: Vec<&str> = receivers.map(|process| topology.name(process)).collect();
+                chart.sends_elsewhere(&receivers, &format!("{name} has {}", receivers.join(", ")))
             })
         }
         None => {
             summary += ", not compared with the messages of a scenario";
-            chart.sends_elsewhere(&HEARERS, ELSEWHERE)
+            chart.sends_elsewhere(&RECEIVERS, ELSEWHERE)
         }
     };
     Ok(Checked::of(summary, chart.concerns().into_iter().chain(chart.answer_concerns(true)).chain(elsewhere)))
@@ -157,7 +157,7 @@ pub(crate) fn check_map(disk: &Disk, file: &Path) -> Result<Checked, Error> {
     let free = map.cells().iter().filter(|cell| **cell == Cell::Free).count();
     if free == 0 {
         let message = format!("{} contains no free cell", file.display());
-        return Err(Error::refused(message, "light pixels are free floor, unless the map's `negate` says otherwise"));
+        return Err(Error::refused(message, "light pixels are free floor, unless the map sets `negate`"));
     }
     let size = |cells: usize| cells as f64 * map.resolution_m();
     let share = 100.0 * free as f64 / map.cells().len() as f64;

@@ -59,7 +59,7 @@ impl System {
         }
         let open = open.into_iter().collect::<Vec<_>>().join(" and ");
         Err(Error::refused(
-            format!("{subject} does not say what the messages of {open} consist of"),
+            format!("{subject} does not define what the messages of {open} consist of"),
             "name their types, `type = \"PACKAGE/msg/NAME\"`, and in `definitions` the folders of those that do not \
              come with ROS 2; `steward verify --list BAG` and `steward watch --list` show them",
         ))
@@ -125,7 +125,7 @@ pub(crate) fn check_mapping(disk: &Disk, file: &Path) -> (Result<Checked, Error>
     let system = open.is_empty().then(|| System { topology, tick: mapping.tick, disk: disk.clone() });
     if !open.is_empty() {
         let open = open.into_iter().collect::<Vec<_>>().join(" and ");
-        summary += &format!(", without the types of {open}, which only a bag or a robot tells");
+        summary += &format!(", without the types of {open}, which are known only with a bag or a robot");
     }
     (Ok(Checked::of(summary, misspelled)), system)
 }

@@ -45,7 +45,7 @@ static OWNERS: LazyLock<BTreeMap<String, BTreeSet<Toml>>> = LazyLock::new(|| {
 const OF_PLACE: [&str; 2] = ["position_m", "corners_m"];
 
 impl Toml {
-    /// The keys that the reader of such a file asks for.
+    /// The keys that the reader of such a file requests.
     #[must_use]
     pub fn keys(self) -> Vec<Key> {
         match self {

@@ -60,7 +60,7 @@ impl Beside {
         differences.min_by_key(|(_, difference)| difference.times[0])
     }
 
-    /// What the page says about it; `over` says whether everything has been read. `difference_s` is the time of the
+    /// The comparison for the page; `over` is whether everything has been read. `difference_s` is the time of the
     /// first difference on the page, in seconds.
     pub(crate) fn describe(&self, over: bool) -> Value {
         let can_align = self.comparisons.iter().any(|comparison| comparison.agreement().is_some());

@@ -11,7 +11,7 @@ use crate::server::{Cockpit, Error};
 
 /// How many of the latest unexpected runs are named.
 const NAMED: usize = 50;
-/// How long browsers have to learn that it is over.
+/// How long browsers have to receive the last frame.
 const FAREWELL: Duration = Duration::from_secs(10);
 
 /// How often something happened.
@@ -27,7 +27,7 @@ pub struct Tally {
     pub interval: Option<[f64; 2]>,
 }
 
-/// A page that shows the progress of many runs and their results so far. Nobody can control anything there.
+/// A page that shows the progress of many runs and their results so far. It has no controls.
 pub struct Board {
     cockpit: Cockpit,
     broadcast: Broadcast,
@@ -70,7 +70,7 @@ impl Board {
     pub fn show(&self, done: u64, all: u64, unexpected: Option<String>, tallies: impl FnOnce() -> Vec<Tally>) {
         let mut so_far = self.so_far.lock().unwrap_or_else(PoisonError::into_inner);
         if so_far.last.is_none() {
-            // Runs from before an interruption say nothing about the present speed.
+            // Runs from before an interruption do not count for the present speed.
             (so_far.begun, so_far.before) = (now(), done);
         }
         if let Some(name) = unexpected {
@@ -94,7 +94,7 @@ impl Board {
         }
     }
 
-    /// Informs browsers that the runs are over, and waits a moment until they know.
+    /// Informs browsers that the runs are over, and waits a moment until they have received it.
     pub fn finish(self) {
         self.broadcast.send(Map::from_iter([("over".to_owned(), true.into())]));
         self.broadcast.close();

@@ -1,4 +1,4 @@
-//! What is sent to browsers, and what a browser that joins later must know.
+//! What is sent to browsers, and what a browser that joins later receives.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -14,7 +14,7 @@ const BACKLOG: usize = 50;
 /// A text for browsers.
 pub(crate) type Frame = Arc<str>;
 
-/// What a browser must know when it joins or has missed frames.
+/// What a browser receives when it joins or has missed frames.
 #[derive(Default)]
 struct Present {
     /// What does not change.
@@ -65,7 +65,7 @@ impl Broadcast {
     pub(crate) fn send(&self, frame: Map<String, Value>) {
         let mut present = self.lock();
         present.take(&frame);
-        // It is not an error if nobody is listening.
+        // Without a browser, this is not an error.
         let _ = self.frames.send(Value::Object(frame).to_string().into());
     }
 

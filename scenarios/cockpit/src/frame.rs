@@ -263,7 +263,7 @@ fn flat<'p>(points: impl Iterator<Item = &'p Point>) -> Vec<f64> {
     points.flat_map(|point| [rounded(point.x), rounded(point.y)]).collect()
 }
 
-/// Rounds to millimeters: nobody sees more.
+/// Rounds to millimeters: more cannot be seen.
 fn rounded(number: f64) -> f64 {
     (number * 1000.0).round() / 1000.0
 }

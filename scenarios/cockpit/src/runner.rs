@@ -245,7 +245,7 @@ impl Runner {
         self.runs.iter_mut().for_each(ShownRun::follow);
     }
 
-    /// Does what the pilot asks, and returns the answer.
+    /// Carries out the pilot's request, and returns the answer.
     fn obey(&mut self, command: Command) -> io::Result<Value> {
         let (end, is_recorded) = (self.end(), matches!(self.source, RunSource::Recordings(_)));
         match command {

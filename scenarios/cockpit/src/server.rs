@@ -121,7 +121,7 @@ struct Shared {
     /// What is sent about each run, if the page shows several side by side.
     sides: Vec<Broadcast>,
     requests: mpsc::Sender<runner::Request>,
-    /// Whoever holds the only permit is the pilot.
+    /// The connection that has the only permit is the pilot's.
     helm: Semaphore,
     viewers: AtomicUsize,
 }
@@ -258,7 +258,7 @@ impl Cockpit {
         Ok((Self { listener: Arc::new(listener), shared: Arc::new(shared) }, received))
     }
 
-    /// Whether anybody is watching.
+    /// Whether a browser is connected.
     pub(crate) fn has_viewers(&self) -> bool {
         self.shared.viewers.load(Ordering::Acquire) > 0
     }
@@ -313,7 +313,7 @@ impl Cockpit {
         let mut server = http1::Builder::new();
         server.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
         loop {
-            let permit = Arc::clone(&free).acquire_owned().await.expect("nobody closes the semaphore");
+            let permit = Arc::clone(&free).acquire_owned().await.expect("the semaphore is never closed");
             let Ok((stream, _)) = listener.accept().await else {
                 // There are no file handles left, or the other side has already gone.
                 tokio::time::sleep(Duration::from_millis(100)).await;
@@ -455,7 +455,7 @@ async fn attend(
             frame = frames.recv() => match frame {
                 Ok(frame) if frame.is_empty() => return socket.send(Message::Close(None)).await,
                 Ok(frame) => send(&mut socket, &frame).await?,
-                // A slow browser gets the present state instead of what it has missed, so that nobody waits for it.
+                // A slow browser gets the present state instead of what it has missed: others do not wait for it.
                 Err(broadcast::error::RecvError::Lagged(_)) => {
                     frames = frames.resubscribe();
                     send(&mut socket, &broadcast.present().1).await?;
@@ -486,7 +486,7 @@ async fn take(
         Some(Message::Text(text)) => {
             let answer = match is_pilot {
                 true => ask(shared, &text).await,
-                false => json!({ "refused": "somebody else is controlling this run" }),
+                false => json!({ "refused": "another browser is controlling this run" }),
             };
             send(socket, &answer.to_string()).await?;
             Ok(true)

@@ -26,7 +26,7 @@ pub(crate) struct ShownRun {
     /// Whether the playback is jumping to another moment: browsers do not see what is in between.
     jumps: bool,
     update: Update,
-    /// The nodes of the tree that somebody wants to see with all their children.
+    /// The opened nodes of the tree, which are shown with all their children.
     opened: BTreeSet<usize>,
     /// How long after the start of the page it begins.
     delay: Duration,

@@ -1,4 +1,4 @@
-//! What the form of a fault contains before anybody fills it in: names of this run, not those of another one.
+//! The initial contents of a fault's form: names of this run, not those of another one.
 
 use diagnostics::document::Referent;
 use recording::{Header, Place, RunView, decimals};
@@ -44,7 +44,7 @@ pub(crate) fn places(parameter: &Parameter, view: &RunView) -> Vec<(String, Stri
     places.map(pose).collect()
 }
 
-/// The entries of a fault's form: its example if that speaks about this run, and otherwise its numbers and this run's
+/// The entries of a fault's form: its example if that has names of this run, and otherwise its numbers and this run's
 /// names. Points are picked on the map.
 pub(crate) fn entries(kind: &FaultKind, view: &RunView, scenario: Option<&Scenario>) -> Table {
     let example: Table = kind.example.parse().unwrap_or_default();

@@ -15,7 +15,7 @@ impl AccessToken {
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// Whether somebody knows it. The time that this takes reveals nothing about it.
+    /// Whether this text is the secret. The time that the comparison takes reveals nothing about it.
     pub(crate) fn is(&self, given: &str) -> bool {
         let differences = self.0.bytes().zip(given.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
         self.0.len() == given.len() && differences == 0

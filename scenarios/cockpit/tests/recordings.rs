@@ -105,7 +105,7 @@ fn two_recordings_are_shown_side_by_side() {
     assert_eq!(hear(&mut pilot, "greeting")["sides"], 2);
     ask(&mut pilot, &json!({ "do": "pause" }));
     until(&mut pilot, |known| known["to"] == 24.0 && known["grows"] == false);
-    // The sides show the runs; nobody steers from there.
+    // The sides show the runs; they have no controls.
     let mut sides = [0, 1].map(|side| page.socket(&format!("{}&side={side}", page.pilot)));
     for (side, run) in sides.iter_mut().zip(&runs) {
         assert_eq!(hear(side, "greeting")["seed"], run.header().seed);

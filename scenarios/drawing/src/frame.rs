@@ -17,7 +17,7 @@ pub struct Frame {
     pub scenario: String,
     /// The run's root seed, if it is known.
     pub seed: Option<u64>,
-    /// One sentence that says what is happening or why the picture was taken; may be empty.
+    /// One sentence: what is happening, or why the picture was taken; may be empty.
     pub caption: String,
     /// Simulated time since the start of the run.
     pub time: Duration,
@@ -60,7 +60,7 @@ pub struct Scene {
     pub robot: Pose,
     /// Radius of the robot's body, in meters.
     pub robot_radius_m: f64,
-    /// Where the robot believes it is; drawn if it visibly differs from the truth.
+    /// The estimated pose of the robot; drawn if it visibly differs from the truth.
     pub estimate: Option<Pose>,
     /// The planned path from the robot to its goal; empty without one.
     pub path: Vec<Point>,

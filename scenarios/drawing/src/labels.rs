@@ -5,7 +5,7 @@ use super::geometry::{Area, Spot};
 /// Places labels one after another, each where it covers the least.
 ///
 /// The placement is greedy: a label never moves again, and the first ones get the best places. Finding the best places
-/// for all of them together is NP-hard, and on a map with a dozen labels nobody would see the difference.
+/// for all of them together is NP-hard, and on a map with a dozen labels the difference cannot be seen.
 ///
 /// ```
 /// use drawing::labels::{LabelPlacer, Site};
@@ -14,8 +14,8 @@ use super::geometry::{Area, Spot};
 /// let mut placer = LabelPlacer::new(Area::new(0.0, 0.0, 200.0, 100.0));
 /// let site = Site { symbol: Area::around((100.0, 50.0), 20.0, 20.0), roomy: false };
 /// placer.block(site.symbol);
-/// let first = placer.place(&site, (60.0, 14.0), |_| 0.0);
-/// let second = placer.place(&site, (60.0, 14.0), |_| 0.0);
+/// let first = placer.place(&site, (60.0, 14.0));
+/// let second = placer.place(&site, (60.0, 14.0));
 /// assert!(!first.overlaps(&second) && !first.overlaps(&site.symbol));
 /// ```
 #[derive(Clone, Debug)]
@@ -61,16 +61,16 @@ impl LabelPlacer {
         self.within.encloses(area) && self.taken.iter().all(|taken| !taken.overlaps(area))
     }
 
-    /// The box for a text of this width and height at `site`. `cost` is the cost of covering the contents of a box (0
-    /// to 1).
-    pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
-        let best = self.best(site, site.candidates(size), &cost, |_| true).unwrap_or(site.symbol);
+    /// The box for a text of this width and height at `site`.
+    pub fn place(&mut self, site: &Site, size: (f64, f64)) -> Area {
+        let best = self.best(site, site.candidates(size), |_| 0.0, |_| true).unwrap_or(site.symbol);
         self.take(site, best);
         best
     }
 
-    /// The same, but none if it would have to cover a symbol or another label, or contents that cost more than `most`.
-    /// Where there is no such box near the site, it may be up to `reach` pixels away.
+    /// The same, but none if it would have to cover a symbol or another label, or contents that cost more than `most`;
+    /// `cost` is the cost of covering the contents of a box (0 to 1). Where there is no such box near the site, it may
+    /// be up to `reach` pixels away.
     pub fn place_free(
         &mut self,
         site: &Site,
@@ -224,7 +224,7 @@ mod tests {
         let mut placer = LabelPlacer::new(PAGE);
         let site = sign(200.0, 150.0);
         placer.block(site.symbol);
-        let placed: Vec<Area> = (0..12).map(|_| placer.place(&site, (70.0, HEIGHT), |_| 0.0)).collect();
+        let placed: Vec<Area> = (0..12).map(|_| placer.place(&site, (70.0, HEIGHT))).collect();
         for (i, a) in placed.iter().enumerate() {
             assert!(!a.inset(0.01).overlaps(&site.symbol), "{a:?}");
             assert!(placed[..i].iter().all(|b| !a.overlaps(b)), "{placed:?}");
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_label_at_the_edge_stays_inside() {
-        let area = LabelPlacer::new(PAGE).place(&sign(399.0, 2.0), (120.0, HEIGHT), |_| 0.0);
+        let area = LabelPlacer::new(PAGE).place(&sign(399.0, 2.0), (120.0, HEIGHT));
         assert!(PAGE.encloses(&area), "{area:?}");
     }
 
@@ -241,15 +241,15 @@ mod tests {
     fn a_label_keeps_clear_of_a_line() {
         let mut placer = LabelPlacer::new(PAGE);
         placer.avoid_line([(200.0, 150.0), (390.0, 150.0)]);
-        let area = placer.place(&sign(200.0, 150.0), (70.0, HEIGHT), |_| 0.0);
+        let area = placer.place(&sign(200.0, 150.0), (70.0, HEIGHT));
         assert!(!area.contains((230.0, 150.0)), "{area:?}");
     }
 
     #[test]
     fn an_area_contains_its_label_if_it_fits() {
         let site = Site { symbol: Area::new(100.0, 100.0, 100.0, 80.0), roomy: true };
-        assert_eq!(LabelPlacer::new(PAGE).place(&site, (70.0, HEIGHT), |_| 0.0).center(), (150.0, 140.0));
-        let outside = LabelPlacer::new(PAGE).place(&site, (120.0, HEIGHT), |_| 0.0);
+        assert_eq!(LabelPlacer::new(PAGE).place(&site, (70.0, HEIGHT)).center(), (150.0, 140.0));
+        let outside = LabelPlacer::new(PAGE).place(&site, (120.0, HEIGHT));
         assert!(!outside.overlaps(&site.symbol), "{outside:?}");
     }
 }

@@ -55,7 +55,7 @@ pub fn bounds(scene: &Scene) -> Bounds {
 /// A label whose position is not yet known.
 struct Label {
     site: Site,
-    /// What it says, and the same in fewer words, if there are any.
+    /// Its text, and a shorter text, if there is one.
     texts: [String; 2],
     color: Color,
     /// Whether its owner stays where it is for the whole run.
@@ -264,7 +264,7 @@ impl MapDrawing<'_> {
         self.note(Site { symbol: Area::around(at, side, side), roomy: false }, label, theme::BAD, true);
     }
 
-    /// Draws the robot where it is and, if that visibly differs, where it believes it is.
+    /// Draws the robot where it is and, if that visibly differs, at its estimated pose.
     pub fn robot(&mut self) {
         let scene = self.scene;
         let radius = self.view.pixels(scene.robot_radius_m).max(7.0);

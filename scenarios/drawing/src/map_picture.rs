@@ -42,8 +42,8 @@ impl MapPicture {
     /// Prepares a map. A completely unknown map is an empty picture of the grid's size.
     #[must_use]
     pub fn new(grid: &OccupancyGrid) -> Self {
-        // Maps are often drawn on a sheet that is mostly unknown, and in cells finer than a pixel: what nobody could
-        // see would only make the picture larger.
+        // Maps are often drawn on a sheet that is mostly unknown, and in cells finer than a pixel: what cannot
+        // be seen would only make the picture larger.
         let window = Window::around_known(grid);
         let cells_per_block = window.columns.max(window.rows).div_ceil(MOST_BLOCKS).max(1);
         let columns = window.columns.div_ceil(cells_per_block);

@@ -43,7 +43,7 @@ pub const IDLE: Color = "#a3aeb9";
 pub const IDLE_LIGHT: Color = "#eef1f4";
 /// What the lasers see.
 pub const LASER: Color = "#1f6fd0";
-/// What localization believes.
+/// The estimate of localization.
 pub const BELIEF: Color = "#0f7b8a";
 /// People and other bodies that are not on the map.
 pub const BODY: Color = "#8e5bb5";

@@ -7,7 +7,7 @@ use super::frame::{NodeStatus, TreeNode};
 use super::tree_layout::Family;
 
 /// The part of a tree that is drawn. A folded node stands for everything below it, and a row of dots for neighbors that
-/// are left out; both say how many nodes that is.
+/// are left out; both have the number of these nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoldedTree {
     /// What is drawn, parents before their children.
@@ -24,7 +24,7 @@ impl FoldedTree {
     }
 
     /// A tree in at most `rows` rows, if the way to what is running, or to why the tree has failed, needs no more. Of
-    /// the nodes that somebody has `opened`, by their index, all children are shown in any case.
+    /// the `opened` nodes, by their index, all children are shown in any case.
     ///
     /// ```
     /// use std::collections::BTreeSet;
@@ -44,7 +44,7 @@ impl FoldedTree {
     pub fn new(tree: &[TreeNode], rows: usize, opened: &BTreeSet<usize>) -> Self {
         let folded = Self::around(tree, rows, opened);
         let excess = folded.rows().saturating_sub(rows);
-        // The way to what is active needs rows that others have taken. What somebody has opened does not fold the rest.
+        // The way to what is active needs rows that others have taken. An opened node does not fold the rest.
         if excess == 0 || !opened.is_empty() { folded } else { Self::around(tree, rows.saturating_sub(excess), opened) }
     }
 
@@ -83,7 +83,7 @@ impl FoldedTree {
     }
 }
 
-/// How much somebody wants to see what is below a node.
+/// How important it is to show what is below a node.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Interest {
     Idle,
@@ -130,7 +130,7 @@ impl<'t> Tree<'t> {
             }
             if let Some(parent) = parents[i] {
                 sizes[parent] += sizes[i];
-                // Who has opened a node wants to see it.
+                // An opened node must not be hidden in a folded one.
                 if interest[i] == Interest::Opened {
                     interest[parent] = Interest::Opened;
                 }
@@ -143,7 +143,7 @@ impl<'t> Tree<'t> {
     }
 
     /// The children to show where not all fit into this many rows: the most interesting ones, at least one, and all
-    /// that somebody wants to see.
+    /// on the way to opened nodes.
     fn most_interesting(&self, children: &[usize], rows: usize) -> BTreeSet<usize> {
         let mut order = children.to_vec();
         order.sort_by_key(|&child| Reverse(self.interest[child]));

@@ -18,7 +18,7 @@ const LONGEST_EVER: f64 = 700.0;
 const LONGEST: f64 = 230.0;
 /// The longest labels of inner nodes if room is scarce, in pixels; finally, only their signs are shown.
 const LONGEST_INNER: [f64; 3] = [110.0, 70.0, 0.0];
-/// So many letters of a name, with the ellipsis, say less than none.
+/// A name that is cut to this many letters, with the ellipsis, is worse than none.
 const MOST_STUMP: usize = 5;
 /// With a gap narrower than this, in rows, links bend too sharply to be distinguished.
 const LEAST_GAP: f64 = 0.55;
@@ -233,7 +233,7 @@ impl Columns {
             return PlacedNode { area, lines: lines.into(), is_cut: false, leaf };
         }
         let fitted = font.fit_ends(label, room);
-        // A sign says more than a sign with two letters of a name.
+        // A sign alone is better than a sign with two letters of a name.
         let is_stump = !leaf && fitted != *label && fitted.chars().count() < MOST_STUMP + sign(label).chars().count();
         let line = if is_stump { font.fit_ends(sign(label), room) } else { fitted };
         PlacedNode { area, is_cut: line != *label, lines: vec![line], leaf }

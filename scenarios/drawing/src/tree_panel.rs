@@ -19,7 +19,7 @@ const SMALL: Font = Font::regular(13.0);
 
 const FONT: Font = Font::regular(14.0);
 
-/// Draws the tree's panel. Of a tree that has no room there, the part that is going on. `knows_ticks` says whether it
+/// Draws the tree's panel. Of a tree that has no room there, the part that is going on. `knows_ticks` is whether it
 /// is known when the tree was ticked.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode], knows_ticks: bool) {
     let inner = panel::titled(canvas, area, "Behavior tree");

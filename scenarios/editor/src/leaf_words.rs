@@ -1,4 +1,4 @@
-//! Names in the table of a leaf or a component: of its machine's data, of its ports, and of the fields of what it asks.
+//! Names in the table of a leaf or a component: of its machine's data, of its ports, and of the fields of its requests.
 
 use std::collections::BTreeMap;
 
@@ -42,7 +42,7 @@ pub(crate) fn proposals(own: Own, blank: Blank<'_>, text: &str, known: &Knowledg
     names.into_iter().map(|(name, what)| Proposal::new(name, ProposalKind::Name, what, &whole)).collect()
 }
 
-/// What a leaf asks, begins or waits for.
+/// The services, actions and topics that a leaf uses.
 fn asked([table, leaf]: [&String; 2], text: &str, known: &Knowledge) -> Vec<Offer> {
     let texts = contents(text).1;
     let offers = known.scenarios.iter().flat_map(|scenario| scenario.offers());

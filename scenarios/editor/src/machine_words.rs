@@ -102,7 +102,7 @@ impl Value<'_> {
             }
             ("assign", "location") => ids(self.text, &["data"]).iter().map(|id| name(id, "a datum")).collect(),
             ("raise", "event") => self.own_events().map(|event| name(&event, "an event of this machine")).collect(),
-            ("transition", "event") => self.heard(),
+            ("transition", "event") => self.awaited(),
             ("param", "name") => {
                 let send = self.around.iter().rev().find(|tag| tag.name == "send");
                 let event = send.and_then(|send| send.get("event"));
@@ -134,7 +134,7 @@ impl Value<'_> {
     }
 
     /// Events for which a transition may wait.
-    fn heard(&self) -> Vec<Proposal> {
+    fn awaited(&self) -> Vec<Proposal> {
         let word = word_in(self.text, self.word, self.at, |c| !c.is_whitespace());
         let name = |name: &str, what: &str| Proposal::new(name, ProposalKind::Name, what, &word);
         let messages = self.messages.received.iter().map(|message| name(&message.event, &received(message)));
@@ -176,7 +176,7 @@ impl Value<'_> {
     }
 }
 
-/// The messages that a `<send>` may be: those to its target, or to anybody if that is computed.
+/// The messages that a `<send>` may be: those to its target, or to any process if that is computed.
 fn sent<'v>(send: &Tag, messages: &'v Vocabulary) -> impl Iterator<Item = &'v MessageForm> + use<'v> {
     let (target, is_computed) = (send.get("target").map(str::to_owned), send.get("targetexpr").is_some());
     let is_published = send.get("type") == Some(skills::CHANNEL_PROCESSOR);

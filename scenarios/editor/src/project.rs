@@ -119,12 +119,14 @@ pub struct CheckedDocuments {
 /// A checked file.
 #[derive(Debug)]
 struct Root {
+    /// As what it was checked: what is being written may have another kind at the next look.
+    kind: FileKind,
     /// The mappings to one of which it belongs.
     mappings: Vec<PathBuf>,
     /// The robot, as it was when one of them could last be read.
     mapped: Option<System>,
     reads: Reads,
-    /// The state of each file that was asked for.
+    /// The state of each file that was requested.
     stamps: BTreeMap<PathBuf, Stamp>,
     findings: Findings,
     is_refused: bool,
@@ -135,7 +137,7 @@ struct Root {
     memo: Arc<Memo>,
 }
 
-/// What tells one state of a file from another.
+/// What distinguishes one state of a file from another.
 #[derive(Clone, Debug)]
 enum Stamp {
     Open(Arc<str>),
@@ -266,7 +268,7 @@ impl Project {
     /// The result of a check of this file, as it is now.
     fn refresh(&mut self, path: &Path, kind: FileKind, documents: &Documents, mappings: Vec<PathBuf>) -> &Root {
         let is_same = |(path, stamp): (&PathBuf, &Stamp)| Stamp::of(path, documents) == *stamp;
-        let is_fresh = |root: &Root| root.mappings == mappings && root.stamps.iter().all(is_same);
+        let is_fresh = |root: &Root| root.kind == kind && root.mappings == mappings && root.stamps.iter().all(is_same);
         if !self.known.get(path).is_some_and(is_fresh) {
             let before = self.known.remove(path);
             self.known.insert(path.to_owned(), Root::check(path, kind, documents, mappings, before));
@@ -301,6 +303,7 @@ impl Root {
             (path.clone(), Stamp::open(path, documents).unwrap_or(Stamp::Saved(*saved)))
         };
         Self {
+            kind,
             mappings,
             mapped,
             stamps: reads.paths.iter().map(stamp).collect(),

@@ -29,7 +29,7 @@ pub struct QuickFix {
     pub is_certain: bool,
 }
 
-/// How many words of a finding are looked up: whoever opens a menu waits for it.
+/// How many words of a finding are looked up: a person who opens a menu waits for it.
 const MAX_WORDS: usize = 12;
 /// How many replacements are checked.
 const MAX_CANDIDATES: usize = 4;

@@ -178,7 +178,7 @@ fn has(present: &[Present], name: &str) -> bool {
 fn is_allowed(name: &str, keys: &[Key], table: &[String], present: &[Present]) -> bool {
     let Some(rules) = key_at(keys, table).map(|key| &key.takes) else { return true };
     let another = Present { name: name.to_owned(), value: None };
-    // Nothing can be said beside what is wrong already.
+    // If the table is wrong already, its rules do not decide.
     forbid(rules, present) || !forbid(rules, &[present, &[another]].concat())
 }
 
@@ -354,7 +354,7 @@ mod tests {
         proposals(&marked.replacen('|', "", 1), at, keys, &names).into_iter().map(|proposal| proposal.insert).collect()
     }
 
-    /// A reader that asks for these keys of a table.
+    /// The keys of a reader that requests these keys of a table.
     fn keys(of_battery: &[&str]) -> Vec<Key> {
         Key::all(|root| {
             let _ = root.one_of("mode", &[("fast", 1), ("slow", 2)]).about("How.").optional();

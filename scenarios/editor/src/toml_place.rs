@@ -153,7 +153,7 @@ enum Kind {
 struct Token {
     kind: Kind,
     range: Range<usize>,
-    /// The range of what it says, without quotes.
+    /// The range of its content, without quotes.
     content: Range<usize>,
 }
 

@@ -38,7 +38,7 @@ const PROPERTIES: &str = "
     property never := always not (reply, monitor, m.x = 6)
     timed property soon := always ((ask, monitor, m.x > 8) implies time_until (reply, monitor, true) < 0.8 s)";
 
-/// How long a mapping waits unless it says otherwise.
+/// How long a mapping waits by default.
 const REORDER_MS: u64 = 1000;
 
 /// How many messages a run has.
@@ -466,7 +466,7 @@ fn check(runs: u64, seed: u64) -> Counts {
         write("split/copy.mcap", &file(&sent, random.next_u32()));
         write("split/bag_0.db3", b"SQLite format 3\0");
         assert_eq!(of_bag(&path("split"), &by_log), truth, "{parts:?}");
-        // One of them is missing: the list tells, or the numbers.
+        // One of them is missing: this shows in the list, or in the numbers.
         let missing = random.next_u32() as usize % files;
         fs::remove_file(path(&format!("split/{}", names[missing]))).expect("a file");
         let with_list = of_bag(&path("split"), &by_log);

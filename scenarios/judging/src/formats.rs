@@ -20,7 +20,7 @@ use crate::judge::VerificationResult;
 use crate::log_request::{LogRequest, Robots};
 use crate::wanted::{Host, Wanted};
 
-/// The time between ticks in the scenario of a log that does not tell it: its run was made with another.
+/// The time between ticks in the scenario of a log without it: its run was made with another.
 const TICK_OF_SCENARIO: Duration = Duration::from_millis(200);
 
 /// A tree as BehaviorTree.CPP logs it, what such a log can decide, and what it cannot, since it has no ticks.

@@ -234,7 +234,7 @@ pub(crate) struct Subject<'s> {
 }
 
 impl Subject<'_> {
-    /// Runs the monitors on the events, and makes what is wanted. `doubts` knows which messages may be missing.
+    /// Runs the monitors on the events, and makes what is wanted. The `doubts` are about messages that may be missing.
     pub(crate) fn judge(
         self,
         events: impl Iterator<Item = Result<Found, Error>>,

@@ -1,7 +1,8 @@
 //! Logs, bags and running robots, judged by properties.
 //!
 //! [`verify`] judges what was recorded, [`Mapped`] the messages of any source, with a mapping to channels,
-//! and [`TreeProgram`] a program with BehaviorTree.CPP. All give a [`VerificationResult`], and make what else is [`Wanted`]: a report, a page, verdicts as they are reached.
+//! and [`TreeProgram`] a program with BehaviorTree.CPP. All give a [`VerificationResult`], and make what else is
+//! [`Wanted`]: a report, a page, verdicts as they are reached.
 //!
 //! # Inside
 //! `event_log` judges event logs, recordings and logs of BehaviorTree.CPP: each is a `logged_run`, line by line or of

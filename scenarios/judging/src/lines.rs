@@ -18,7 +18,7 @@ use crate::formats::{check_tree_log, in_every_format, judge};
 /// The time between ticks.
 const TICK: Duration = Duration::from_millis(100);
 
-/// Properties whose verdicts depend on what a message says, on order, on ticks and times, and on the end.
+/// Properties whose verdicts depend on the values of a message, on order, on ticks and times, and on the end.
 const PROPERTIES: &str = "
     property low := always (battery, monitor, m.x >= 2)
     property never := always not (reply, monitor, m.x = 8)

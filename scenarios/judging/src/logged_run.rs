@@ -63,7 +63,8 @@ pub(crate) trait LoggedRun {
     /// Whether the log ends before its run does.
     fn breaks_off(&self) -> bool;
 
-    /// The gap from there on, and whether it is one of the gaps that the result lists. Otherwise it is told at once.
+    /// The gap from there on, and whether it is one of the gaps that the result lists. Otherwise it is reported at
+    /// once.
     fn rest(&self) -> (Gap, bool);
 
     /// When the run ended, if that has been read.
@@ -117,7 +118,7 @@ impl<R: BufRead> LoggedRun for LoggedLines<R> {
     }
 
     fn rest(&self) -> (Gap, bool) {
-        (self.log.rest("the log breaks off: its last line, which says how its run ended, is missing"), true)
+        (self.log.rest("the log breaks off: its last line, with the end of its run, is missing"), true)
     }
 
     fn end(&self) -> Option<Duration> {

@@ -44,7 +44,7 @@ struct Sent {
     topic: usize,
     x: i32,
     is_lost: bool,
-    /// How much later than it was due it comes; and how much earlier than that it may have been due for all one knows.
+    /// How much later than it was due it comes; and how much earlier than that it may have been due.
     late_ns: i64,
     early_ns: i64,
 }
@@ -61,7 +61,7 @@ const NUMBERS: [i32; 9] = [0, 1, 3, 5, 7, 9, 11, 13, 60];
 const START_NS: i64 = 1_700_000_000_000_000_000;
 
 /// A run with a loss of so many in a thousand. The first message arrives; so does the last on each topic, unless the
-/// end may be lost, too: who counts does not notice that.
+/// end may be lost, too: counting does not reveal that.
 fn run(random: &mut ChaCha8Rng, per_mille: u32, may_lose_end: bool) -> Vec<Sent> {
     let (mut ns, mut sent) = (START_NS, Vec::new());
     for index in 0..40 + random.next_u32() % 80 {
@@ -127,8 +127,8 @@ struct Robot {
     missing: [(u64, i64); 3],
     /// Since when the last message may have been due, if it was late.
     late: Option<(usize, i64)>,
-    /// How many messages a gap is said to have, if not as many as it has.
-    told: Option<u64>,
+    /// The reported number of messages in a gap, if it is not the true one.
+    reported: Option<u64>,
     end_ns: i64,
     is_over: bool,
     /// Whether silence is reported before the next message.
@@ -150,7 +150,7 @@ impl Robot {
             next: None,
             missing: [(0, START_NS); 3],
             late: None,
-            told: None,
+            reported: None,
             end_ns,
             is_over: false,
             is_silent: true,
@@ -183,7 +183,7 @@ impl Source for Robot {
             }
             if *count > 0 {
                 (self.next, self.is_silent) = (Some(sent), false);
-                let count = Some(self.told.unwrap_or(std::mem::take(count)));
+                let count = Some(self.reported.unwrap_or(std::mem::take(count)));
                 return Received::Lost { topic: sent.topic, count, since_ns: *since_ns };
             }
             // It is known when the one before was due, and that this one was due after it.
@@ -376,8 +376,8 @@ fn a_verdict_is_as_sure_however_many_messages_a_gap_has() {
     let (mapping, mut unsure) = (mapping("0"), 0);
     for _ in 0..30 {
         let sent = run(&mut random, 100, true);
-        let judged = |told: Option<u64>| {
-            let robot = Robot { told, ..Robot::new(sent.clone(), end_ns(&sent), Ground::Numbered) };
+        let judged = |reported: Option<u64>| {
+            let robot = Robot { reported, ..Robot::new(sent.clone(), end_ns(&sent), Ground::Numbered) };
             let found = outcomes(robot, &mapping).into_iter();
             found
                 .map(|of| (of.name, of.outcome, std::mem::discriminant(&of.certainty), of.violated))
@@ -386,8 +386,8 @@ fn a_verdict_is_as_sure_however_many_messages_a_gap_has() {
         let counted = judged(None);
         let sure = std::mem::discriminant(&Certainty::Sure);
         unsure += counted.iter().filter(|(.., certainty, _)| *certainty != sure).count();
-        for told in [0, 1, 1 << 32, 1 << 61, u64::MAX] {
-            assert_eq!(judged(Some(told)), counted, "{told} instead of the true numbers: {sent:?}");
+        for reported in [0, 1, 1 << 32, 1 << 61, u64::MAX] {
+            assert_eq!(judged(Some(reported)), counted, "{reported} instead of the true numbers: {sent:?}");
         }
     }
     assert!(unsure > 0);

@@ -8,10 +8,10 @@ use channels::EventKind;
 use diagnostics::seconds;
 use monitors::{Bound, Formula, Property, ScopeMonitor};
 
-/// The ticks of a log so far, and what properties need to know of them.
+/// The ticks of a log so far, and what properties need of them.
 pub(crate) struct Ticks {
     are_counted: bool,
-    /// If the log does not say how long a tick takes, and bounds in seconds were made ticks with that of the scenario:
+    /// If the length of a tick is not in the log, and bounds in seconds were made ticks with that of the scenario:
     /// how long this is, and the largest of these bounds.
     assumed: Option<(Duration, u64)>,
     has_message: bool,
@@ -53,7 +53,7 @@ impl Ticks {
         (off_s >= assumed_s / 2.0).then(|| {
             format!(
                 "a tick takes {found_s:.3} s in the log and {assumed_s} s in the scenario, with which bounds in seconds \
-                 were counted: the log's first line, which says how long one takes, may be missing"
+                 were counted: the log's first line, with the time between ticks, may be missing"
             )
         })
     }

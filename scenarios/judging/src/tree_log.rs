@@ -26,11 +26,11 @@ pub(crate) fn refuse_unknown(properties: &[Property]) -> Result<(), Error> {
 /// The information that a formula needs and the log does not contain, and how to avoid this; none if there is none.
 fn unknown(formula: &Formula) -> Option<(&'static str, &'static str)> {
     const TICKS: (&str, &str) = (
-        "counts ticks, and a log of BehaviorTree.CPP does not know when the tree was ticked",
+        "counts ticks, and a log of BehaviorTree.CPP does not have the times of its ticks",
         "write `timed property`, with durations: `< 300 ms`",
     );
     const REPEATED: (&str, &str) = (
-        "speaks of each message, with `next`, `previous`, `becomes`, `fresh`, `at most` or `at least`; a log of \
+        "depends on each message, with `next`, `previous`, `becomes`, `fresh`, `at most` or `at least`; a log of \
          BehaviorTree.CPP does not have the answers that repeat the one before",
         "say what must hold while a node has a status: `always`, `until`, `since`, `time_until`",
     );

@@ -23,15 +23,15 @@ use crate::wanted::{Host, VerdictObserver, Wanted};
 const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The effects of requests on the program and on its other clients.
-const COST: &str = "the program remembers its last 1000 changes from now on, and forgets those that it has told: \
-                    whoever else asks for them, such as Groot2 when it records, gets only some. Breakpoints that \
+const COST: &str = "the program remembers its last 1000 changes from now on, and forgets those that it has sent: \
+                    another client that asks for them, such as Groot2 when it records, gets only some. Breakpoints that \
                     another client has set stay armed. `--passive` only asks for statuses";
 const PASSIVE: &str = "only the statuses of nodes are asked for, a hundred times a second: what changes in between is \
                        not seen, so that verdicts are unsure unless a single message violates a property. Breakpoints \
                        that another client has set stay armed";
 /// The note about what verdicts leave open.
-const LEFT_OPEN: &str = "what the program did before it was asked is not judged. It tells changes of status, and not the answers that repeat the one before: what \
-                         `time_until` waits for is a change. Changes that it has told to another client are noticed \
+const LEFT_OPEN: &str = "what the program did before it was asked is not judged. It reports changes of status, and not the answers that repeat the one before: what \
+                         `time_until` waits for is a change. Changes that it has sent to another client are noticed \
                          only if a node then has a status that does not follow";
 
 /// A program that runs one tree after the other.
@@ -98,7 +98,7 @@ struct WatchedTree<'p> {
     observer: Option<Box<dyn VerdictObserver>>,
     /// The first two records, until they are requested.
     start: Option<(Header, Step)>,
-    /// Records that are ready, and what the program has told after them.
+    /// Records that are ready, and what the program has reported after them.
     steps: VecDeque<Step>,
     updates: VecDeque<TreeUpdate>,
     state: Connection,
@@ -133,7 +133,7 @@ impl<'p> WatchedTree<'p> {
         let recorded = Some(format!("steward live --groot {address}"));
         let last_us = snapshot.at_us;
         let origin = Origin { recorded, began: bags::date(last_us.saturating_mul(1000)), ..Origin::default() };
-        let ground = Ground::Assumed("the program tells every change of status while it is asked".to_owned());
+        let ground = Ground::Assumed("the program reports every change of status while it is asked".to_owned());
         let doubts = Doubts::about_losses(&properties, &topology).on(&ground);
         let about = [root.name.clone(), about];
         let (run, header, start) = TreeRun::begin(about, origin, (&tree, &topology), last_us, &properties, doubts);
@@ -204,7 +204,7 @@ impl<'p> WatchedTree<'p> {
         self.steps.push_back(self.run.miss(self.last_us, &why, &mut self.properties));
     }
 
-    /// Takes what the program tells next, if it tells anything.
+    /// Takes what the program reports next, if anything.
     fn ask(&mut self) {
         let error = match self.program.watch.next_update() {
             Ok(Some(update)) => {
@@ -244,7 +244,7 @@ impl<'p> WatchedTree<'p> {
         }
     }
 
-    /// Takes what the program has left to tell, at the end.
+    /// Takes what the program has left to report, at the end.
     fn end(&mut self) {
         match self.program.watch.end() {
             Ok(last) => self.updates.extend(last),
@@ -270,7 +270,7 @@ impl RecordSource for WatchedTree<'_> {
         } else if self.steps.is_empty() {
             match self.state {
                 Connection::Over => {
-                    let last = self.run.note(self.last_us, "nobody asks the program any more".to_owned());
+                    let last = self.run.note(self.last_us, "the program is not asked any more".to_owned());
                     fitting(view.apply(last));
                     fitting(view.finish(self.run.finish(Ended::Recorded, &self.properties)));
                     return Ok(Next::Step);

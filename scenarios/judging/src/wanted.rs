@@ -13,7 +13,7 @@ use reports::{Outputs, Presentation};
 
 use crate::LogContext;
 
-/// The program that judges: when it is to end, and where it writes what users should know at once.
+/// The program that judges: when it is to end, and where it writes what users should see at once.
 #[derive(Clone, Copy, Debug)]
 pub struct Host {
     /// Whether a user has asked it to end.

@@ -27,13 +27,14 @@ use serde_json::{Value, json};
 use incoming::{Incoming, parsed};
 use server::Server;
 
-/// Serves an editor until it exits. Returns the exit status.
-///
-/// # Errors
-/// If the editor breaks off while it introduces itself.
-pub fn serve() -> Result<ExitCode, ProtocolError> {
+/// Serves an editor until it exits. If it breaks off while it introduces itself, `broken_off` gets the reason at once:
+/// the program ends only after the editor has closed the connection.
+pub fn serve(broken_off: impl FnOnce(ProtocolError)) -> ExitCode {
     let (connection, threads) = Connection::stdio();
-    let code = begin(&connection);
+    let code = begin(&connection).unwrap_or_else(|error| {
+        broken_off(error);
+        ExitCode::FAILURE
+    });
     // The writer ends once nothing can send to it.
     drop(connection);
     let _ = threads.join();

@@ -92,9 +92,9 @@ pub(super) fn all(scenario: &Scenario, system: &ChannelSystem, faults: &[Switche
     all
 }
 
-/// That a proof knows no other level and place than those that are told.
-pub(super) fn told() -> Assumption {
-    let words = "The true level and place of the robot are those that the components are told.".to_owned();
+/// That the true level and place are those that the components receive.
+pub(super) fn received() -> Assumption {
+    let words = "The true level and place of the robot are those that the components receive.".to_owned();
     Assumption::new(About::Always, words)
 }
 
@@ -113,7 +113,7 @@ pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Sw
     // What the drivers report first is the start.
     let moves: Vec<Changed> = moves.skip(1).map(|state| state.changed).collect();
     let topology = replay.system.topology();
-    let speaks = |name: &str| {
+    let sends = |name: &str| {
         let is_from = |channel| topology.ends(channel).0 == name;
         replay
             .events
@@ -125,7 +125,7 @@ pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Sw
         About::Trips => moves.iter().any(|changed| changed.trip),
         About::Messages => !replay.damaged.is_empty(),
         About::Faults => faults::changes(run, faults).iter().any(Option::is_some),
-        About::Component(name) => speaks(name),
+        About::Component(name) => sends(name),
         About::Always => false,
     };
     all.iter().filter(is_used).cloned().collect()
@@ -155,7 +155,7 @@ fn tried(name: &str, field: &str, values: &[Value], others: Option<usize>) -> St
     list.extend(is_missing.then(|| "missing".to_owned()));
     let last = list.pop().unwrap_or_default();
     let list = if list.is_empty() { last } else { format!("{} or {last}", list.join(", ")) };
-    format!("{name}'s `{field}` is {list}: nothing tells more values apart.")
+    format!("{name}'s `{field}` is {list}: no more values are distinguished.")
 }
 
 fn percent(number: f64) -> String {

@@ -1,9 +1,9 @@
 //! Turns a run over classes of levels into one with concrete levels that a battery can have.
 //!
-//! The search knows only the class of a level. If one class is reached from another, not every level of it need be
-//! reached from every level of the other, so a run of the search may be impossible for every battery. The levels of a
-//! run are bounded by differences: a level lies in its class, and differs from an earlier one by a limited amount. Such
-//! bounds have a solution unless they contradict each other on a cycle, which the Bellman–Ford algorithm finds.
+//! In the search, only the class of a level is known. If one class is reached from another, not every level of it need
+//! be reached from every level of the other, so a run of the search may be impossible for every battery. The levels of
+//! a run are bounded by differences: a level lies in its class, and differs from an earlier one by a limited amount.
+//! Such bounds have a solution unless they contradict each other on a cycle, which the Bellman–Ford algorithm finds.
 //!
 //! The classes of a run are finer than what happens in it depends on, and the search meets only the first of many runs
 //! that differ in nothing else. So a level may have any value that is compared alike, not only those of its class.
@@ -156,7 +156,7 @@ fn all_bounds(
     all
 }
 
-/// The bounds on a level that follow from those since the last tick. `gains` tells whether a battery that was charged
+/// The bounds on a level that follow from those since the last tick. With `gains`, a battery that was charged
 /// throughout must have gained something.
 fn bounds_since_tick(since: Since, at_tick: usize, level: usize, gains: bool, rates: Rates) -> Vec<Bound> {
     let previous = level - 1;

@@ -125,8 +125,8 @@ impl Onlooker for Coverage {
     }
 }
 
-/// The skills, and the nodes of the tree, whose errors a system still knows: a tree begins each tick without those of
-/// the last one. A caller that asks after every step of the system sees them all.
+/// The skills, and the nodes of the tree, whose errors a system still has: a tree begins each tick without those of
+/// the last one. After every step of the system, a caller sees them all.
 pub(super) fn failed(tree: Option<&Arc<Tree>>, system: &ChannelSystem) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     for id in system.topology().processes() {

@@ -21,13 +21,13 @@ pub(crate) struct RobotEnvironment {
     battery: Option<BatteryModel>,
     localization: Option<ProcessId>,
     trips: Trips,
-    /// The places that some part asks about, drives to, or passes.
+    /// The places that some part refers to, drives to, or passes.
     places: Vec<String>,
-    /// All places that Localization knows.
+    /// All places of Localization.
     known: Vec<String>,
     station: Option<Spot>,
     start: Option<Spot>,
-    /// What monitors are shown of the world, if the property speaks of it.
+    /// What monitors are shown of the world, if the property is about it.
     world: Option<Truths>,
 }
 
@@ -158,7 +158,7 @@ impl RobotEnvironment {
         Self { world, ..self }
     }
 
-    /// What is so in a state: what is told of the level and the place. Nobody asks for anything else.
+    /// The value of a fact in a state. Only the level and the place are needed.
     fn value(&self, fact: &Fact, state: &WorldState) -> Value {
         let (class, is_charging) = state.shown.unwrap_or_default();
         match fact {
@@ -183,7 +183,7 @@ impl RobotEnvironment {
     /// How the trip may continue.
     fn legs(&self, state: WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<Leg> {
         if self.trips.process.is_none() && self.localization.is_some() {
-            // Where a Navigation from a file drives, nobody knows.
+            // It is unknown where a Navigation from a file drives.
             let anywhere = std::iter::once(None).chain((0..self.places.len()).map(Some));
             return anywhere.map(|at| Leg { at, elapsed: 0, status: None }).collect();
         }

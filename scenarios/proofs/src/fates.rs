@@ -143,7 +143,7 @@ enum Effort {
 ///
 /// Violations that take many steps, such as missed deadlines, are soon found depth first; most of the others are
 /// decided within the first states. But a depth-first search finds long runs: if no battery can have the levels of such
-/// a run, or messages pile up in it, that says nothing about shorter runs.
+/// a run, or messages pile up in it, that proves nothing about shorter runs.
 fn outcome(about: &Proof, question: &Question, effort: Effort, limits: &Limits) -> Result<ProofOutcome, OpenProperty> {
     let memory = if effort == Effort::Little { limits.memory / 4 } else { limits.memory };
     let open = |reason, is_full| OpenProperty { property: question.property.clone(), reason, is_full };

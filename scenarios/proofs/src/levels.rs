@@ -117,7 +117,7 @@ impl Levels {
         (self.points[class / 2], self.points[class.div_ceil(2)])
     }
 
-    /// The levels that no machine, property or battery tells apart from those of a class, as a lowest and a highest
+    /// The levels that no machine, property or battery distinguishes from those of a class, as a lowest and a highest
     /// level, and whether they only approach these. `full_from` is the level from which charging may end.
     pub(super) fn alike(&self, class: Class, full_from: Micros) -> [(Micros, bool); 2] {
         let (low, high) = self.ends(class);

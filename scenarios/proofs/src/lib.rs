@@ -11,7 +11,7 @@
 //! components crash, hang or have mistakes. `concrete` gives a run that was found the levels of a possible battery, or
 //! refines the classes. `replayed` follows it in the channel system, `written` writes it as a schedule with its
 //! scenario, and `physics` simulates it. `coverage` notes what is never reached. `mutants` are scenarios with a
-//! mistake, and `fates` tells which property detects which.
+//! mistake, and `fates` determines which property detects which.
 
 mod assumptions;
 mod battery;
@@ -75,9 +75,9 @@ pub struct Proof {
     damaged: Vec<ChannelId>,
     faults: Vec<Switched>,
     questions: Vec<Question>,
-    /// What the world shows to monitors, if a property speaks of it.
+    /// What the world shows to monitors, if a property is about it.
     truths: Option<Truths>,
-    /// The properties that cannot be proved and that nobody names, each with the reason.
+    /// The properties that cannot be proved and that are not named, each with the reason.
     left_out: Vec<(String, String)>,
 }
 
@@ -221,7 +221,7 @@ impl Proof {
     pub fn assumptions(&self) -> Vec<Assumption> {
         let mut all = assumptions::all(&self.scenario, &self.system, &self.faults);
         let asked = self.questions.iter().filter_map(|question| self.monitor(question));
-        all.extend(asked.filter_map(|monitor| self.truths_for(Some(monitor))).next().map(|_| assumptions::told()));
+        all.extend(asked.filter_map(|monitor| self.truths_for(Some(monitor))).next().map(|_| assumptions::received()));
         all.extend(assumptions::left_out(&self.left_out));
         all
     }
@@ -316,7 +316,7 @@ impl Proof {
         if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model }
     }
 
-    /// What the world shows to a monitor that hears it.
+    /// What the world shows to a monitor that receives it.
     fn truths_for(&self, monitor: Option<&dyn Monitor>) -> Option<&Truths> {
         let truths = self.truths.as_ref()?;
         subject::watches(monitor?, truths.channel).then_some(truths)
@@ -368,7 +368,7 @@ impl Proof {
             Refused::TooManyStates { process, .. } if process == TREE => self.timed_nodes(),
             _ => None,
         };
-        Error::refused(error.to_string(), help.unwrap_or_else(|| "`steward help prove` says what can be proved".into()))
+        Error::refused(error.to_string(), help.unwrap_or_else(|| "see `steward help prove`".into()))
     }
 
     /// Which nodes of the tree count time, in words: each multiplies its states by the number of ticks that it counts.

@@ -55,7 +55,7 @@ impl Proof {
         Ok(mutants)
     }
 
-    /// The properties that a mutant may violate. One that is violated anyway says nothing about mutants, nor does one
+    /// The properties that a mutant may violate. One that is violated anyway shows nothing about mutants, nor does one
     /// about what is never reached.
     pub fn mutant_questions(&self) -> impl Iterator<Item = &Question> {
         let may = |it: &&Question| it.expected == ProofOutcome::Proved && it.subject != Subject::AllReached;

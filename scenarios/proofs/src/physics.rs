@@ -69,7 +69,7 @@ impl Proof {
             };
             if let Some(expected) = expected.next() {
                 let mut simulated = DriverData::of(run.system());
-                // The run knows only the places that matter.
+                // The run has only the places that matter.
                 simulated.place = simulated.place.filter(|place| places.contains(place));
                 let differs = || differs(&expected, &simulated);
                 difference = difference.or_else(|| Some(format!("at tick {tick} {}", differs()?)));
@@ -80,7 +80,7 @@ impl Proof {
         Ok(Some(Physical { tick: violated_at, difference, outcomes: outcomes(&run), overrides }))
     }
 
-    /// What the components know after each tick of the run.
+    /// What the components have received after each tick of the run.
     fn after_ticks(&self, answer: &Answer, run: &Path) -> Result<Vec<DriverData>, Error> {
         let (steps, mut known) = (run.steps(), Vec::new());
         self.replayed(answer, run, |_, system| known.push(DriverData::inside(system, faults::inside)))?;

@@ -14,7 +14,7 @@ pub struct Question {
     pub property: String,
     /// The expected result.
     pub expected: ProofOutcome,
-    /// Whether somebody names it. One that nobody names is left out if it cannot be proved.
+    /// Whether it is named. One that is not named is left out if it cannot be proved.
     pub is_named: bool,
     /// What is asked.
     pub subject: Subject,
@@ -31,7 +31,7 @@ pub enum Subject {
     AllReached,
 }
 
-/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for.
+/// The properties to be proved: those that `only` names or, if it is empty, those of the scenario.
 pub(super) fn of(
     scenario: &Scenario,
     monitoring: &Monitoring,

@@ -1,4 +1,4 @@
-//! The scenarios that can be proved, and what a proof knows about the robot's places.
+//! The scenarios that can be proved, and what is known in a proof about the robot's places.
 
 use std::collections::BTreeSet;
 
@@ -105,19 +105,19 @@ pub(super) fn check_time_limit(monitor: &dyn Monitor) -> Result<(), Problem> {
 }
 
 /// # Errors
-/// The problem of a property that speaks of what a proof does not know of the world.
+/// The problem of a property about facts of the world that are not known in a proof.
 pub(super) fn check_world(monitor: &dyn Monitor, truths: Option<&Truths>, has_battery: bool) -> Result<(), Problem> {
     let of_world = truths.filter(|truths| watches(monitor, truths.channel));
     let Some(why) = of_world.and_then(|truths| beyond(monitor, truths, has_battery)) else { return Ok(()) };
     let problem = Problem::new(format!("the property {} {why}", monitor.name()));
     Err(problem.with_help(
-        "of the world, a proof knows `level_pct`, `charging` and the places, and shows them when they change: judge \
-         runs with `steward run` and `steward campaign`",
+        "of the world, a proof has only `level_pct`, `charging` and the places, whenever they change: judge runs \
+         with `steward run` and `steward campaign`",
     ))
 }
 
-/// Why a property that speaks of the world cannot be proved, in words; `None` if it can: a proof knows the level and
-/// the place, and shows them when they change. How often the world is shown in between is not known.
+/// Why a property about the world cannot be proved, in words; `None` if it can: in a proof, the level and the place are
+/// known, and shown when they change. How often the world is shown in between is not known.
 fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) -> Option<&'static str> {
     let Some(scope) = scope_monitor(monitor) else { return Some("is a machine") };
     let mut unknown = None;
@@ -131,9 +131,9 @@ fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) -> Option<&
         }
     });
     match unknown {
-        Some(()) => Some("speaks of more than the level and the place"),
+        Some(()) => Some("is about more than the level and the place"),
         None if !scope.formula().is_steady(truths.channel) => {
-            Some("counts messages or measures time, and speaks of the world")
+            Some("counts messages or measures time, and is about the world")
         }
         None => None,
     }
@@ -161,7 +161,8 @@ pub(super) fn check_numbers(
                     let shapes = topology.get(event.channel).domain.shapes();
                     let kinds =
                         |field: usize| shapes.iter().filter_map(move |shape| shape.fields().get(field.checked_sub(1)?));
-                    // Of the other kinds, a proof tries every value, or enough of them: of texts, which `texts` follows.
+                    // Of the other kinds, a proof tries every value, or enough of them: of texts, which `texts`
+                    // follows.
                     let is_open = |field: usize| {
                         let mut kinds = kinds(field).map(|(_, kind)| kind.present());
                         kinds.any(|kind| matches!(kind, FieldKind::Int | FieldKind::Real | FieldKind::List(_)))
@@ -177,18 +178,18 @@ pub(super) fn check_numbers(
         }
         if !is_followed {
             let message = format!(
-                "the property {} does more with what {} says than compare it with constants",
+                "the property {} does more with values of {} than compare them with constants",
                 monitor.name(),
                 name.value
             );
             let problem = place.problem(message).with_label("this answers only what is compared");
-            let help = "compare it with constants only, or write a machine that stands for the component";
+            let help = "compare them with constants only, or write a machine that stands for the component";
             complaints.push(problem.with_help(help));
         }
     }
 }
 
-/// The places that matter: those that some part asks about, drives to, or passes.
+/// The places that matter: those that some part refers to, drives to, or passes.
 /// Those that the `truths` name are among them.
 pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem, truths: Option<&Truths>) -> Ground {
     let Premises { places, start, entry, .. } = scenario.premises.as_ref().expect("only a robot has places");

@@ -35,7 +35,7 @@ pub(super) fn of_machines(scenario: &Scenario, complaints: &mut Complaints) -> B
     thresholds
 }
 
-/// Adds the levels with which a property's monitor compares the battery's: the one that is told, and that which the
+/// Adds the levels with which a property's monitor compares the battery's: the one that it receives, and that which the
 /// world has `shown` on a channel.
 pub(super) fn of_monitor(
     monitor: &dyn Monitor,

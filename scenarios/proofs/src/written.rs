@@ -94,7 +94,7 @@ impl Proof {
                 text += &format!("stop.{key} = false\n");
             }
         }
-        // A schedule takes the place of the world, of which some properties speak.
+        // A schedule replaces the world, which some properties are about.
         let all = self.monitoring.monitors().iter();
         for (watched, monitor) in all.filter(|(_, monitor)| self.truths_for(Some(monitor.as_ref())).is_none()) {
             let Some(monitor) = run.replay(&answer.model, Some(monitor.as_ref())).ok().and_then(|it| it.monitor) else {

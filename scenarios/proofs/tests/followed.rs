@@ -1,13 +1,18 @@
 //! Runs that proofs find, and runs that follow their schedules.
 
+use std::collections::BTreeSet;
+use std::error;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use channels::Event;
 use explorer::{Order, Outcome, Path};
 use proofs::{Answer, Proof, Question, SCHEDULE};
+use recording::{Detail, Ended, RunView, conduct};
 use runs::Run;
 use scenarios::files::scenario_names;
 use scenarios::scenario::{ProofOutcome, Scenario, find};
+use tempfile::{TempDir, tempdir};
 
 use crate::{answer, load, prove};
 
@@ -34,13 +39,33 @@ fn a_battery_without_bounds_violates_within_a_tick() {
     assert_eq!(outcome(&[&PHI1[..], &["prove={}"]].concat()), Some(ProofOutcome::Violated));
 }
 
+/// Writes a run that violates a property, and runs the written scenario: it ends with its schedule, with the verdicts
+/// and the errors that it expects, and the property is violated. Returns the folder and the scenario.
+pub(crate) fn written(proof: &Proof, question: &Question, answer: &Answer, path: &Path) -> (TempDir, Arc<Scenario>) {
+    let folder = tempdir().unwrap();
+    let file = proof.write_run(question, answer, path, folder.path()).unwrap();
+    let scenario = Arc::new(Scenario::load(&find::find(file.to_str().unwrap()).unwrap(), &[]).unwrap());
+    let run = Run::new(Arc::clone(&scenario), scenario.file.seed, true).unwrap();
+    let nobody = |_: &RunView| Ok::<_, Box<dyn error::Error>>(());
+    let ((), view) = conduct(run, Detail::Verdicts, None, nobody, |_| ControlFlow::Continue(())).unwrap();
+    let (end, expected) = (view.end().unwrap(), &view.header().expected);
+    assert_eq!(end.ended, Ended::Scheduled, "{question:?}");
+    assert_eq!(expected.of(&question.property), Some(monitors::Outcome::Violated), "{question:?}");
+    for monitor in view.monitors() {
+        let (name, outcome) = (monitor.name(), monitor.outcome());
+        assert!(expected.admits(name, outcome), "{question:?}: {name} is {outcome}");
+    }
+    let in_tree = view.tree_errors().iter().map(|error| &view.header().tree[error.node].process);
+    let errors: BTreeSet<&String> = end.skill_errors.iter().map(|error| &error.skill).chain(in_tree).collect();
+    assert_eq!(errors, expected.errors.iter().collect::<BTreeSet<_>>(), "{question:?}");
+    (folder, scenario)
+}
+
 /// Writes a run and follows it in a system without wrapped processes, whose faults are those of the catalogue: it has
 /// the same events. Returns the text of the schedule.
 fn follow(proof: &Proof, question: &Question, answer: &Answer, path: &Path) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    let file = proof.write_run(question, answer, path, folder.path()).unwrap();
-    let scenario = Scenario::load(&find::find(file.to_str().unwrap()).unwrap(), &[]).unwrap();
-    let (mut run, mut followed) = (Run::new(Arc::new(scenario), 1, true).unwrap(), Vec::new());
+    let (folder, scenario) = written(proof, question, answer, path);
+    let (mut run, mut followed) = (Run::new(scenario, 1, true).unwrap(), Vec::new());
     while !run.is_over() {
         run.step().unwrap();
         followed.extend_from_slice(run.events());

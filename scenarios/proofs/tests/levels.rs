@@ -6,6 +6,7 @@ use proofs::{Answer, Proof};
 use scenarios::scenario::ProofOutcome;
 use tempfile::tempdir;
 
+use crate::followed::written;
 use crate::{answer, load};
 
 /// The first answer of a proof.
@@ -13,10 +14,12 @@ fn first(proof: &Proof) -> Answer {
     answer(proof, &proof.questions()[0], Order::Breadth)
 }
 
-/// The levels that are read in the run that violates the first property.
+/// The levels that are read in the run that violates the first property. It can be written and followed.
 fn levels(proof: &Proof, answer: &Answer) -> Vec<f64> {
     let Outcome::Violated(run) = &answer.exploration.outcome else { panic!("{answer:#?}") };
-    let replay = run.replay(&answer.model, proof.monitor(&proof.questions()[0])).unwrap();
+    let question = &proof.questions()[0];
+    drop(written(proof, question, answer, run));
+    let replay = run.replay(&answer.model, proof.monitor(question)).unwrap();
     let topology = replay.system.topology();
     let level = |kind: &EventKind| match kind {
         EventKind::Received { channel, message } if topology.ends(*channel) == ("BatteryReader", "BatteryLevel") => {

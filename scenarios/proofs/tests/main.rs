@@ -9,8 +9,7 @@ mod world;
 
 use std::sync::Arc;
 
-use channels::Verdict;
-use explorer::{Limits, Order, Outcome};
+use explorer::{Limits, Order};
 use proofs::{Answer, Proof, Question};
 use scenarios::Error;
 use scenarios::scenario::{ProofOutcome, Scenario, find};
@@ -21,16 +20,14 @@ fn load(scenario: &str, only: &[&str], set: &[&str]) -> Result<Proof, Error> {
     Proof::new(Arc::new(Scenario::load_for_proof(&find::find(scenario)?, &set)?), &only)
 }
 
-/// The answer to a question. A run that violates the property is replayed.
+/// The answer to a question. A run that it found is replayed, and is as it was found.
 fn answer(proof: &Proof, question: &Question, order: Order) -> Answer {
     let prove = &proof.scenario().file.prove;
     let memory = usize::try_from(prove.memory_bytes).unwrap();
     let limits = Limits { memory, visits: prove.states, order, ..Limits::default() };
     let answer = proof.prove(question, &limits, &mut |_| {}).unwrap();
-    if let Outcome::Violated(run) = &answer.exploration.outcome {
-        let replay = run.replay(&answer.model, proof.monitor(question)).unwrap();
-        assert_eq!(replay.verdict(), Verdict::False, "{}: {:#?}", question.property, replay.lines());
-    }
+    let replayed = proof.replay(question, &answer).unwrap();
+    assert!(replayed.as_ref().is_none_or(|run| run.is_as_found), "{}: {replayed:#?}", question.property);
     answer
 }
 

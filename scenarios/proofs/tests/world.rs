@@ -1,4 +1,4 @@
-//! Proofs about the world: what was true, not what a process was told.
+//! Proofs about the world: what was true, not what a process received.
 
 use explorer::Order;
 use proofs::Proof;
@@ -17,7 +17,7 @@ fn proof_of(properties: &str, expected: &str, only: &[&str]) -> Result<Proof, Er
     load(scenario.to_str().unwrap(), only, &[])
 }
 
-/// The told level is one of the true ones: whatever is proved of the true level holds of the told one, too.
+/// The received level is one of the true ones: what is proved of the true level holds of the received one, too.
 #[test]
 fn a_proof_knows_the_true_level() {
     for level in ["0", "19", "20", "20.5", "31"] {
@@ -42,7 +42,7 @@ fn a_proof_knows_the_true_place_where_nobody_asks() {
     let outcomes: Vec<&str> = results(&found).into_iter().map(|(_, result)| result).collect();
     assert_eq!(outcomes, ["proved", "violated", "proved", "proved"]);
     let said = assumptions(&proof).join(" ");
-    assert!(said.contains("The true level and place of the robot are those that the components are told."), "{said}");
+    assert!(said.contains("The true level and place of the robot are those that the components receive."), "{said}");
 }
 
 #[test]
@@ -56,13 +56,13 @@ fn what_a_proof_does_not_know_of_the_world_is_left_out_or_refused() {
     let found = prove(&proof, Order::Breadth);
     assert_eq!(results(&found).into_iter().map(|(name, _)| name).collect::<Vec<_>>(), ["level", "progress"]);
     let said = assumptions(&proof).join(" ");
-    let expected = "Not proved: fast (speaks of more than the level and the place), soon (counts messages or measures \
-                    time, and speaks of the world), rests (requires something without a time limit, and no search can \
+    let expected = "Not proved: fast (is about more than the level and the place), soon (counts messages or measures \
+                    time, and is about the world), rests (requires something without a time limit, and no search can \
                     wait forever), prompt (cannot be explored: `prompt` is a timed property, and a proof has no notion \
                     of time between ticks).";
     assert!(said.contains(expected), "{said}");
     let said = proof_of(text, "", &["fast"]).unwrap_err().reasons();
-    assert!(said.contains("the property fast speaks of more than the level and the place"), "{said}");
+    assert!(said.contains("the property fast is about more than the level and the place"), "{said}");
     let said = proof_of(text, "fast = \"proved\"", &[]).unwrap_err().reasons();
-    assert!(said.contains("the property fast speaks of more") && !said.contains("the property soon"), "{said}");
+    assert!(said.contains("the property fast is about more") && !said.contains("the property soon"), "{said}");
 }

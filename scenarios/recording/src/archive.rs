@@ -1,4 +1,4 @@
-//! Writes a run to a file, in the format that the file's name asks for.
+//! Writes a run to a file, in the format of the file's name.
 
 use std::io;
 use std::path::{Path, PathBuf};

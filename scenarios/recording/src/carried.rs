@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use channels::{ChannelId, Shape, Topology};
 
-/// By channel, such as `BT → Say`, its messages: what they can begin with, and the names of their other fields in
+/// By channel, such as `BT → Say`, its messages: how they can begin, and the names of their other fields in
 /// order, `moved(state)`. A log has it, as the scenario may be another one when the log is read: with other topics,
 /// with fields in another order, or with others of the world.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]

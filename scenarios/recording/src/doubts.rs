@@ -29,7 +29,7 @@ struct State {
     later: Option<String>,
     /// Why it is unsure how often and how long it is violated, although each message that violates it does so surely.
     extent: Option<String>,
-    /// The monitor that tells whether missing messages could change the verdict; without one, the property's own does.
+    /// The monitor that shows whether missing messages could change the verdict; without one, the property's own does.
     judge: Option<ScopeMonitor>,
     /// When the verdict was reached, and at which step of the run.
     reached: Option<(Duration, u64)>,
@@ -63,9 +63,9 @@ impl Doubts {
     /// Likewise. What may be missing can be any message, such as one that is missing because its channel could not
     /// carry it.
     ///
-    /// A monitor foresees from the domains of the channels what may come, and may therefore know its verdict before any
-    /// such message. So whether the verdict is settled is asked of a second monitor, which knows no domains, unless
-    /// they make no difference: it costs a quarter of the time of a bag.
+    /// A monitor foresees from the domains of the channels what may come, and may therefore reach its verdict before
+    /// any such message. So a second monitor, without domains, determines whether the verdict is settled, unless they
+    /// make no difference: it costs a quarter of the time of a bag.
     #[must_use]
     pub fn about_any_messages(properties: &[Property], topology: &Arc<Topology>) -> Self {
         let any = Arc::new(topology.without_shapes());
@@ -78,7 +78,7 @@ impl Doubts {
         Self::of(properties, topology, |property| State { judge: judge(property), ..State::default() })
     }
 
-    /// The same, for a source that tells which messages are missing: what they could change is worked out.
+    /// The same, for a source that reports which messages are missing: what they could change is worked out.
     #[must_use]
     pub fn about_losses(properties: &[Property], topology: &Arc<Topology>) -> Self {
         Self::about_any_messages(properties, topology).weighing(properties)

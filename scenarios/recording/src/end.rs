@@ -41,7 +41,7 @@ pub enum Ended {
     TimeLimit(Duration),
     /// The schedule that it followed was over.
     Scheduled,
-    /// Whoever ran it interrupted it.
+    /// It was interrupted from outside.
     Interrupted,
     /// It was not a run of a simulation, and its recording ends here.
     Recorded,
@@ -88,7 +88,7 @@ pub struct MonitorEnd {
     pub state: MonitorState,
     /// What the verdict rests on. The state of one that is unsure, or groundless, is inconclusive.
     pub evidence: Evidence,
-    /// Every violation, if the monitor can tell them apart.
+    /// Every violation, if the monitor can distinguish them.
     pub violations: Option<Violations>,
     /// The obligations that are still pending.
     pub open: Vec<OpenObligation>,

@@ -80,7 +80,7 @@ fn value_json(value: &Value) -> serde_json::Value {
 }
 
 /// Writes the event log as JSON Lines: one line that describes the run, then one line per communication, one per
-/// generated tick, and one with the tree's statuses each time they change. The last line says why and when the run
+/// generated tick, and one with the tree's statuses each time they change. The last line is about why and when the run
 /// ended, and repeats the numbers of the last events, so that missing lines before it are noticed.
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {

@@ -79,8 +79,8 @@ impl fmt::Display for ShownVerdict {
     }
 }
 
-/// What a verdict rests on. Only [`Grounds`](crate::Grounds), which know what the source of the messages vouches for,
-/// and [`Doubts`](crate::Doubts), which know what is missing, make it.
+/// What a verdict rests on. It comes only from [`Grounds`](crate::Grounds), for what the source of the messages vouches
+/// for, and [`Doubts`](crate::Doubts), for what is missing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Evidence {
     certainty: Certainty,

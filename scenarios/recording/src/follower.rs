@@ -1,4 +1,4 @@
-//! Whoever reads the records of a run, one after the other.
+//! Readers of the records of a run, one after the other.
 
 use std::convert::Infallible;
 
@@ -19,7 +19,7 @@ pub trait Follower {
     fn follow(&mut self, view: &RunView) -> Result<(), Self::Error>;
 }
 
-/// Nobody follows.
+/// No follower.
 impl Follower for () {
     type Error = Infallible;
 

@@ -10,8 +10,8 @@ use crate::{Certainty, Evidence};
 
 /// On what ground the messages of each channel are known, and how far they have come.
 ///
-/// A source that vouches for nothing gives no verdict, so that none is sure because nobody thought of what could be
-/// wrong.
+/// A source that vouches for nothing gives no verdict, so that none is sure only because a possible error was
+/// overlooked.
 #[derive(Clone, Debug)]
 pub struct Grounds {
     topology: Arc<Topology>,

@@ -46,7 +46,7 @@ pub struct Header {
     pub topology: Arc<Topology>,
     /// The nodes of the behavior tree, in document order.
     pub tree: Vec<Node>,
-    /// The tree in the form in which BehaviorTree.CPP tells it; none if the changes of status of its nodes are not
+    /// The tree in the form in which BehaviorTree.CPP reports it; none if the changes of status of its nodes are not
     /// known.
     pub tree_xml: Option<String>,
     /// The names of the tree's blackboards: the ID of the main tree, and the paths of the subtrees.
@@ -390,8 +390,8 @@ impl Expected {
         self.of(property).is_none() && (self.others_are_open || self.open.iter().any(|name| name == property))
     }
 
-    /// Whether this verdict of a property is as expected. It is the one that is named; a property of which nothing is
-    /// said must not be violated.
+    /// Whether this verdict of a property is as expected. It is the one that is named; without one, a property
+    /// must not be violated.
     #[must_use]
     pub fn admits(&self, property: &str, outcome: Outcome) -> bool {
         match self.of(property) {
@@ -400,7 +400,7 @@ impl Expected {
         }
     }
 
-    /// Whether it says nothing of any run.
+    /// Whether nothing is expected of any run.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self { open: self.open.clone(), others_are_open: self.others_are_open, ..Self::default() }

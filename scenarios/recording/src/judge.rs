@@ -12,7 +12,7 @@ use crate::{
     Scene, Step, TraceHash,
 };
 
-/// Lets monitors judge events, and makes the records of a run from them, without what only a simulation can know.
+/// Lets monitors judge events, and makes the records of a run from them, without what is known only in a simulation.
 #[derive(Debug)]
 pub struct Judge {
     topology: Arc<Topology>,

@@ -37,8 +37,8 @@
 //!
 //! A recording in [MCAP](https://mcap.dev) has the records as messages of type `steward_msgs/msg/Records` on the topic
 //! `/steward/records`, not compressed, each with the version of the format and a checksum of the records (CRC-32). All
-//! its other topics are for other programs. [`Recording`] reads both formats, and an [`Archive`] writes the one that
-//! the file's name asks for. It also reads the logs of BehaviorTree.CPP, which know much less: see [`tree_logs`].
+//! its other topics are for other programs. [`Recording`] reads both formats, and an [`Archive`] writes the one
+//! of the file's name. It also reads the logs of BehaviorTree.CPP, which contain much less: see [`tree_logs`].
 //!
 //! ```
 //! use std::time::Duration;

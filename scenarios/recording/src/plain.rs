@@ -283,10 +283,10 @@ mod tests {
         let bytes = postcard::to_allocvec(&(3_usize, 2_usize, 0.05, [0.0_f64; 4], vec![0_u8; 5])).unwrap();
         let read = grid::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "a cell is missing");
-        let nobody: Vec<(usize, usize, bool, Domain)> = vec![(0, 1, false, Domain::new([]))];
+        let processes: Vec<(usize, usize, bool, Domain)> = vec![(0, 1, false, Domain::new([]))];
         let topics: Vec<(usize, Shape)> = Vec::new();
         let bytes =
-            postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize, false, Vec::<String>::new())], nobody, topics))
+            postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize, false, Vec::<String>::new())], processes, topics))
                 .unwrap();
         let read = topology::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "there is one process");

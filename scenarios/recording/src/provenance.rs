@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 static COMMIT: OnceLock<String> = OnceLock::new();
 
-/// Names the commit from which the program was built, for everything that it writes. Only a program knows it; the first
+/// Names the commit from which the program was built, for everything that it writes. Only programs have one; the first
 /// name stays.
 pub fn set_commit(commit: impl Into<String>) {
     let _ = COMMIT.set(commit.into());

@@ -117,7 +117,7 @@ impl RunComparison {
             self.agree(place);
         }
         let courses = &mut self.nodes[place];
-        // What runs may take one more tick elsewhere, and a log does not know who was skipped.
+        // What runs may take one more tick elsewhere, and a log lacks what was skipped.
         let is_result = !matches!(outcome, Outcome::Answered(Status::Running | Status::Skipped));
         let is_new = self.has_repeats || courses[run].last != Some(outcome);
         if !is_result || !is_new {

@@ -9,8 +9,8 @@ const FRAME_PERIODS: [Duration; 2] = [Duration::from_secs(1), Duration::from_sec
 
 /// Decides at which steps a picture may be wanted because of the time.
 ///
-/// The writer of a run asks one clock when a [`Scene`](crate::Scene) is needed, and the reader asks another when to
-/// take pictures: both get the same answers.
+/// The writer of a run has one clock for when a [`Scene`](crate::Scene) is needed, and the reader has another for when
+/// to take pictures: both come to the same.
 #[derive(Clone, Debug)]
 pub struct SceneClock {
     frame: Duration,

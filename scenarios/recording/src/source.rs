@@ -1,4 +1,4 @@
-//! What gives the records of a run, and its way to those who follow it.
+//! What gives the records of a run, and its way to the followers.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,8 +16,8 @@ pub trait RecordSource {
     /// If it cannot begin.
     fn start(&mut self, wanted: Detail) -> Result<RunView, Self::Error>;
 
-    /// Advances the view by one step; the last step brings the end with it. `is_stopped` asks the source to end with
-    /// this step, without waiting; only runs do.
+    /// Advances the view by one step; the last step brings the end with it. If `is_stopped`, the source is to end
+    /// with this step, without waiting; only runs do.
     ///
     /// # Errors
     /// If there is no further step.

@@ -18,7 +18,7 @@ pub enum Detail {
     /// Only what determines the results of the run: enough for reports.
     #[default]
     Verdicts,
-    /// Also [details](Details), with a scene where a [`SceneClock`](crate::SceneClock) asks for one: for everything
+    /// Also [details](Details), with a scene where a [`SceneClock`](crate::SceneClock) needs one: for everything
     /// that shows a run.
     Full,
     /// The same, with a scene in each step.
@@ -47,7 +47,7 @@ pub struct Step {
 /// The state of the robot at the end of a step, as far as it is known; empty if there is no robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotState {
-    /// Facts that only a simulation can know.
+    /// Facts that are known only in a simulation.
     pub truth: Option<Truth>,
     /// The pose estimated by localization, in the `map` frame.
     #[serde(with = "plain::pose_if_any")]
@@ -57,7 +57,7 @@ pub struct RobotState {
 }
 
 impl RobotState {
-    /// Where the robot is, in the `map` frame: where it really is if that is known, or else where it believes it is.
+    /// Where the robot is, in the `map` frame: where it really is if that is known, or else where its software has it.
     #[must_use]
     pub fn pose(&self) -> Option<Pose> {
         self.truth.map(|truth| truth.pose).or(self.estimate)
@@ -113,7 +113,7 @@ pub struct Battery {
 /// Something that has happened in a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Happening {
-    /// Somebody intervened: this fault is appended to those of the [header](crate::Header::faults).
+    /// A user intervened: this fault is appended to those of the [header](crate::Header::faults).
     FaultAdded(Arc<Fault>),
     /// A fault took effect.
     FaultBegan {
@@ -164,14 +164,14 @@ pub enum Happening {
         /// The verdict and its reason.
         decision: Decision,
     },
-    /// A speaker began to say something.
+    /// A speaker began a text.
     Said {
         /// Its index in the topology.
         by: usize,
         /// The text.
         text: String,
     },
-    /// Something happened around the processes: because the schedule of the run says so, or to who drives the robot.
+    /// Something happened around the processes: by the schedule of the run, or to the driver of the robot.
     Moved {
         /// What, in words.
         words: String,
@@ -181,7 +181,7 @@ pub enum Happening {
         /// Its index in the [header](crate::Header::places).
         place: usize,
     },
-    /// Whoever recorded it has lost something: what the gap says may be wrong from here on.
+    /// Messages are missing: what depends on those in the gap may be wrong from here on.
     Lost(Gap),
     /// From here on, nothing more is missing on a channel: the gaps in its messages that end are over.
     Resumed(ChannelId),

@@ -63,7 +63,7 @@ enum MessageRole {
     Message,
 }
 
-/// What a leaf's skill has done and received since the tree told it to begin.
+/// What a leaf's skill has done and received since the tree started it.
 #[derive(Clone, Debug, Default)]
 struct Attempt {
     /// None if it has never begun.
@@ -74,7 +74,7 @@ struct Attempt {
     request: Option<Event>,
     is_answered: bool,
     is_called_off: bool,
-    /// The last request of an earlier attempt, until it is answered. Who asks one thing at a time waits for that.
+    /// The last request of an earlier attempt, until it is answered. Skills that ask one thing at a time wait for that.
     owed: Option<Event>,
     /// The last message from a component, also before it began.
     message: Option<Event>,

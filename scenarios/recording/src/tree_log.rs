@@ -14,7 +14,7 @@ pub(crate) struct TreeLog {
     log: Log,
     run: TreeRun,
     known: Vec<KnownStatus>,
-    /// Since when changes may be missing, as far as that has been told.
+    /// Since when changes may be missing, as far as that has been reported.
     lost_since: Duration,
     /// The next records.
     ready: VecDeque<Record>,
@@ -23,10 +23,10 @@ pub(crate) struct TreeLog {
     has_ended: bool,
 }
 
-/// What is known of a node, to compare it with what a log says.
+/// What is known of a node, to compare it with a log.
 #[derive(Clone, Copy, Debug, Default)]
 struct KnownStatus {
-    /// Its last status; none before it is first told.
+    /// Its last status; none before the first report.
     status: Option<NodeStatus>,
     since: Duration,
     /// Whether changes have been lost since then, so that it may have another.

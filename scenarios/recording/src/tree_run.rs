@@ -1,8 +1,8 @@
-//! The records of a tree that BehaviorTree.CPP runs, from the changes of status that it tells.
+//! The records of a tree that BehaviorTree.CPP runs, from the changes of status that it reports.
 //!
 //! Every node is a process. Its answers are messages to the tree, like those of a leaf in a simulation; so is its halt,
-//! if it was running. All else that a run has is unknown: ticks, who was asked and skipped, and the answers that repeat
-//! the one before.
+//! if it was running. All else that a run has is unknown: ticks, which nodes were asked and skipped, and the answers
+//! that repeat the one before.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub struct TreeRun {
     blackboards: Vec<String>,
     /// The entries of blackboards, by the index of the blackboard and the key.
     entries: BTreeMap<(usize, String), EntryValue>,
-    /// By the clock of whoever tells it, in microseconds since 1970.
+    /// By the clock of its source, in microseconds since 1970.
     began_us: i64,
     last_us: i64,
     time: Duration,
@@ -45,7 +45,7 @@ impl TreeRun {
     }
 
     /// Starts at a time, in microseconds since 1970. The topology is [that](Self::topology) of the tree; `about` has a
-    /// name, and says in words who runs it; `doubts` what may be missing. Also returns the first two records.
+    /// name, and the program in words; `doubts` what may be missing. Also returns the first two records.
     #[must_use]
     pub fn begin(
         about: [String; 2],

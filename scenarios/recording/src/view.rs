@@ -349,7 +349,7 @@ impl RunView {
         named.map(|(board, key, value)| (self.header.blackboards[*board].as_str(), key, value))
     }
 
-    /// Says when a recording of something else began.
+    /// Sets when a recording of something else began.
     pub fn set_began(&mut self, began: Option<DateTime<Utc>>) {
         Arc::make_mut(&mut self.header).origin.began = began;
     }
@@ -492,13 +492,13 @@ impl RunView {
         &self.incidents.given_up
     }
 
-    /// What has happened around the processes so far, because the schedule of the run says so.
+    /// What has happened around the processes so far, because it is in the schedule of the run.
     #[must_use]
     pub fn moves(&self) -> &[Moved] {
         &self.incidents.moves
     }
 
-    /// What speakers have said so far.
+    /// The texts of speakers so far.
     #[must_use]
     pub fn said(&self) -> &[Said] {
         &self.incidents.said
@@ -541,8 +541,8 @@ impl RunView {
     }
 }
 
-/// Checks that parents come before their children, in the tree and in machines: those who draw them rely on it, and a
-/// circle would make them loop.
+/// Checks that parents come before their children, in the tree and in machines: drawing relies on it, and
+/// would loop in a circle.
 fn check_parents(header: &Header) -> Result<(), Inconsistent> {
     let later = |parent: Option<usize>, place: usize| parent.is_some_and(|parent| parent >= place);
     let mut parents = vec![header.tree.iter().map(|node| node.parent).collect::<Vec<_>>()];

@@ -10,7 +10,7 @@ pub fn arrival(place: &str) -> String {
     format!("at {place}")
 }
 
-/// What a speaker said, in words.
+/// The text of a speaker, in words.
 #[must_use]
 pub fn speech(text: &str) -> String {
     format!("“{text}”")

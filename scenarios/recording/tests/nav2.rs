@@ -104,7 +104,7 @@ fn tree() -> BagTree {
     Tree::from_xml("tree.xml", TREE).unwrap().into()
 }
 
-/// What the nodes told, and the gaps, as lines; and the run at its end.
+/// What the nodes reported, and the gaps, as lines; and the run at its end.
 fn played(path: &Path) -> (Vec<String>, Vec<Gap>, RunView) {
     let mut recording = Recording::of_bag(path, &tree()).unwrap();
     let (mut view, mut told, mut gaps) = (recording.begin().unwrap(), Vec::new(), Vec::new());

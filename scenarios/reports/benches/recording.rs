@@ -2,7 +2,7 @@
 //!
 //! Each round runs `nominal` twice as `steward run` does, with report, page and pictures, one of them with a recording
 //! in MCAP. These two take turns after each simulated second, so that whatever else the computer does affects both. The
-//! round then runs `nominal` bare, with full details that nobody uses, and recorded; last, it reads the recording and
+//! round then runs `nominal` bare, with full details that are not used, and recorded; last, it reads the recording and
 //! makes its report.
 //!
 //! Times are processor times, as Linux counts them for each thread. They are compared within a round, and the medians

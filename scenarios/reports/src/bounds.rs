@@ -54,7 +54,7 @@ impl Signal {
     }
 }
 
-/// The signals of which properties speak, except for the battery's level: that is drawn as it really is.
+/// The signals in properties, except for the battery's level: that is drawn as it really is.
 #[must_use]
 pub fn signals(header: &Header) -> Vec<Signal> {
     let mut signals: Vec<Signal> = Vec::new();

@@ -1,9 +1,9 @@
 //! The report as a page: `report.html`, one self-contained file that explains to a stranger what happened in a run.
 //!
 //! It needs no network, has a light and a dark color scheme, and can be read on a phone and on paper: every chart is
-//! drawn twice, for wide and for narrow screens. A script lets one explore the timeline; without it, the page says the
-//! same. The page allows this script and no other. The same run gives the same bytes: the page does not
-//! say how long the computer took.
+//! drawn twice, for wide and for narrow screens. With a script, a reader explores the timeline; without it, the page
+//! has the same contents. The page allows this script and no other. The same run gives the same bytes: how long the
+//! computer took is not on the page.
 //!
 //! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts. The page prescribes the
 //! length of each text, so that nothing overlaps whatever fonts a reader has.
@@ -81,7 +81,7 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
     Ok(folder.write(FILE, page(view, timeline, report, &pictures))?)
 }
 
-/// The story of each violation, as the page tells it: the number of the property, and sentences with code in
+/// The story of each violation, as it is on the page: the number of the property, and sentences with code in
 /// backquotes.
 pub(crate) fn stories(view: &RunView, timeline: &Timeline) -> impl Iterator<Item = (usize, Vec<String>)> {
     violations::in_sentences(view, timeline)

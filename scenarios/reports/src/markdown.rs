@@ -1,8 +1,7 @@
 //! Results as Markdown (GitHub's flavor), for the summary that a CI shows.
 //!
 //! First a table with every case, then of each suite what went wrong, with the stories of violations and with links to
-//! pages and pictures. Texts from files are escaped. A summary that is too long for GitHub ends where that is, and says
-//! so.
+//! pages and pictures. Texts from files are escaped. A summary that is too long for GitHub is cut there, with a note.
 
 use std::fmt::{self, Formatter};
 use std::path::{Component, Path, PathBuf};
@@ -81,8 +80,8 @@ fn write_table(text: &mut Formatter<'_>, Results { command, suites }: &Results) 
 }
 
 fn write_suite(text: &mut Formatter<'_>, suite: &Suite, folder: &Path) -> fmt::Result {
-    let told: Vec<&Case> = suite.cases.iter().filter(|case| !suite.is_about_files() && is_told(case)).collect();
-    if told.is_empty() && suite.findings.is_empty() && suite.notes.is_empty() && suite.page.is_none() {
+    let detailed: Vec<&Case> = suite.cases.iter().filter(|case| !suite.is_about_files() && is_detailed(case)).collect();
+    if detailed.is_empty() && suite.findings.is_empty() && suite.notes.is_empty() && suite.page.is_none() {
         return Ok(());
     }
     writeln!(text, "\n## {}", escaped(&suite.name))?;
@@ -115,11 +114,11 @@ fn write_suite(text: &mut Formatter<'_>, suite: &Suite, folder: &Path) -> fmt::R
         0 => {}
         more => writeln!(text, "- and {more} more")?,
     }
-    told.into_iter().try_for_each(|case| write_case(text, case, folder))
+    detailed.into_iter().try_for_each(|case| write_case(text, case, folder))
 }
 
-/// Whether there is more to say about a case than its line in the table.
-fn is_told(case: &Case) -> bool {
+/// Whether a case has more than its line in the table.
+fn is_detailed(case: &Case) -> bool {
     let has_details = matches!(&case.result, CaseResult::Failed { details, .. } if !details.is_empty());
     has_details || !case.story.is_empty()
 }

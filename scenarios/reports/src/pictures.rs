@@ -169,7 +169,7 @@ fn other_places(premises: &Premises) -> Vec<drawing::Place> {
     premises.places.iter().filter(|known| !is_marked(known)).map(place).collect()
 }
 
-/// A mark for each time a fault took effect, where it put something or where the robot was; the first says what it did.
+/// A mark for each time a fault took effect, where it put something or where the robot was; the first has words.
 fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::Mark> {
     let label = |index| if index == 0 { course.fault.words.replace('`', "") } else { String::new() };
     let put = course.fault.arguments.iter().find_map(|(name, argument)| match (name.as_str(), argument) {
@@ -269,7 +269,7 @@ pub(crate) fn when(decision: &Decision, view: &RunView) -> String {
     }
 }
 
-/// The verdict on a property now; `over` says whether the run has ended.
+/// The verdict on a property now; `over` is whether the run has ended.
 pub fn verdict(state: &MonitorState, over: bool) -> drawing::Verdict {
     match (state.verdict, over) {
         (Verdict::False, _) => drawing::Verdict::Violated,

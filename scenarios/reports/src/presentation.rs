@@ -24,7 +24,7 @@ use crate::{Error, html, reporting};
 pub struct Outputs {
     /// The folder for the report and the pictures; nothing is written without one.
     pub folder: Option<PathBuf>,
-    /// Whether the report tells the stories of violations even if it has no folder with a page.
+    /// Whether the report contains the stories of violations even if it has no folder with a page.
     pub stories: bool,
     /// Whether pictures are taken.
     pub snapshots: bool,
@@ -69,7 +69,7 @@ pub struct Presentation {
     began: Instant,
     staging: Option<Staging>,
     pictures: RunPictures,
-    /// None if nothing is told of the run.
+    /// None if neither a page nor stories are requested.
     timeline: Option<Timeline>,
     charts: bool,
 }

@@ -27,7 +27,7 @@ pub struct Report {
     pub outcome: OutcomeReport,
     /// Differences from `[expect]`, in words; empty when there are none.
     pub differences: Vec<String>,
-    /// Everything that `[expect]` says, and whether it was met; empty for an interrupted run.
+    /// Every expectation in `[expect]`, and whether it was met; empty for an interrupted run.
     pub expectations: Vec<ExpectationReport>,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
@@ -59,7 +59,7 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// What a recording lacks, in words: the first few losses, and how many more there are.
     pub lost: Vec<String>,
-    /// What else is to be said of the log of a tree, in words: when its clock was set back. The first few times, and
+    /// Remarks about the log of a tree, in words: when its clock was set back. The first few times, and
     /// how many more there are.
     pub remarks: Vec<String>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
@@ -95,7 +95,7 @@ pub enum OutcomeReport {
 pub struct ExpectationReport {
     /// The expectation, in words: `phi1 to be violated`.
     pub expected: String,
-    /// What is so if it is met: `the robot came to rest at Kitchen`; none for a property, whose verdict says it.
+    /// What is so if it is met: `the robot came to rest at Kitchen`; none for a property, which has a verdict.
     #[serde(skip)]
     pub met: Option<String>,
     /// What was found instead, in words; null if it was as expected.
@@ -116,7 +116,7 @@ pub struct MonitorReport {
     pub timed: bool,
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
-    /// What the scenario expects it to be; null if it does not say.
+    /// What the scenario expects it to be; null without an expectation.
     pub expected: Option<Outcome>,
     /// The monitor's location.
     pub state: String,
@@ -124,7 +124,7 @@ pub struct MonitorReport {
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
-    /// Every violation; null if there was none, or if the monitor knows only the first one.
+    /// Every violation; null if there was none, or if the monitor has only the first one.
     pub violations: Option<ViolationsReport>,
     /// Why the property was violated: the communication that violated it, and the messages that led to it.
     pub witness: Option<WitnessReport>,
@@ -144,11 +144,11 @@ pub struct MonitorReport {
     /// The clauses that were vacuously satisfied: their condition never occurred.
     pub vacuous: Vec<String>,
     /// If the property requires a battery level in messages and is satisfied although the true level fell below it:
-    /// that no message told so, in words.
+    /// that no message reported it, in words.
     pub unheard: Option<String>,
     /// Errors in the scripts, if the monitor is a machine; each once.
     pub errors: Vec<String>,
-    /// The story of its first violation, as the page tells it, in sentences with code in backquotes; empty without a
+    /// The story of its first violation, as it is on the page, in sentences with code in backquotes; empty without a
     /// violation or without a page.
     #[serde(skip)]
     pub story: Vec<String>,
@@ -224,7 +224,7 @@ impl ViolationsReport {
 /// What a speaker said.
 #[derive(Clone, Debug, Serialize)]
 pub struct SaidReport {
-    /// When it was first heard, in seconds.
+    /// When it began, in seconds.
     pub time_s: f64,
     /// The speaker's name.
     pub by: String,
@@ -287,10 +287,10 @@ pub struct TreeFailureReport {
     /// Its time, in seconds.
     pub time_s: f64,
     /// The last message from a component to the leaf's skill up to then, in words; null without one. What came before
-    /// the leaf asked for something, or before it began to wait, is not why it failed.
+    /// the leaf sent a request, or before it began to wait, is not why it failed.
     pub message: Option<String>,
-    /// What the leaf's skill asked a component for and did not get, in words: nothing was answered, or the skill called
-    /// it off. Null if there is no such request.
+    /// What the leaf's skill requested of a component and did not get, in words: there was no answer, or the skill
+    /// called it off. Null if there is no such request.
     pub unmet: Option<String>,
     /// Whether the skill called it off.
     pub is_called_off: bool,

@@ -69,7 +69,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
 }
 
 fn first_few(mut all: Vec<String>) -> Vec<String> {
-    /// Nobody would read more of them.
+    /// More of them would not be read.
     const MOST: usize = 5;
     let more = all.len().saturating_sub(MOST);
     all.truncate(MOST);
@@ -165,7 +165,7 @@ fn unsure(monitor: &MonitorView<'_>) -> Option<String> {
     }
 }
 
-/// The properties that are violated, or may be, and of which the scenario says nothing.
+/// The properties that are violated, or may be, and for which the scenario expects nothing.
 fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
     let expected = &view.header().expected;
     let unnamed = view.monitors().filter(|monitor| expected.of(monitor.name()).is_none());
@@ -173,7 +173,7 @@ fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationRepo
         let name = monitor.name();
         let difference = match (unsure(&monitor), monitor.outcome()) {
             (Some(why), _) => format!("{name} is unsure: {why}"),
-            (None, Outcome::Violated) => format!("{name} is violated, and the scenario does not say that it will be"),
+            (None, Outcome::Violated) => format!("{name} is violated, and the scenario does not expect it"),
             _ => return None,
         };
         Some(ExpectationReport {

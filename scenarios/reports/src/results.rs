@@ -2,7 +2,7 @@
 //!
 //! Every command makes the same thing of what it has found: a [`Suite`] for each run, proof, log or file, with a
 //! [`Case`] for each of its questions, and with [findings](FileFinding) in files. The writers, `junit`,
-//! `sarif` and `markdown`, know no command, and no command knows a format.
+//! `sarif` and `markdown`, depend on no command, and no command depends on a format.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// What a command has found. Suites with the same name are told apart by their files, or else by numbers.
+    /// What a command has found. Suites with the same name are distinguished by their files, or else by numbers.
     #[must_use]
     pub fn new(command: &'static str, mut suites: Vec<Suite>) -> Self {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
@@ -73,9 +73,9 @@ pub struct Case {
     pub name: String,
     /// The result.
     pub result: CaseResult,
-    /// What was found, in a few words: `violated`. Empty if the result says everything.
+    /// What was found, in a few words: `violated`. Empty if the result is enough.
     pub found: String,
-    /// What the question means; empty if its name says it.
+    /// What the question means; empty if that is clear from its name.
     pub about: String,
     /// Where its subject is written.
     pub place: Option<FilePlace>,
@@ -87,7 +87,7 @@ pub struct Case {
     pub page: Option<PathBuf>,
     /// A picture of it.
     pub picture: Option<PathBuf>,
-    /// Whether another case of the suite tells the same in more detail.
+    /// Whether another case of the suite has the same result in more detail.
     pub is_repeated: bool,
 }
 
@@ -184,7 +184,7 @@ impl CaseResult {
         matches!(self, Self::Error(_) | Self::Failed { .. })
     }
 
-    /// What is wrong with a verdict, with all that its monitor says.
+    /// What is wrong with a verdict, with all that its monitor reports.
     #[must_use]
     pub fn failed(message: String, monitor: &MonitorReport) -> Self {
         Self::Failed { message, details: details(monitor) }
@@ -273,7 +273,7 @@ impl Suite {
     ///
     /// A property with an expectation passes if it is met; any other property fails if it is violated. One whose
     /// verdict is unsure fails, whatever is expected. (One that is only a question is skipped.) A property is skipped
-    /// if it is inconclusive, or satisfied only because a condition in it never occurred, because no message told of a
+    /// if it is inconclusive, or satisfied only because a condition in it never occurred, because no message carried a
     /// level, or unless a message was lost. No case fails if and only if the run was as expected.
     #[must_use]
     pub fn of_run(expected: &Expected, report: &Report, folder: &Path, places: &WrittenPlaces) -> Self {
@@ -332,7 +332,7 @@ impl Suite {
         self.provenance.as_ref().map_or(&[], |made| &made.inputs)
     }
 
-    /// Whether the findings say what its cases only count: what is wrong in files.
+    /// Whether the findings list what its cases only count: what is wrong in files.
     #[must_use]
     pub(crate) fn is_about_files(&self) -> bool {
         self.findings.iter().any(|finding| finding.kind == FindingKind::Error)
@@ -358,7 +358,7 @@ impl FileFinding {
     }
 }
 
-/// The steps that led to a violation. `knows_ticks` says whether it is known when the tree was ticked.
+/// The steps that led to a violation. `knows_ticks` is whether it is known when the tree was ticked.
 #[must_use]
 pub fn trail(property: &str, witness: &Witness, knows_ticks: bool, places: &WrittenPlaces) -> Vec<TrailStep> {
     let message = |seen: &Sighting| TrailStep {

@@ -1,4 +1,4 @@
-//! Files with results, each in the format that its name says.
+//! Files with results, each in the format of its ending.
 
 use std::fs::File;
 use std::io::Read;
@@ -35,7 +35,7 @@ impl ResultsFile {
         Self { path, format }
     }
 
-    /// A file whose name says its format; `None` if it says none.
+    /// A file in the format of its ending; `None` if the ending is that of no format.
     #[must_use]
     pub fn of_name(path: &str) -> Option<Self> {
         let ending = Path::new(path).extension()?.to_str()?.to_ascii_lowercase();
@@ -78,7 +78,7 @@ impl ResultsFile {
         read.is_ok() && begins(&String::from_utf8_lossy(&beginning))
     }
 
-    /// Whether it tells the stories of violations, which take longer to find than verdicts.
+    /// Whether it contains the stories of violations, which take longer to find than verdicts.
     #[must_use]
     pub fn has_stories(&self) -> bool {
         self.format == ResultsFormat::Markdown

@@ -92,9 +92,11 @@ struct Rule {
 impl Rule {
     fn of_finding(kind: FindingKind) -> Self {
         let (id, short, help) = match kind {
-            FindingKind::Error => ("file-error", "Something in a file is wrong", "The message says what is accepted."),
+            FindingKind::Error => {
+                ("file-error", "Something in a file is wrong", "The message states what is accepted.")
+            }
             FindingKind::Warning => {
-                ("file-warning", "Something in a file looks wrong", "The message says what is unusual about it.")
+                ("file-warning", "Something in a file looks wrong", "The message states what is unusual about it.")
             }
             FindingKind::Unreached => (
                 "unreached",
@@ -119,7 +121,7 @@ impl Rule {
                 "The steps lead from the first message that matters to the verdict.",
             ),
             group => {
-                (group.to_owned(), format!("The {group} are not as they should be"), "The message says what differs.")
+                (group.to_owned(), format!("The {group} are not as they should be"), "The message states what differs.")
             }
         };
         let full = if case.about.is_empty() { short.clone() } else { format!("{name}: {}", case.about) };
@@ -231,7 +233,7 @@ impl SarifLog {
             let address = address(&found.place).to_string();
             let identity = format!("{}\0{address}\0{}", found.rule.id, found.identity);
             let hash = blake3::hash(identity.as_bytes()).to_hex();
-            // Equal ones are told apart by their order.
+            // Equal ones are distinguished by their order.
             let number = seen.entry(identity).and_modify(|number| *number += 1).or_insert(1);
             result["partialFingerprints"] = json!({ "steward/v1": format!("{}:{number}", &hash[..32]) });
             if !found.steps.is_empty() {

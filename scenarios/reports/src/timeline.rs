@@ -96,7 +96,7 @@ impl Timeline {
     }
 
     /// Records the values of signals in the messages of the last step.
-    fn hear(&mut self, view: &RunView) {
+    fn note_signals(&mut self, view: &RunView) {
         for event in view.events() {
             let EventKind::Received { channel, message } = &event.kind else { continue };
             for steps in self.signals.iter_mut().filter(|steps| steps.signal().channel == *channel) {
@@ -222,7 +222,7 @@ impl Follower for Timeline {
         let events = view.events();
         if !events.is_empty() {
             self.recent.see(events);
-            self.hear(view);
+            self.note_signals(view);
             self.look_at_processes(view);
         }
         self.look(view);

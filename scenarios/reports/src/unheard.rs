@@ -1,7 +1,7 @@
-//! Battery levels that a satisfied property did not hear of.
+//! Battery levels that no message reported to a satisfied property.
 //!
-//! A property is about messages. One that requires a level is satisfied if nobody asks for the level while it is too
-//! low. That is what it says, but not what a reader takes it to mean, and a simulation knows better.
+//! A property is about messages. One that requires a level is satisfied if no message carries the level while it is too
+//! low. That is its definition, but not what a reader expects of it, and a simulation has the true level.
 
 use monitors::Outcome;
 use recording::{HeardLevels, Monitor, RunView, decimals};

@@ -50,7 +50,7 @@ impl Serialize for WitnessReport {
     }
 }
 
-/// Why a property is violated, as in `report.json`: as data and in words. `knows_ticks` says whether it is known when
+/// Why a property is violated, as in `report.json`: as data and in words. `knows_ticks` is whether it is known when
 /// the tree was ticked.
 pub fn witness(why: &Witness, knows_ticks: bool) -> Value {
     let mut witness = moment(&why.settled, knows_ticks);

@@ -1,4 +1,4 @@
-//! Properties: JANI properties that ask for the probability of a formula about the latest messages.
+//! Properties: JANI properties about the probability of a formula about the latest messages.
 
 mod formula;
 mod read;

@@ -101,9 +101,9 @@ impl<'m> Wiring<'m> {
         let family = |index: usize| self.processes[index].thread.map_or(index, |(own, _)| own);
         let all = 0..self.processes.len();
         match way {
-            Way::Everyone => all.filter(|index| *index != sender && self.hears(*index, event)).collect(),
+            Way::Everyone => all.filter(|index| *index != sender && self.receives(*index, event)).collect(),
             Way::Request | Way::Goal => {
-                all.filter(|index| family(*index) != family(sender) && self.hears(*index, event)).collect()
+                all.filter(|index| family(*index) != family(sender) && self.receives(*index, event)).collect()
             }
             Way::Response => self.clients(Role::Client, interface),
             Way::Client => self.clients(Role::ActionClient, interface),
@@ -114,8 +114,8 @@ impl<'m> Wiring<'m> {
         }
     }
 
-    fn hears(&self, process: usize, event: &str) -> bool {
-        self.processes[process].machine.chart.hears(event)
+    fn receives(&self, process: usize, event: &str) -> bool {
+        self.processes[process].machine.chart.handles(event)
     }
 
     /// The processes that use an interface in this role, in order.
@@ -145,7 +145,7 @@ impl<'m> Wiring<'m> {
                 }
             }
         }
-        for index in (0..self.processes.len()).filter(|index| self.hears(*index, CLOCK_EVENT)) {
+        for index in (0..self.processes.len()).filter(|index| self.receives(*index, CLOCK_EVENT)) {
             carry(self.clock, self.ids[index], CLOCK_EVENT);
         }
         if recorded.contains(&CLOCK_EVENT) {
@@ -235,10 +235,10 @@ impl<'m> Wiring<'m> {
     fn clock_wiring(&self, topology: &Topology) -> ClockWiring {
         let outgoing = outgoing(topology, self.clock);
         let step_ns = self.timers.iter().map(|(.., period)| *period).reduce(greatest_common_divisor);
-        let hearing =
-            (0..self.processes.len()).filter(|index| self.hears(*index, CLOCK_EVENT)).map(|index| self.ids[index]);
+        let receivers =
+            (0..self.processes.len()).filter(|index| self.receives(*index, CLOCK_EVENT)).map(|index| self.ids[index]);
         let listeners: Vec<usize> = match step_ns {
-            Some(_) => hearing.chain([self.recorder]).filter_map(|id| out(topology, &outgoing, id)).collect(),
+            Some(_) => receivers.chain([self.recorder]).filter_map(|id| out(topology, &outgoing, id)).collect(),
             None => Vec::new(),
         };
         let timers = self.timers.iter().filter_map(|(index, event, period_ns)| {

@@ -160,7 +160,7 @@ impl Injector {
                     return FaultHappening::LeftUndone(index, error.to_string());
                 }
             }
-            (Effect::Belief(pose), Some(robot)) => robot.software.believe(&InitialPose::at(*pose)),
+            (Effect::Belief(pose), Some(robot)) => robot.software.relocalize(&InitialPose::at(*pose)),
             (Effect::Goal(to), Some(robot)) => {
                 let to = to.value;
                 let goal = Goal::at(to.translation.vector.into(), Some(maps::heading(&to)));

@@ -6,9 +6,9 @@
 //! # Inside
 //! `wiring` makes the processes of a scenario and chooses the scheduler. `injector` applies the faults that `timetable`
 //! begins and ends: in the simulated world (`sim::Faults`), on a channel (`channels::Disturbance`), in a component
-//! (`components::Software::freeze`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those that a
-//! proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense and
-//! move; a scenario without a map has a `World` that is only the time. `schedule_replay` performs the steps of a
+//! (`components::Software::freeze`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those
+//! that a proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense
+//! and move; a scenario without a map has a `World` that is only the time. `schedule_replay` performs the steps of a
 //! schedule instead of drivers and physics. `partners` are the other programs that take part: a `controller` drives the
 //! robot, and `remote_components` connects to components that are nodes of ROS 2. `ending` decides when a run ends.
 

@@ -274,7 +274,7 @@ impl Run {
     }
 
     /// Shows the monitors what is true. It is no communication, and does not enter the trace hash: properties that
-    /// speak of the world change no run.
+    /// about the world change no run.
     fn show_truths(&mut self) {
         let Self { truths: Some(truths), world, scenario, system, trace, .. } = self else { return };
         if let Some((robot, premises)) = world.robot.as_ref().zip(scenario.premises.as_ref()) {

@@ -22,7 +22,7 @@ pub(crate) struct ScheduleReplay {
     schedule: Arc<Schedule>,
     next: usize,
     performer: Performer,
-    /// The places that Localization knows.
+    /// The places of Localization.
     known: Arc<[String]>,
     switchboard: Switchboard,
 }

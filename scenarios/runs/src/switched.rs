@@ -82,7 +82,7 @@ fn of_component(
     };
     let is_builtin = !scenario.components.contains_key(&name.value);
     if kind == AllowedFault::Crash && name.value == LOCALIZATION && is_builtin {
-        let problem = name.span.problem("after a crash, Localization believes that the robot is where it started");
+        let problem = name.span.problem("after a crash, Localization puts the robot where it started");
         let help = "that depends on the map; allow `component_frozen` or `component_wrong_reply` instead";
         complaints.push(problem.with_label("a proof cannot know what it would report then").with_help(help));
         return None;

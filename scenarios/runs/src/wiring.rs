@@ -30,20 +30,20 @@ use skills::SkillProcess;
 
 type WiredProcess = (ProcessId, Box<dyn Process>);
 
-/// A wired system, with the processes that the run must know.
+/// A wired system, with the processes that the run uses directly.
 #[derive(Debug)]
 pub struct Wired {
     /// The processes at their start.
     pub system: ChannelSystem,
     /// What chooses among enabled transitions.
     pub scheduler: Box<dyn Scheduler>,
-    /// The processes that the run must know.
+    /// The processes that the run uses directly.
     pub ids: Ids,
     /// The truths about the world that monitors are shown, if any property needs them.
     pub truths: Option<Truths>,
 }
 
-/// The processes that the run must know.
+/// The processes that the run uses directly.
 #[derive(Clone, Copy, Debug)]
 pub struct Ids {
     /// The tree and what generates its ticks, if there is a tree.

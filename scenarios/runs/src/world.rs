@@ -80,7 +80,7 @@ impl World {
         let input = ControllerInput { now: self.now, software, touched: &touched, doors: &doors, outbox };
         let mut output = controller.drive(&input)?;
         sim.drive(output.velocity.unwrap_or(*advice));
-        output.pose.iter().for_each(|pose| software.believe(pose));
+        output.pose.iter().for_each(|pose| software.relocalize(pose));
         match output.trip.take() {
             // A navigation that has been frozen meanwhile ignores the command, and no trip begins.
             Some(TripCommand::Start(goal)) => drop(software.drive_to(goal, system)),
@@ -175,8 +175,8 @@ impl SimulatedRobot {
         }
     }
 
-    /// Writes the robot's position and speed, as far as the software knows them, to the blackboard of a tree that reads
-    /// them.
+    /// Writes the robot's position and speed, as far as they are known to the software, to the blackboard of a tree
+    /// that reads them.
     pub(crate) fn write_to_blackboard(&self, tree: &Tree, system: &mut ChannelSystem, bt: ProcessId) {
         let position = self.software.estimate().pose.translation.vector;
         let speed = self.software.odometry().map(|odometry| odometry.linear_mps.abs());

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use runs::Run;
 use serde_json::Value;
 use skills::Chart;
 use tempfile::{TempDir, tempdir};
@@ -174,7 +175,7 @@ fn a_halted_request_asks_for_something_else_and_begins_anew() {
     let sent = messages(&folder(tree, leaves));
     let lines = lines(&sent);
     let halted = lines.iter().position(|line| line.starts_with("Do BT halted")).expect("it is halted");
-    // A client asks one thing at a time: this waits for the first reply, which nobody needs any more.
+    // A client asks one thing at a time: this waits for the first reply, which is not needed any more.
     let reply = lines.iter().position(|line| line.starts_with("Arm Do ok 7.0")).expect("it comes late");
     let rest = lines.iter().position(|line| *line == "Do Arm rest").expect("it is asked");
     assert!(reply < rest || halted < rest, "{lines:#?}");
@@ -236,7 +237,7 @@ fn a_condition_that_asks_answers_the_same_tick() {
     assert!((first(&messages(&folder("<Is/>", slow)), "Is BT failure") - 0.52).abs() < 0.021);
 }
 
-/// What the report says of why the tree failed.
+/// Why the tree failed, in the report.
 fn failure(tree: &str, lines: &str, until_s: &str) -> Value {
     let (_folder, scenario) = folder(tree, lines);
     report(&scenario, &[&format!("execution.max_time_s={until_s}")])["tree_failure"].clone()
@@ -378,5 +379,5 @@ fn a_mistake_in_success_when_is_shown_once_where_it_is_written() {
         assert!(said.contains(&format!("success_when = \"{when}\"")), "{when}: {said}");
     }
     let (_folder, scenario) = folder(two, &lines("reply.grams > what.length && {what} != 'reply.'"));
-    assert!(load(&scenario, &[]).is_ok());
+    assert!(load(&scenario, &[]).and_then(|scenario| Run::prepare(scenario, 1, true)).is_ok());
 }

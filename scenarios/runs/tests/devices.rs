@@ -74,7 +74,7 @@ const CALLED: &[Asks<'_>] = &[
     ("Say", "Speaker", "say", "Follow me.", "true"),
 ];
 
-/// A guide without a world: somebody presses a button, and asks for the exit.
+/// A guide without a world: a person presses a button, and asks for the exit.
 fn called(more: &str) -> TempDir {
     let devices = r#"
 execution.max_time_s = 30
@@ -99,7 +99,7 @@ fn a_button_a_microphone_and_a_speaker_need_no_robot() {
         assert!(is_done(&report), "{policy}: {report}");
         let [speech] = &report["said"].as_array().unwrap()[..] else { panic!("{report}") };
         assert_eq!((&speech["by"], &speech["text"]), (&"Speaker".into(), &"Follow me.".into()));
-        // It hears the request at 8.5 s, and the skill asks for it at the next tick.
+        // It records the request at 8.5 s, and the skill asks for it at the next tick.
         assert_eq!(speech["time_s"], 9.02, "{policy}");
     }
 }

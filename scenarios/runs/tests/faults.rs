@@ -2,17 +2,29 @@
 
 use std::path::Path;
 
+use recording::Detail;
+use reports::{Outputs, html};
 use scenarios::faults::{KINDS, Subsystem};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::tempdir;
 
-use crate::{problems, report};
+use crate::{problems, report, report_of, start};
 
 /// The report of a run and the messages of its event log, each with its time.
 pub(crate) fn recorded(scenario: &str, set: &[&str]) -> (Value, Vec<(f64, String)>) {
     let out = tempdir().unwrap();
     let log = out.path().join("log.jsonl");
     (crate::recorded(scenario, set, &log), messages(&log))
+}
+
+/// The same for a scenario as it is, whose page is written, too.
+fn recorded_with_its_page(scenario: &str) -> (Value, Vec<(f64, String)>) {
+    let out = tempdir().unwrap();
+    let [log, folder] = ["log.jsonl", "out"].map(|name| out.path().join(name));
+    let outputs = Outputs { folder: Some(folder.clone()), ..Outputs::default() };
+    let report = report_of(start(scenario, &[]), Detail::Full, &outputs, Some(&log)).unwrap();
+    assert!(folder.join(html::FILE).is_file(), "{scenario}");
+    (json!(report), messages(&log))
 }
 
 pub(crate) fn messages(log: &Path) -> Vec<(f64, String)> {
@@ -43,7 +55,7 @@ fn every_fault_meets_its_expectations_and_changes_nothing_before_its_onset() {
             _ if is_device => &parcel,
             _ => &errand,
         };
-        let (report, faulty) = recorded(&format!("faults/{name}"), &[]);
+        let (report, faulty) = recorded_with_its_page(&format!("faults/{name}"));
         let first = &report["faults"][0];
         let onset = first["time_s"].as_f64().unwrap_or(f64::INFINITY);
         let before = |messages: &[(f64, String)]| -> Vec<String> {

@@ -101,10 +101,13 @@ fn problems(scenario: impl AsRef<Path>, set: &[&str]) -> Vec<String> {
     problems.iter().flat_map(|problem| diagnostics::parts(&**problem)).map(in_words).collect()
 }
 
-/// What seems wrong with a scenario, with its machines last.
-fn concerns(scenario: &Scenario) -> Vec<String> {
-    let of_machines = scenario.machine_concerns().into_iter().map(|concerns| Box::new(concerns) as _);
-    let all: Vec<Box<dyn Diagnostic + Send + Sync>> = scenario.concerns().into_iter().chain(of_machines).collect();
+/// What seems wrong with a scenario that can be run: all that `steward check` warns of.
+fn concerns(scenario: &Arc<Scenario>) -> Vec<String> {
+    let run = Run::prepare(Arc::clone(scenario), scenario.file.seed, true).unwrap();
+    let mut all: Vec<Box<dyn Diagnostic + Send + Sync>> = scenario.concerns();
+    all.extend(scenario.machine_concerns().into_iter().map(|concerns| Box::new(concerns) as _));
+    all.extend(scenario.doubts().into_iter().map(|doubt| Box::new(doubt) as _));
+    all.extend(run.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
     all.iter().flat_map(|concern| diagnostics::parts(&**concern)).map(in_words).collect()
 }
 

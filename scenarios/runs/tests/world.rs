@@ -1,4 +1,4 @@
-//! The world in properties: what was true, not what a process was told.
+//! The world in properties: what was true, not what a process received.
 
 use robot::Streams;
 use serde_json::json;
@@ -92,7 +92,7 @@ fn a_fault_can_wait_for_what_is_true() {
     assert!((began - violated).abs() <= 0.021, "{began} s and {violated} s");
 }
 
-/// What it is told for the second time violates it.
+/// A second event `told` violates it.
 const TWICE: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
   <state id="never"><transition event="told" target="once"/></state>
   <state id="once"><transition event="told" target="again"/></state>

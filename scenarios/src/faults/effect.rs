@@ -19,7 +19,7 @@ pub enum Effect {
     Kidnap(Spanned<Pose>),
     /// Localization is given this pose.
     Belief(Pose),
-    /// Somebody else sends Navigation this goal.
+    /// Another client sends Navigation this goal.
     Goal(Spanned<Pose>),
     /// Something is wrong with the robot or around it.
     World(Arc<dyn Fn(&mut sim::Faults) + Send + Sync>),
@@ -68,7 +68,7 @@ pub enum Effect {
 pub enum DeviceTrouble {
     /// A sensor detects nothing.
     Deaf,
-    /// A speaker cannot be heard.
+    /// A speaker emits no sound.
     Mute,
     /// A tray loses its box.
     Drop,

@@ -66,7 +66,7 @@ impl Timing {
         (from, once.map_or(Duration::MAX, |lasts| step_at(from.saturating_add(lasts), dt)))
     }
 
-    /// Reads the keys that determine when a fault is active. `momentary` says that it is instantaneous and cannot last.
+    /// Reads the keys that determine when a fault is active. If it is `momentary`, it cannot last.
     pub(super) fn read(table: Table<'_>, momentary: bool) -> Option<Self> {
         let trigger = read_trigger(table);
         let probability = table.number("probability").within(0.0..=1.0);

@@ -59,7 +59,7 @@ enum Argument {
 /// The keys that select what a leaf's machine is, of which an entry has at most one.
 pub(super) const FORMS: [&str; 4] = ["machine", "request", "action", "topic"];
 
-/// How long a service may take to answer, unless the entry says otherwise: as in the shipped skills.
+/// How long a service may take to answer, unless the entry has a timeout: as in the shipped skills.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 pub(super) fn one_form() -> Value {
@@ -105,7 +105,7 @@ impl Asking {
     /// What cannot be done by a leaf of this kind, if it cannot.
     pub(super) fn misfit(&self, leaf: &Node) -> Option<&'static str> {
         let is_misfit = leaf.kind() == Kind::Condition && self.of == Subject::Action;
-        is_misfit.then_some("a condition cannot begin an action: it says at once whether it holds")
+        is_misfit.then_some("a condition cannot begin an action: it is decided at once")
     }
 
     /// Reports ports that the leaf does not have. Returns whether there is nothing to report.

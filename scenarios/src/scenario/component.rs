@@ -68,7 +68,7 @@ impl Component {
 
 impl FileReader<'_> {
     /// The components that the scenario describes, by name; `None` after reporting problems. These places are the
-    /// values of fields of the kind `place`, and `listeners` may hear the components.
+    /// values of fields of the kind `place`, and `listeners` may receive their messages.
     pub(super) fn components(
         &mut self,
         file: &ScenarioFile,

@@ -30,7 +30,7 @@ pub struct ComponentEntry {
 }
 
 impl ComponentEntry {
-    /// Lets it do anything that its interface allows, as is said here.
+    /// Lets it do anything that its interface allows, as is set here.
     pub(super) fn do_anything(&mut self, place: &Span) {
         let asks = match &mut self.runs {
             RunsEntry::Program { asks, .. } => std::mem::take(asks),
@@ -54,7 +54,7 @@ pub enum RunsEntry {
     Machine(Spanned<PathBuf>),
     /// In a proof: anything that its interface allows.
     Anything {
-        /// Where that is said.
+        /// Where that is set.
         place: Span,
         /// The components whose topics it reads.
         asks: Vec<Spanned<String>>,
@@ -112,7 +112,7 @@ pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
     entries
 }
 
-/// The keys that say what a component runs.
+/// The keys that determine what a component runs.
 pub(super) const FORMS: [&str; 4] = ["machine", "program", "builtin", "ros"];
 
 /// A component has at most one form, the rest being in its base, and the keys of that form.
@@ -236,7 +236,7 @@ fn read_device(entry: &Table<'_>) -> Option<(Spanned<DeviceSettings>, Vec<Spanne
     let pressed = pressed.about("For a button: the times at which it is pressed, in seconds.").or_empty();
     let hears = entry.tables("hears").about("For a microphone: a request that it hears.").each(|heard| {
         let at = heard.seconds("at_s").about("When, in seconds.").required();
-        let text = heard.text("text").about("What somebody says.");
+        let text = heard.text("text").about("The spoken text.");
         let text = text.rules(|| json!({ "minLength": 1, "maxLength": 1000 }));
         let text = text.check(|text| (1..=1000).contains(&text.chars().count()), "have 1 to 1000 letters").required();
         Some((at?, text?))

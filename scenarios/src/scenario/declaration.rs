@@ -209,7 +209,7 @@ struct MisspelledPlace {
 }
 
 /// The reason why a machine does not fit, if that is only a value that its leaf gives it: with the name of a place
-/// instead, it fits. The value is wrong and not the machine, which may be somebody else's.
+/// instead, it fits. The value is wrong and not the machine, which may be by another author.
 fn misspelled_place(
     parts: &Parts<'_>,
     places: &Places,
@@ -244,8 +244,8 @@ fn misspelled_place(
     })
 }
 
-/// Reports entries of the table `leaves` that ask what nobody offers. Returns the processes of their leaves, whose
-/// machines nobody wrote: what is wrong with these would be reported in terms of their SCXML.
+/// Reports entries of the table `leaves` that ask what no component offers. Returns the processes of their leaves,
+/// whose machines are generated: what is wrong with these would be reported in terms of their SCXML.
 fn check_entries<'p>(
     parts: &Parts<'p>,
     offers: &[(&str, Vec<Offer>)],
@@ -258,13 +258,13 @@ fn check_entries<'p>(
         let Some(asking) = entry.asking.as_ref().filter(|_| !leaves.is_empty()) else { continue };
         let fits = asking.check(offers, complaints);
         // Several leaves may be the same node of the tree's file.
-        let mut told = BTreeSet::new();
+        let mut reported = BTreeSet::new();
         for leaf in leaves {
             let misfits = asking.port_misfits(parts.tree, leaf, offers);
             if !asking.check_ports(parts.tree, leaf, complaints) || !misfits.is_empty() || !fits {
                 unfit.insert(leaf.process());
             }
-            let new = misfits.into_iter().filter(|problem| told.insert(problem.one_line()));
+            let new = misfits.into_iter().filter(|problem| reported.insert(problem.one_line()));
             new.for_each(|problem| complaints.push(problem));
         }
     }
@@ -276,7 +276,7 @@ fn check_replies(components: &BTreeMap<String, Component>, clients: &[Client<'_>
     for (name, Component { interface, .. }) in components {
         for client in clients {
             let asked = client.asks(name);
-            // Nobody else can confuse them.
+            // Other replies cannot be confused.
             let used = interface.restricted_to(|operation| match operation {
                 interfaces::Operation::Service(service) => asked.contains(&service.name.as_str()),
                 _ => false,
@@ -361,7 +361,7 @@ fn of_robot(topology: &Topology) -> Processes {
     Processes { battery_reader: id(BATTERY_READER), localization: id(LOCALIZATION), navigation: id(NAVIGATION) }
 }
 
-/// Declares what a component with this interface publishes and understands, whoever uses it.
+/// Declares what a component with this interface publishes and understands.
 fn declare_interface(interface: &Interface, component: ProcessId, topology: &mut Topology) {
     interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
     interface.requests().into_iter().for_each(|request| topology.understand(component, request));

@@ -58,7 +58,7 @@ impl Expectations {
         let about = "The expected outcome of the run. A run is *as expected* if it meets everything that stands here, if no other \
                      property is violated, if no verdict is unsure, and if no error occurs that `errors` does not name. The \
                      words mean the same in `run`, in a campaign with its dataset and its goal, and in every other result; the exit status of `run` \
-                     says it.";
+                     depends on it.";
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
         let names = |key, about, what| table.get(key).about(about).words("an array of names").refers_to(what);
         let places = |key, about| names(key, about, Referent::Place).needs(MAP).or_empty();
@@ -117,7 +117,7 @@ impl Expectations {
 
 fn read_satisfied(expect: Table<'_>) -> Vec<(Spanned<String>, String)> {
     let about = "Properties that are written here instead of in a file. Each is monitored, and must be satisfied unless \
-                 `expect.NAME` says otherwise.";
+                 `expect.NAME` is another outcome.";
     let Some(table) = expect.table("satisfied").about(about).optional() else { return Vec::new() };
     let properties = table.names_as_written("NAME").into_iter().filter_map(|(name, span)| {
         let formula = table.text(name).about("The formula of the property `NAME` in the SCOPE language.").optional();

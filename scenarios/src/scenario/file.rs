@@ -49,7 +49,7 @@ pub struct ScenarioFile {
     /// The property files; all their properties are monitored.
     pub properties: Vec<Spanned<PathBuf>>,
     /// Where the property files are set: in the file, in a base or on the command line.
-    properties_said: Option<Span>,
+    properties_span: Option<Span>,
     /// The scenario's own file, its base, the base of that, and so on.
     sources: Vec<String>,
     /// The settings of robot, world and execution, given or not.
@@ -208,7 +208,7 @@ impl ScenarioFile {
         // How far away a value is set: on the command line, in the scenario itself, in its base, in the base of that.
         let distance =
             |span: &Span| self.sources.iter().position(|file| file == span.source().name()).map_or(0, |at| at + 1);
-        self.properties_said.as_ref().is_none_or(|said| distance(&property.span) <= distance(said))
+        self.properties_span.as_ref().is_none_or(|span| distance(&property.span) <= distance(span))
     }
 
     /// The files from which a scenario inherits: its base, the base of that, and so on.
@@ -247,8 +247,8 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let properties = root.get::<Vec<Spanned<String>>>("properties").words("an array of strings");
     let properties = properties.about("The property files. Each of their properties is monitored.");
     let properties = properties.refers_to(Referent::File(&["scope"]));
-    let (properties, said) =
-        properties.spanned().optional().map_or_else(Default::default, |said| (said.value, Some(said.span)));
+    let (properties, span) =
+        properties.spanned().optional().map_or_else(Default::default, |list| (list.value, Some(list.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
     let constants = read_constants(root);
     let leaves = read_leaves(root);
@@ -267,7 +267,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         let help = "remove them: `faults = []`; a schedule itself determines which messages are lost";
         root.report(problem.with_label("this schedule").with_help(help));
     }
-    // An empty file has nothing that needs a map; and its reader tells which keys need one.
+    // An empty file has nothing that needs a map; and its reader determines which keys need one.
     if !root.has(MAP) && root.keys().next().is_some() {
         report_missing_map(root, ScenarioFile::keys(), &faults);
     }
@@ -285,7 +285,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         leaves,
         components,
         properties: properties.collect(),
-        properties_said: said,
+        properties_span: span,
         sources: Vec::new(),
         settings: Vec::new(),
         base_folders: Vec::new(),

@@ -123,7 +123,7 @@ fn property(name: &str, formula: &str) -> String {
     format!("property {name} := {formula}")
 }
 
-/// Leaves out the properties that speak of the world, whose place a schedule takes, and what is expected of them.
+/// Leaves out the properties about the world, which a schedule replaces, and what is expected of them.
 fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)]) {
     let mut gone: Vec<String> = Vec::new();
     for (_, text) in properties {
@@ -133,7 +133,7 @@ fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)])
         }
         let (mut kept, before) = (parsed.file, gone.len());
         kept.items.retain(|item| match item {
-            syntax::Item::Property(property) if speaks_of_world(&property.constraint) => {
+            syntax::Item::Property(property) if is_about_world(&property.constraint) => {
                 gone.push(property.name.text.clone());
                 false
             }
@@ -159,7 +159,7 @@ fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)])
     }
 }
 
-fn speaks_of_world(constraint: &syntax::Constraint) -> bool {
+fn is_about_world(constraint: &syntax::Constraint) -> bool {
     let mut speaks = false;
     constraint.events(&mut |event| speaks |= event.source.name().is_some_and(|name| name.text == WORLD));
     speaks
@@ -273,7 +273,7 @@ impl Loader<'_> {
         if !file.monitors.is_empty() {
             return Arc::default();
         }
-        let inputs = (model.cloned().map(Same), properties.to_vec(), file.prove.is_said());
+        let inputs = (model.cloned().map(Same), properties.to_vec(), file.prove.is_used());
         let make = || Ok::<_, Infallible>(Arc::default());
         let Ok(made) = self.reader.files.memo().get(Path::new(&self.found.path), inputs, make);
         made

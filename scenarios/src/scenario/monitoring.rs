@@ -83,7 +83,7 @@ impl Monitoring {
         for (index, ((name, text), place)) in properties.iter().zip(places).enumerate() {
             let Some(loaded) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
             for mut property in loaded.properties {
-                // The text of one that is no file's was made of what the scenario says there.
+                // The text of one that is no file's was made from that part of the scenario.
                 property.place = property.place.filter(|_| index < file.properties.len());
                 check_name(&property, place, file, &mut complaints);
                 made.add(property, place, &mut complaints);
@@ -144,7 +144,7 @@ impl Monitoring {
 fn check_name(property: &Property, place: &Span, file: &ScenarioFile, complaints: &mut Complaints) {
     let name = &property.name;
     let place = property.place.as_ref().unwrap_or(place);
-    if file.prove.is_said() && GENERAL.contains(&name.as_str()) {
+    if file.prove.is_used() && GENERAL.contains(&name.as_str()) {
         complaints.push(named_like_a_general_one(name, place));
     }
     if expectations::KEYS.contains(&name.as_str()) {

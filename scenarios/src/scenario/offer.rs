@@ -4,7 +4,7 @@ use channels::{FieldKind, Shape};
 use components::Operation;
 use interfaces::Interface;
 
-/// What somebody can ask, begin or wait for.
+/// What a leaf can ask, begin or wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Subject {
     Request,

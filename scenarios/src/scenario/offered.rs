@@ -42,7 +42,7 @@ fn in_ros(name: &str, interface: &Interface) -> Result<RemoteComponent, String> 
     if !is_name(name) {
         return Err(format!("`{name}` cannot be a name there"));
     }
-    // Whoever asks for everything must be able to tell all replies from each other.
+    // A client that uses everything must be able to tell all replies apart.
     interface.replies().map_err(|problem| problem.to_string())?;
     RemoteComponent::new(&format!("/{name}"), interface).map_err(|whys| whys.join("; "))
 }

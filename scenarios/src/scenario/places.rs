@@ -21,7 +21,7 @@ pub(super) fn check_places(
     places: &Places,
     complaints: &mut Complaints,
 ) -> Option<(Pose, Option<Pose>)> {
-    // All names are looked up, also those whose poses nobody needs here: every unknown one is reported.
+    // All names are looked up, also those whose poses are not needed here: every unknown one is reported.
     let expect = &file.expect;
     let named = expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&sites.destination);
     for name in named {

@@ -105,7 +105,7 @@ impl Sites {
 }
 
 /// Reports every part of a file without a map that concerns a map or the robot on it, each at its location: those of
-/// these `keys` that need the map, and what only their values say.
+/// these `keys` that need the map, and those that are found only in their values.
 pub(super) fn report_missing_map(root: Table<'_>, keys: &[Key], faults: &[Arc<Fault>]) {
     let report = |span: &Span, what: &str| {
         let problem = span.problem(format!("{what} needs a map, and this scenario has none"));

@@ -197,7 +197,7 @@ pub struct StandIn {
 pub enum Conduct {
     /// As the machine in this file allows.
     Machine(Spanned<PathBuf>),
-    /// It answers and publishes anything that its interface allows. Where that is said.
+    /// It answers and publishes anything that its interface allows; this is set here.
     Anything(Span),
 }
 
@@ -289,8 +289,8 @@ impl ProveEntry {
         })
     }
 
-    /// Whether the scenario says anything about proofs of its own properties.
-    pub(super) fn is_said(&self) -> bool {
+    /// Whether the scenario sets anything for proofs of its own properties.
+    pub(super) fn is_used(&self) -> bool {
         !self.properties.is_empty() || !self.expect.is_empty() || !self.components.is_empty()
     }
 

@@ -117,7 +117,7 @@ impl FileReader<'_> {
             let mut skill = Skill { path, machine, place, data: constant_ports(tree, leaf) };
             if let Some(entry) = entry {
                 let unknown = skill.set_data(&entry.data);
-                // Said once of all leaves with this entry and machine.
+                // Reported once for all leaves with this entry and machine.
                 if given.insert((&entry.leaf.value, skill.path.clone())) {
                     unknown.into_iter().for_each(|problem| self.complaints.push(problem));
                 }

@@ -21,7 +21,7 @@ pub use self::texts::Carrier;
 use self::texts::{Chosen, System, Tried};
 use super::skill::Skill;
 
-/// Everything that may hear a component, and distinguish what it says.
+/// Everything that may receive messages of a component, and distinguish them.
 pub(super) struct Listeners<'a> {
     pub(super) tree: Option<&'a Tree>,
     pub(super) skills: Option<&'a BTreeMap<String, Skill>>,
@@ -86,16 +86,17 @@ impl<'a> StandIns<'a> {
         tried: &mut Samples,
     ) -> Result<Skill, String> {
         let Some(interface) = self.interfaces.get(name) else { return Err("its interface is wrong".to_owned()) };
-        // A program that hears it might distinguish anything, but is refused in a proof.
-        let hears = |skill: &Skill| {
+        // A program that receives them might distinguish anything, but is refused in a proof.
+        let receives = |skill: &Skill| {
             skill.machine.channel_messages().iter().any(|(to, _)| *to == name)
                 || interface.topics.iter().any(|topic| skill.machine.names(&format!("{name}.{}", topic.name)))
                 || skill.data.values().any(|value| matches!(value, Datum::Text(text) if **text == *name))
         };
-        let hearing: Vec<(&String, &Skill)> = self.machines.iter().filter(|(_, skill)| hears(skill)).copied().collect();
+        let receivers: Vec<(&String, &Skill)> =
+            self.machines.iter().filter(|(_, skill)| receives(skill)).copied().collect();
         let found: RefCell<BTreeMap<String, Vec<Value>>> = RefCell::default();
         let samples = |field: &Field| {
-            let values = self.samples(name, field, &hearing)?;
+            let values = self.samples(name, field, &receivers)?;
             // There are too many values of these to try all.
             if let FieldKind::Int | FieldKind::Real | FieldKind::Text = field.kind.present() {
                 found.borrow_mut().insert(field.name.clone(), values.clone());
@@ -103,9 +104,9 @@ impl<'a> StandIns<'a> {
             Ok(values)
         };
         let read = asks.iter().filter_map(|asked| Some((&asked.value, self.interfaces.get(asked.value.as_str())?)));
-        let heard = read
+        let received = read
             .flat_map(|(from, interface)| interface.topics.iter().map(move |topic| format!("{from}.{}", topic.name)));
-        let text = Repertoire::of(interface, &samples)?.scxml(name, &heard.collect::<Vec<_>>(), tick_s);
+        let text = Repertoire::of(interface, &samples)?.scxml(name, &received.collect::<Vec<_>>(), tick_s);
         let file = format!("prove.components.{name}");
         let machine = Chart::load(&file, &text).map_err(|error| error.to_string())?;
         for (field, values) in found.into_inner() {
@@ -121,7 +122,7 @@ impl<'a> StandIns<'a> {
     }
 
     /// The values of a field, one for each case that anything distinguishes.
-    fn samples(&self, of: &str, field: &Field, hearing: &[(&String, &Skill)]) -> Result<Vec<Value>, String> {
+    fn samples(&self, of: &str, field: &Field, receivers: &[(&String, &Skill)]) -> Result<Vec<Value>, String> {
         let (kind, optional) = match &field.kind {
             FieldKind::Optional(kind) => (&**kind, Some(Value::symbol(FieldKind::NONE))),
             kind => (kind, None),
@@ -130,7 +131,7 @@ impl<'a> StandIns<'a> {
             FieldKind::Symbol(symbols) => symbols.iter().cloned().map(Value::Symbol).collect(),
             FieldKind::Bool => vec![true.into()],
             FieldKind::Text => return Ok(optional.into_iter().chain(self.texts(of, field)).collect()),
-            FieldKind::Int | FieldKind::Real => self.numbers(field, hearing)?,
+            FieldKind::Int | FieldKind::Real => self.numbers(field, receivers)?,
             FieldKind::Optional(_) | FieldKind::List(_) => {
                 return Err(format!("its field `{}` is a {}, of which there are too many", field.name, field.kind));
             }
@@ -139,11 +140,11 @@ impl<'a> StandIns<'a> {
     }
 
     /// The numbers with which machines or properties compare a field.
-    fn numbers(&self, field: &Field, hearing: &[(&String, &Skill)]) -> Result<Vec<Value>, String> {
+    fn numbers(&self, field: &Field, receivers: &[(&String, &Skill)]) -> Result<Vec<Value>, String> {
         // As a condition, a number is false if it is 0.
         let mut numbers = vec![Value::Int(0)];
         numbers.extend(self.properties.iter().filter(|value| value.is_number()).cloned());
-        for (process, skill) in hearing {
+        for (process, skill) in receivers {
             let compared = skill.thresholds(process, self.tree, &field.name).map_err(|problems| {
                 let what = problems.first().map_or_else(String::new, |problem| problem.message().to_owned());
                 format!("of its field `{}`, {what} ({process})", field.name)
@@ -171,7 +172,7 @@ impl<'a> StandIns<'a> {
 }
 
 /// The numbers and texts with which properties, by name and text, compare anything, as they are written there. A
-/// stand-in that answers anything tells values apart by them.
+/// stand-in that answers anything distinguishes values by them.
 #[must_use]
 pub fn literals(properties: &[(String, String)]) -> Vec<Value> {
     let mut values = Vec::new();

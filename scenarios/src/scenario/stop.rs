@@ -68,8 +68,7 @@ impl Stop {
         if let Some(after) = &after
             && !ends.into_iter().any(|key| table.has(key))
         {
-            let problem =
-                after.span.problem("`stop.after_s` says how long to wait after something, but not after what");
+            let problem = after.span.problem("`stop.after_s` is a time to wait after something that is not given");
             let help = format!("add one of {}; the whole run is limited by `execution.max_time_s`", ends.join(", "));
             table.report(problem.with_label("after what?").with_help(help));
         }

@@ -44,7 +44,7 @@ pub enum Fact {
     Touching,
     /// The distance from the robot's edge to the nearest wall or body, in meters; 0 where they touch.
     Clearance,
-    /// The distance from the robot's edge to the nearest person, in meters; infinite if there is nobody.
+    /// The distance from the robot's edge to the nearest person, in meters; infinite without people.
     Person,
     /// Whether the robot's center is at this place, with any heading.
     At(String),
@@ -86,7 +86,7 @@ impl Fact {
 pub struct Truths {
     /// Its channel.
     pub channel: ChannelId,
-    /// What its fields say, in order.
+    /// What its fields mean, in order.
     pub facts: Arc<[Fact]>,
 }
 

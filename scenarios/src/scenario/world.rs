@@ -29,7 +29,7 @@ pub type WorldBody = Spanned<ObstacleConfig>;
 /// Reads `[[people]]`, `[[doors]]` and `[[boxes]]`; their names must be unique.
 pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
     let people = root.tables("people").rules(kinds_of_people);
-    let people = people.about("Somebody who stands, walks along a route, or with `follows` follows the robot.");
+    let people = people.about("A person who stands, walks along a route, or with `follows` follows the robot.");
     let doors = root.tables("doors").about("A door, which never closes onto the robot.");
     let boxes = root.tables("boxes").about("A box that is not on the map.");
     let mut bodies = read_each(people, "person", read_person);
@@ -67,7 +67,7 @@ fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     let radius_m = table.number("radius_m").about("Radius of the body, in meters.").within(0.05..=1.0).default(0.25);
     let speed_mps = table
         .number("speed_mps")
-        .about("Walking speed, in meters per second; the maximum speed of somebody who follows the robot.");
+        .about("Walking speed, in meters per second; the maximum speed of a person who follows the robot.");
     let speed_mps = speed_mps.within(0.05..=3.0).default(0.8);
     let follows = table
         .boolean("follows")
@@ -79,7 +79,7 @@ fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     Some((Shape::Disc { radius_m }, pose(x, y, 0.0), walk.or(follow)?))
 }
 
-/// Which keys belong to somebody who follows the robot, and which do not.
+/// Which keys belong to a person that follows the robot, and which do not.
 fn kinds_of_people() -> Value {
     let names = |keys: Vec<Key>| keys.into_iter().map(|key| key.path).collect::<Vec<_>>();
     let walking = names(Key::all(|table| read_walk(table, 0.0)));
@@ -96,7 +96,7 @@ fn kinds_of_people() -> Value {
 fn read_follow(table: Table<'_>, speed_mps: f64) -> Follow {
     if let Some((_, route)) = table.keys().find(|(key, _)| *key == "route") {
         table.know("route");
-        let problem = route.problem("somebody who follows the robot cannot have a route");
+        let problem = route.problem("a person who follows the robot cannot have a route");
         table.report(problem.with_label("this route").with_help("leave out either `route` or `follows`"));
     }
     let defaults = Follow::default();
@@ -245,10 +245,10 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
             && !map.has_room(&at, radius_m)
         {
             let message = format!("`{}` has no room at {at}, with a radius of {radius_m} m", body.name);
-            complain(message, "the whole body of somebody who follows the robot must be on free floor");
+            complain(message, "the whole body of a person who follows the robot must be on free floor");
         }
         let ObstacleMotion::Person(walk) = &body.motion else { continue };
-        // Somebody without a route has a single corner and no legs: whether the start is free is asked afterwards.
+        // A person without a route has one corner and no legs: whether the start is free is checked afterwards.
         let closes = walk.end == RouteEnd::Loop && walk.waypoints.len() > 1;
         let again = walk.waypoints.first().filter(|_| closes);
         let corners: Vec<Point> =
@@ -344,7 +344,7 @@ mod tests {
         let follows = "\ndistance_m = 1.5\nmeets_within_m = 3\nspeed_mps = 1\nstands_s = [[60, 90], [120]]";
         assert_eq!(problems(&format!("{ann}[-3.0, 6.4]{follows}")), "");
         let both = problems(&format!("{ann}[-3.0, 6.4]\nroute = [[-5.0, 6.4]]"));
-        assert_eq!(both, "somebody who follows the robot cannot have a route\n");
+        assert_eq!(both, "a person who follows the robot cannot have a route\n");
         let walks = problems(&format!("{ann}[-3.0, 6.4]\npause_s = 3"));
         assert!(walks.starts_with("unknown key `pause_s`"), "{walks}");
         let stands = problems("[[people]]\nat = [-3.0, 6.4]\nstands_s = [[60, 90]]");

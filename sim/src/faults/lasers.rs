@@ -34,7 +34,7 @@ pub enum LaserTrouble {
         /// The longest measured distance, in meters.
         max_m: f64,
     },
-    /// The scanner is not mounted where the software believes. The displacement is in the frame of the correctly
+    /// The scanner is not mounted where the software assumes. The displacement is in the frame of the correctly
     /// mounted scanner.
     Mount {
         /// Displacement along the scanner's correct forward direction, in meters.

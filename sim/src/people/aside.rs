@@ -6,7 +6,10 @@ use std::time::Duration;
 use maps::{Point, Pose};
 use nalgebra::{UnitComplex, Vector2};
 
+use crate::drive::Drive;
 use crate::floor::Floor;
+use crate::motion::RobotPose;
+use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::route::walk_to;
 
 /// The side clearance to the robot's path when stepping aside, in meters.
@@ -37,6 +40,12 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
+    /// A person with the pose and the body of an obstacle, and the robot.
+    pub(super) fn new(at: &ObstaclePose, person: &Obstacle, (robot, drive): (&RobotPose, &Drive)) -> Self {
+        let radius_m = person.shape.bounding_radius_m();
+        Self { at: at.0, robot: robot.0, radius_m, apart_m: radius_m + drive.robot_radius_m() }
+    }
+
     /// Where the person is.
     pub(super) fn place(&self) -> Point {
         self.at.translation.vector.into()

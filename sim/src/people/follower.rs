@@ -142,9 +142,7 @@ pub(crate) fn follow(
     }
     let floor = Floor::new(&building, opaque);
     for (body, obstacle, mut pose, mut follower) in &mut people {
-        let radius_m = obstacle.shape.bounding_radius_m();
-        let apart_m = radius_m + robot.1.robot_radius_m();
-        let at = follower.advance(&Meeting { at: pose.0, robot: robot.0.0, radius_m, apart_m }, &floor, &clock);
+        let at = follower.advance(&Meeting::new(&pose, obstacle, *robot), &floor, &clock);
         if at != pose.0 {
             pose.0 = at;
             physics.carry(*body, &at);

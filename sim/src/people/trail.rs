@@ -1,4 +1,4 @@
-//! The robot's trail, for somebody who follows it.
+//! The robot's trail, for a person who follows it.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ const SPACING_M: f64 = 0.1;
 /// A robot that is farther than this from its last recorded place, in meters, has not driven there.
 const JUMP_M: f64 = 0.3;
 
-/// The places where the robot has been since somebody met it.
+/// The places where the robot has been since the person met it.
 ///
 /// It has no loops: a robot that comes back to an earlier place shortens it. So the size of the floor limits its
 /// length, however long the robot drives.

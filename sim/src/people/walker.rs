@@ -40,15 +40,6 @@ pub(crate) struct Walker {
     made_way: u32,
 }
 
-/// What a person perceives.
-#[derive(Clone, Copy)]
-struct World<'a> {
-    clock: &'a Clock,
-    robot: &'a Pose,
-    robot_radius_m: f64,
-    floor: &'a Floor<'a>,
-}
-
 impl Walker {
     pub(crate) fn new(walk: &Walk) -> Self {
         Self {
@@ -61,23 +52,22 @@ impl Walker {
         }
     }
 
-    /// The pose after one step of a person with this radius at `from`.
-    fn advance(&mut self, from: &Pose, radius_m: f64, world: &World<'_>) -> Pose {
-        let now = world.clock.now;
+    /// The pose after one step.
+    fn advance(&mut self, meeting: &Meeting, floor: &Floor<'_>, clock: &Clock) -> Pose {
+        let now = clock.now;
         if now < self.walk.sets_out || self.walk.waypoints.is_empty() {
-            return *from;
+            return meeting.at;
         }
-        let meeting = Meeting { at: *from, robot: *world.robot, radius_m, apart_m: radius_m + world.robot_radius_m };
-        let share = self.haste(&meeting);
-        if self.is_in_the_way(&meeting) || (!self.stands(&meeting, now) && share < HINDERED_SHARE) {
-            self.lose_patience(&meeting, world);
+        let share = self.haste(meeting);
+        if self.is_in_the_way(meeting) || (!self.stands(meeting, now) && share < HINDERED_SHARE) {
+            self.lose_patience(meeting, floor, now);
         } else {
             self.hindered_since = None;
         }
-        if share < LEAST_SHARE || self.stands(&meeting, now) {
-            return *from;
+        if share < LEAST_SHARE || self.stands(meeting, now) {
+            return meeting.at;
         }
-        self.go(from, share * self.walk.speed_mps * world.clock.dt_s(), now)
+        self.go(&meeting.at, share * self.walk.speed_mps * clock.dt_s(), now)
     }
 
     /// Whether they stand at a waypoint, or aside.
@@ -127,19 +117,19 @@ impl Walker {
     }
 
     /// Is blocked for another step; steps aside when patience has run out.
-    fn lose_patience(&mut self, meeting: &Meeting, world: &World<'_>) {
+    fn lose_patience(&mut self, meeting: &Meeting, floor: &Floor<'_>, now: Duration) {
         let Some(manners) = self.walk.manners else { return };
-        let since = *self.hindered_since.get_or_insert(world.clock.now);
-        if world.clock.now.saturating_sub(since) < manners.patience {
+        let since = *self.hindered_since.get_or_insert(now);
+        if now.saturating_sub(since) < manners.patience {
             return;
         }
         self.hindered_since = None;
         self.made_way += 1;
         let steps_aside = !self.made_way.is_multiple_of(2);
-        match steps_aside.then(|| WayOut::find(meeting, world.floor)).flatten() {
+        match steps_aside.then(|| WayOut::find(meeting, floor)).flatten() {
             Some(way_out) => self.aside.get_or_insert_default().leave(&meeting.at, way_out),
             None if self.aside.is_some() => {}
-            None if world.clock.now < self.stands_until => self.stands_until = world.clock.now,
+            None if now < self.stands_until => self.stands_until = now,
             None => self.route.turn_back(),
         }
     }
@@ -154,9 +144,8 @@ pub(crate) fn walk(
     mut people: Query<(&Body, &Obstacle, &mut ObstaclePose, &mut Walker)>,
 ) {
     let floor = Floor::new(&building, []);
-    let world = World { clock: &clock, robot: &robot.0.0, robot_radius_m: robot.1.robot_radius_m(), floor: &floor };
     for (body, obstacle, mut pose, mut walker) in &mut people {
-        let at = walker.advance(&pose.0, obstacle.shape.bounding_radius_m(), &world);
+        let at = walker.advance(&Meeting::new(&pose, obstacle, *robot), &floor, &clock);
         if at != pose.0 {
             pose.0 = at;
             physics.carry(*body, &at);
@@ -203,7 +192,7 @@ mod tests {
                 clock.now += clock.dt;
                 let robot = robot(clock.now.as_secs_f64());
                 let robot = pose(robot.x, robot.y, std::f64::consts::PI);
-                at = walker.advance(&at, 0.25, &World { clock: &clock, robot: &robot, robot_radius_m: 0.3, floor });
+                at = walker.advance(&Meeting { at, robot, radius_m: 0.25, apart_m: 0.55 }, floor, &clock);
                 let gap_m = (at.translation.vector - robot.translation.vector).norm() - 0.55;
                 assert!(gap_m > 0.0 || walker.walk.manners.is_none(), "walked into the robot at {at}");
             }

@@ -120,7 +120,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rows_and_groups_know_the_cells_of_any_range(
+        fn rows_and_groups_contain_the_cells_of_any_range(
             changes in changes(),
             row in 0..ROWS,
             ends in [0..COLUMNS, 0..COLUMNS],

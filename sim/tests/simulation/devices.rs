@@ -71,7 +71,7 @@ fn a_door_opens_and_closes_on_command_and_forgets_its_schedule() {
 }
 
 #[test]
-fn a_door_that_is_told_to_close_waits_for_the_robot_in_it() {
+fn a_door_that_is_commanded_to_close_waits_for_the_robot_in_it() {
     let mut sim = among(vec![door([500, 1000])]);
     sim.kidnap(pose(4.0, 3.0, 0.0)).expect("the door is open");
     sim.command_door("door", false);
@@ -196,7 +196,7 @@ fn only_boxes_that_can_be_moved_are_carried_and_only_once() {
 }
 
 #[test]
-fn a_box_without_room_stays_lifted_and_the_error_says_what_is_in_the_way() {
+fn a_box_without_room_stays_lifted_and_the_error_names_what_is_in_the_way() {
     let table = body("table", CRATE, pose(6.0, 1.0, 0.0), ObstacleMotion::Fixed);
     let mut sim = among(vec![crate_at("crate", pose(4.0, 3.0, 0.0)), table]);
     sim.pick_up("crate").expect("it is there");

@@ -59,7 +59,7 @@ struct TokenNode {
     parent: usize,
     last: usize,
     /// Whether a transition has the descriptor that ends here.
-    is_heard: bool,
+    is_handled: bool,
     children: BTreeMap<Box<str>, usize>,
 }
 
@@ -95,8 +95,8 @@ impl EventTree {
     }
 
     /// Whether a registered descriptor matches events with this name.
-    pub(crate) fn hears(&self, name: &str) -> bool {
-        self.nodes[0].is_heard || self.names(name)
+    pub(crate) fn handles(&self, name: &str) -> bool {
+        self.nodes[0].is_handled || self.names(name)
     }
 
     /// Whether a descriptor other than `*` matches the event.
@@ -106,14 +106,14 @@ impl EventTree {
             *here = step(here, token)?;
             Some(*here)
         });
-        nodes.into_iter().any(|node| node.is_heard)
+        nodes.into_iter().any(|node| node.is_handled)
     }
 
     /// Registers one of the descriptors of this tree and returns the classes that it matches.
-    pub(crate) fn listen(&mut self, descriptor: &str) -> Matches {
+    pub(crate) fn register(&mut self, descriptor: &str) -> Matches {
         let node =
             tokens(descriptor).fold(0, |node, token| self.nodes[node].children.get(token).copied().unwrap_or(node));
-        self.nodes[node].is_heard = true;
+        self.nodes[node].is_handled = true;
         Matches { first: EventClass(node as u32), last: EventClass(self.nodes[node].last as u32) }
     }
 }
@@ -131,7 +131,7 @@ fn numbered(nodes: &[TokenNode]) -> Vec<TokenNode> {
     let moved = |(new, old): (usize, &usize)| TokenNode {
         parent: number[nodes[*old].parent],
         last: new,
-        is_heard: nodes[*old].is_heard,
+        is_handled: nodes[*old].is_handled,
         children: nodes[*old].children.iter().map(|(token, child)| (token.clone(), number[*child])).collect(),
     };
     let mut sorted: Vec<TokenNode> = order.iter().enumerate().map(moved).collect();
@@ -169,8 +169,8 @@ mod tests {
     fn a_descriptor_matches_whole_tokens_at_the_beginning() {
         let matches = |descriptor: &str, name: &str| {
             let mut tree = EventTree::of(["door", "error.x.y", descriptor, "zoo"]);
-            let matches = tree.listen(descriptor).contains(tree.class(name));
-            assert_eq!(tree.hears(name), matches, "{descriptor} {name}");
+            let matches = tree.register(descriptor).contains(tree.class(name));
+            assert_eq!(tree.handles(name), matches, "{descriptor} {name}");
             matches
         };
         for descriptor in ["error", "error.", "error.*", "*"] {

@@ -252,7 +252,7 @@ fn index(key: &Datum) -> Option<usize> {
     }
 }
 
-/// A member that a value does not have itself: undefined, or inherited, which only an engine knows.
+/// A member that a value does not have itself: undefined, or inherited, which only an engine has.
 fn missing(name: &str) -> Result<Datum> {
     if super::vocabulary::is_inherited(name) {
         Err(EvaluationError::Inherited(name.into()))

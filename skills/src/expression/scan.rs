@@ -1,6 +1,6 @@
 //! A rough lexer for any ECMAScript: words and marks, declarations, nesting.
 //!
-//! It knows strings and comments but no grammar, and it never fails; it does not check whether the text is ECMAScript.
+//! It reads strings and comments but no grammar, and never fails; it does not check whether the text is ECMAScript.
 
 use std::ops::Range;
 

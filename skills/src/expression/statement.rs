@@ -2,7 +2,6 @@
 
 use super::{BinaryOp, Expr, Location};
 
-/// A statement of a script.
 #[derive(Clone, Debug)]
 pub(crate) enum Statement {
     /// `location = value`

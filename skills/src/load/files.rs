@@ -23,7 +23,7 @@ pub(super) fn path<'f>(address: &str, folder: Option<&'f Folder>) -> Result<(Pat
     Ok((folder.path.join(name), folder))
 }
 
-/// The text of a file: UTF-8, UTF-16 with a byte order mark, or ISO 8859-1 if its first line says so.
+/// The text of a file: UTF-8, UTF-16 with a byte order mark, or ISO 8859-1 if its first line declares it.
 pub(super) fn read(path: &Path, disk: &Disk) -> Result<String, String> {
     let unreadable = |reason: &dyn std::fmt::Display| format!("cannot read {}: {reason}", path.display());
     let bytes = disk.read_up_to(path, MAX_BYTES as u64).map_err(|error| unreadable(&error))?;

@@ -40,7 +40,7 @@ pub fn layout(file: &str, text: &str, folder: Option<&Path>) -> Result<String, S
     let origin = Origin { folder, ..Origin::of(file, text, Strictness::Standard) };
     let refused = |problem| SkillError::load(origin.file.clone(), vec![problem], 0);
     if xml::root_name(text).is_none_or(|name| name.rsplit(':').next() != Some("scxml")) {
-        // The loader knows what else it may be.
+        // The loader reports what else it may be.
         Chart::compile(text, AS_READ, &origin)?;
     }
     parse_xml(text).map_err(refused)?;
@@ -62,8 +62,8 @@ pub fn layout(file: &str, text: &str, folder: Option<&Path>) -> Result<String, S
     }
 }
 
-/// Whether the contents of an element are a value, in which white space may count: a script, or data. Of an element in
-/// another language, nobody knows. A machine in the `<content>` of an `<invoke>` is a machine.
+/// Whether the contents of an element are a value, in which white space may count: a script, or data. Those of an
+/// element in another language may be one. A machine in the `<content>` of an `<invoke>` is a machine.
 fn has_value(element: Node<'_, '_>) -> bool {
     let name = element.tag_name();
     let is_foreign = name.namespace() != element.document().root_element().tag_name().namespace();

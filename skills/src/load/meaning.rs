@@ -11,15 +11,15 @@ use crate::chart::Chart;
 /// # Errors
 /// [`SkillError::Load`] with as many problems as the text has, all at its beginning.
 pub(super) fn meaning(text: &str, origin: &Origin) -> Result<String, SkillError> {
-    let (chart, mut told) = (Chart::compile(text, &|_| 0..0, origin)?, String::new());
-    tell(&chart, &mut told);
-    let mut pieces = told.split('@');
+    let (chart, mut written) = (Chart::compile(text, &|_| 0..0, origin)?, String::new());
+    write(&chart, &mut written);
+    let mut pieces = written.split('@');
     let first = pieces.next().unwrap_or_default().to_owned();
-    Ok(pieces.fold(first, |told, piece| told + "@" + piece.trim_start_matches(|c: char| c.is_ascii_digit())))
+    Ok(pieces.fold(first, |kept, piece| kept + "@" + piece.trim_start_matches(|c: char| c.is_ascii_digit())))
 }
 
-fn tell(chart: &Chart, text: &mut String) {
-    chart.inner().for_each(|inner| tell(inner, text));
+fn write(chart: &Chart, text: &mut String) {
+    chart.inner().for_each(|inner| write(inner, text));
     let warnings: Vec<String> = chart.warnings.iter().map(ToString::to_string).collect();
     let Chart { ids, binding, states, transitions, data, scripts, events, foreign, mentions, .. } = chart;
     let parts = (ids, binding, states, transitions, data, scripts, events, foreign, mentions, warnings);

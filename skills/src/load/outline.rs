@@ -139,7 +139,6 @@ impl<'a> Outline<'a> {
     }
 }
 
-/// The event descriptors of all transitions.
 pub(super) fn descriptors<'a>(root: Element<'a>) -> impl Iterator<Item = &'a str> {
     let transitions = own_elements(root).into_iter().filter(|node| node.tag_name().name() == "transition");
     let words = transitions.flat_map(|transition| transition.attribute("event").unwrap_or_default().split_whitespace());

@@ -75,7 +75,7 @@ fn unheard(chart: &Chart) -> Vec<Problem> {
             && send.target.is_none()
             && send.processor.as_ref().is_none_or(|processor| processor.literal().is_some_and(|name| is_own(name)))
             && is_event_name(event)
-            && !chart.hears(event)
+            && !chart.handles(event)
         {
             sends.entry(event).or_default().push(send.span);
         }

@@ -72,7 +72,7 @@ impl Compiler<'_> {
                 self.defer(problem.with_help("`*`"));
             }
             if is_descriptor(text) || text == ".*" {
-                let matches = self.events.listen(text);
+                let matches = self.events.register(text);
                 descriptors.push(Descriptor { text: text.into(), matches, span: span.into() });
             } else {
                 self.leads_nowhere = true;

@@ -38,7 +38,7 @@ pub enum Undelivered {
         /// The value, and why it is not among them, in words.
         value: String,
     },
-    /// Nobody waits for it any longer, as happens to answers that come late.
+    /// It is no longer awaited, as happens to answers that come late.
     #[error("{0}")]
     Late(String),
 }

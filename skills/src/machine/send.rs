@@ -138,7 +138,7 @@ impl Macrostep<'_, '_> {
                 self.raise(event, class);
             }
             Delivery::Own(event) => {
-                if !self.chart.may_hear(&event.name) {
+                if !self.chart.may_handle(&event.name) {
                     self.host.note(Note::Unheard { event: Arc::clone(&event.name) });
                 }
                 let class = self.chart.events.class(&event.name);

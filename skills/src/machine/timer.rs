@@ -15,7 +15,6 @@ pub(super) struct Timer {
     pub(super) delivery: Delivery,
 }
 
-/// An event in transit.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Delivery {
     /// To the machine's own internal queue.

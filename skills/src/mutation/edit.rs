@@ -14,9 +14,8 @@ use crate::load::{Element, Written, name_span};
 /// A range of bytes and its new text.
 pub(super) type Edit = (Range<usize>, String);
 
-/// Applies edits that do not overlap.
-pub(super) fn apply(text: &str, mut edits: Vec<Edit>) -> String {
-    edits.sort_by_key(|(range, _)| range.start);
+/// Applies edits that are in order and do not overlap.
+pub(super) fn apply(text: &str, edits: Vec<Edit>) -> String {
     let (mut result, mut done) = (String::with_capacity(text.len() + 64), 0);
     for (range, replacement) in edits {
         result.push_str(&text[done..range.start]);

@@ -37,9 +37,9 @@ pub trait Adapter: AdapterState + Debug + Send + Sync {
     /// Adds an event to those of which the machine will get one: its transitions are offered next, and no others.
     ///
     /// # Errors
-    /// [`Undelivered`] if nobody chooses.
+    /// [`Undelivered`] if there are no choices here.
     fn choose(&mut self, event: Event) -> Result<(), Undelivered> {
-        Err(Undelivered::Unfit(format!("nobody chooses `{}` here", event.name)))
+        Err(Undelivered::Unfit(format!("there are no choices here, so `{}` cannot be chosen", event.name)))
     }
 
     /// The event that the machine gets if it takes this transition, if that is a choice.

@@ -1,5 +1,5 @@
-//! The adapter between a process that knows named events and its channels: it tracks which conversation a message
-//! belongs to.
+//! The adapter between a process with named events and its channels: it tracks which conversation a message belongs
+//! to.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::machine::{MAX_WAITING, Machine, Undelivered};
 /// A message of [`Role::Request`] or [`Role::Goal`] opens a conversation and numbers it; everything that belongs to it
 /// carries the number. So an answer to an abandoned request is ignored, a request is answered once, and a goal ends
 /// once, after it has been accepted or by its rejection. Each channel has at most one open request, and one open goal
-/// per action: a client that asks again abandons its earlier request, and a process that serves others takes a client's
+/// per action: a client that sends another abandons its earlier one, and a process that serves others takes a client's
 /// next request only when it has answered the last one. (The tree is different: its requests are always taken, since a
 /// halt must reach a leaf that has not answered. So are those to a component that may never answer. And a
 /// [patient](Self::patient) process abandons nothing.)
@@ -40,7 +40,7 @@ pub struct ChannelAdapter {
     last_request: u64,
     /// Whether a client's next request is taken before the last one has been answered, which is then abandoned.
     abandons: bool,
-    /// Whether this process goes on waiting for the answer to a request when it asks again.
+    /// Whether this process goes on waiting for the answer to a request when it sends another.
     is_patient: bool,
     /// Whether the client has given up waiting for an answer and asked again: an answer to the request that it gave up
     /// may still follow, and there is then one answer too many.
@@ -59,7 +59,7 @@ struct Conversation {
 
 type Open = Vec<Conversation>;
 
-/// What `m[1]` ends with if a goal is accepted or rejected: what may be said of a goal depends on that.
+/// What `m[1]` ends with if a goal is accepted or rejected: the messages that may follow depend on that.
 const ACCEPTED: &str = "accepted";
 const REJECTED: &str = "rejected";
 
@@ -113,8 +113,8 @@ impl ChannelAdapter {
         Self { abandons: true, ..self }
     }
 
-    /// The same adapter, for a process that asks again before it has been answered, and awaits all answers: it asks for
-    /// several who do not know of each other.
+    /// The same adapter, for a process that sends further requests before it has an answer, and awaits all answers: it
+    /// has several clients that are independent of each other.
     #[must_use]
     pub fn patient(self) -> Self {
         Self { is_patient: true, ..self }
@@ -138,7 +138,7 @@ impl ChannelAdapter {
     }
 
     /// Takes one of the transitions. Returns the event that a received message becomes, or that is chosen; `None` for a
-    /// message that was sent, and for an answer that nobody is waiting for anymore.
+    /// message that was sent, and for an answer that is no longer awaited.
     pub fn take(&mut self, transition: TransitionId, received: Option<&Envelope>) -> Option<Event> {
         let index = transition.0 as usize;
         if let Some(choice) = index.checked_sub(self.first_choice()) {

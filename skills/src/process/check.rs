@@ -118,7 +118,7 @@ impl<'a> Check<'a> {
         let Some(head) = event.literal() else { return };
         let outgoing = &self.wiring.outgoing;
         let carries = |domain: &Domain| shapes_of(domain, head).next().is_some();
-        // A component without clients answers nobody, and may know answers for which nobody asks.
+        // A component without clients answers no requests, and may have answers that no process requests.
         if !outgoing.is_empty() && !outgoing.iter().any(|out| carries(&out.domain)) && !carries(&self.wiring.answers) {
             let known: Vec<&str> = outgoing.iter().flat_map(|out| heads(&out.domain)).collect();
             let problem = Problem::new(format!("no channel from {} carries <{head}>", self.wiring.name));
@@ -232,9 +232,9 @@ impl<'a> Check<'a> {
 
     /// Whether this process would answer if its name were not misspelled in a request.
     fn is_missed(&self, peer: &str) -> bool {
-        let is_heard = self.wiring.incoming.iter().any(|incoming| &*incoming.peer == peer);
+        let is_linked = self.wiring.incoming.iter().any(|incoming| &*incoming.peer == peer);
         let is_meant = |missed: &&str| did_you_mean(missed, [peer]).is_some();
-        !is_heard && self.topology.find_process(peer).is_some() && self.missed.iter().any(is_meant)
+        !is_linked && self.topology.find_process(peer).is_some() && self.missed.iter().any(is_meant)
     }
 
     /// Reports transitions whose events never occur: no process sends them, and the machine does not generate them.

@@ -7,7 +7,7 @@ use crate::machine::Note;
 const MAX_MISHAPS: usize = 100;
 
 /// An error of a skill's machine: an expression or a script failed (`error.execution`), a message could not be sent
-/// (`error.communication`) and not just because nobody waited for it any longer, or the machine did not come to rest
+/// (`error.communication`) and not just because it was no longer awaited, or the machine did not come to rest
 /// and was stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mishap {

@@ -23,7 +23,7 @@ pub struct LeafOfSystem<'a> {
 pub type SkillOfSystem<'a> = (&'a str, &'a Arc<Chart>, &'a [(&'a str, Datum)]);
 
 /// Checks the skills of a whole system: every leaf of the tree has a skill that accepts all requests of the tree and
-/// answers on its own channel; every process that a skill asks exists and understands the request
+/// answers on its own channel; every process to which a skill sends exists and understands the request
 /// ([`SkillProcess::new`]); and the answers are read. Returns one error per skill with problems.
 #[must_use]
 pub fn check_system(leaves: &[LeafOfSystem<'_>], skills: &[SkillOfSystem<'_>], topology: &Topology) -> Vec<SkillError> {
@@ -72,7 +72,7 @@ fn conversation(name: &str, chart: &Chart, leaf: Option<&LeafOfSystem<'_>>, topo
     for incoming in &Wiring::new(topology, skill).incoming {
         let asked: Vec<&str> = incoming.asked().collect();
         let (mut unheard, all): (Vec<&str>, usize) =
-            (incoming.event_names().filter(|event| !chart.hears(event)).collect(), incoming.event_names().count());
+            (incoming.event_names().filter(|event| !chart.handles(event)).collect(), incoming.event_names().count());
         // Some answers of a component may be ignored, but no requests.
         if unheard.len() < all {
             unheard.retain(|event| asked.contains(event));

@@ -25,7 +25,7 @@ pub(super) enum Unsendable {
 }
 
 impl Unsendable {
-    /// Why a message is not delivered. `attempt` says which: `Go cannot publish <level>`.
+    /// Why a message is not delivered. `attempt` names it: `Go cannot publish <level>`.
     pub(super) fn undelivered(self, attempt: &str) -> Undelivered {
         match self {
             Self::Value { field, kind, value } => {

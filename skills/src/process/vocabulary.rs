@@ -1,4 +1,4 @@
-//! The messages of a machine, for those who write it.
+//! The messages of a machine, for its authors.
 
 use channels::{Domain, FieldKind, ProcessId, Shape, Topology};
 

@@ -95,7 +95,7 @@ impl Wiring {
         self.outgoing.iter().position(|out| &*out.peer == peer)
     }
 
-    /// The channels to those who have subscribed to a topic.
+    /// The channels to the subscribers of a topic.
     pub(super) fn subscribers(&self, topic: &str) -> impl Iterator<Item = usize> {
         let carries = move |out: &Outgoing| shapes_of(&out.domain, topic).any(|shape| shape.role() == Role::Topic);
         self.outgoing.iter().enumerate().filter(move |(_, out)| carries(out)).map(|(index, _)| index)
@@ -103,9 +103,9 @@ impl Wiring {
 }
 
 impl Incoming {
-    /// The name of the event that a message becomes, and the message's role. A client's request is known by its own
-    /// name, `say`, whoever the client is; everything else, including the tree's requests, is also known by the
-    /// sender's: `Navigation.ok`, or `Navigation` if the message does not begin with a symbol.
+    /// The name of the event that a message becomes, and the message's role. The event of a client's request has the
+    /// request's name, `say`, for any client; all others, including the tree's requests, also have the sender's:
+    /// `Navigation.ok`, or `Navigation` if the message does not begin with a symbol.
     pub(super) fn event(&self, message: &Message) -> (Arc<str>, Role) {
         match self.events.iter().find(|(head, ..)| Some(head.name()) == message.head()) {
             Some((_, name, role)) => (Arc::clone(name), *role),

@@ -83,7 +83,11 @@ impl fmt::Display for RehearsalLine {
             RehearsalLineKind::Note(note, place) => write_note(note, *place, f),
             RehearsalLineKind::Sent(outgoing) => {
                 let (target, event) = (outgoing.target.as_deref(), outgoing.event.as_deref());
-                write!(f, "sends {} to {}", event.unwrap_or("a content"), target.unwrap_or("nobody"))?;
+                write!(f, "sends {}", event.unwrap_or("a content"))?;
+                match target {
+                    Some(target) => write!(f, " to {target}")?,
+                    None => f.write_str(" without a target")?,
+                }
                 if outgoing.data == Datum::Undefined { Ok(()) } else { write!(f, " {}", outgoing.data) }
             }
             RehearsalLineKind::Final(situation) => {

@@ -87,8 +87,8 @@ impl<'a> Family<'a> {
     /// What the fields with this name, or all fields, of an event that triggers something may hold.
     pub(super) fn fields(&self, trigger: &Trigger<'_>, name: Option<&str>) -> Possible {
         let has_name = |field: &str| name.is_none_or(|name| name == field);
-        let heard = self.sources.heard.iter().filter(|event| trigger.is_one_of(&event.names));
-        let heard = heard.flat_map(|event| {
+        let received = self.sources.received.iter().filter(|event| trigger.is_one_of(&event.names));
+        let received = received.flat_map(|event| {
             let fields = event.fields.iter().filter(|(field, _)| has_name(field));
             fields.map(|(_, value)| value).chain([&event.others])
         });
@@ -96,7 +96,7 @@ impl<'a> Family<'a> {
             .inner
             .iter()
             .filter(|inner| trigger.may_be(inner.event.as_deref()) && inner.field.as_deref().is_none_or(has_name));
-        heard.chain(inner.map(|inner| &inner.value)).cloned().collect()
+        received.chain(inner.map(|inner| &inner.value)).cloned().collect()
     }
 
     /// Notes an event that machines of the family send to each other.

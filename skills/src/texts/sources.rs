@@ -10,7 +10,7 @@ use crate::Datum;
 
 /// An event that a machine may receive, with the fields that it may carry.
 #[derive(Clone, Debug)]
-pub struct HeardEvent {
+pub struct ReceivedEvent {
     /// The names that the event may have; any, if there are none.
     pub names: Vec<String>,
     /// The fields of its data.
@@ -27,7 +27,7 @@ pub struct TextSources<'a> {
     /// The data whose values its caller sets while it runs.
     pub ports: &'a BTreeMap<String, Possible>,
     /// The events that it may receive.
-    pub heard: &'a [HeardEvent],
+    pub received: &'a [ReceivedEvent],
     /// The chosen texts, in words, by number.
     pub choices: &'a [String],
 }

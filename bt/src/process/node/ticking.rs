@@ -222,7 +222,7 @@ impl NodeProcess {
         Stage::Answering(NodeReply { status: Some(status), own_status, again: std::mem::take(&mut self.again) })
     }
 
-    /// The root has answered: the tick is finished, unless a node wants another at once.
+    /// The root has answered: the tick is finished, unless a node requests another at once.
     pub(super) fn root_answered(&mut self, status: Status) -> Stage {
         if status.is_completed() {
             self.records[0].mark = Mark::Idle;

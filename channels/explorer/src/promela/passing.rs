@@ -10,7 +10,7 @@ use crate::environment::Instant;
 use crate::local::{Local, Step, UNKNOWN};
 use crate::tables::{ENDLESS, Moved};
 
-/// The values of the variable `next`, which says what comes next. It is `NOTHING` in every stored state.
+/// The values of the variable `next`, which determines the next step. It is `NOTHING` in every stored state.
 const INSTANTS: &str = "#define NOTHING 0\n#define TIMER 1\n#define TICK 2\n#define VIOLATION 3";
 
 impl Writer<'_> {

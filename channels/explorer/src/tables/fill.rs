@@ -19,7 +19,6 @@ use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, entry, set
 const MAX_LOCALS: usize = 1 << 16;
 
 impl Tables {
-    /// Computes what is missing.
     pub(crate) fn fill(&mut self, gap: &Gap) -> Result<(), Refused> {
         match *gap {
             Gap::Own { process, state, own } => {

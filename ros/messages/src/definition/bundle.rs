@@ -98,7 +98,7 @@ fn title(line: &Span) -> Result<TypeName, Problem> {
     name.filter(|name| name.package.is_some()).ok_or_else(|| {
         let problem = line.problem("this is not the name of a message").with_label("behind a line of `=`");
         problem.with_help(if line.text().starts_with("IDL:") {
-            "this is IDL, although the text says otherwise"
+            "this is IDL, although the text is declared otherwise"
         } else {
             "for example `MSG: geometry_msgs/Pose`"
         })

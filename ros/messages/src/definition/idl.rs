@@ -220,7 +220,7 @@ impl<'s> IdlReader<'s> {
         }
     }
 
-    /// A name, which may say that there are several of the type: `covariance[36]`.
+    /// A name, which may end with how many there are of the type: `covariance[36]`.
     fn declarator(&mut self, kind: Type) -> Result<(String, Type), Problem> {
         let name = self.name()?.to_owned();
         if self.peek() != "[" {

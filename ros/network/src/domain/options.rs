@@ -57,7 +57,11 @@ pub fn obstacles(variable: &dyn Fn(&str) -> Option<String>, read: &dyn Fn(&str) 
         );
     }
     if let Some(server) = is_set("ROS_DISCOVERY_SERVER") {
-        add("ROS_DISCOVERY_SERVER", server, "nodes that only it knows are not seen; watch them with `--foxglove`");
+        add(
+            "ROS_DISCOVERY_SERVER",
+            server,
+            "nodes that are known only to it are not seen; watch them with `--foxglove`",
+        );
     }
     // Options may follow the name of a transport.
     let is_seen = |names: &String| matches!(names.split('?').next(), Some("DEFAULT" | "UDPv4"));

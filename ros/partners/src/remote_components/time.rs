@@ -89,7 +89,7 @@ impl Time {
         }
         *self = Self::Steady(None);
         let seconds = SILENT.as_secs();
-        Some(format!("{CLOCK} has said nothing for {seconds} s: from here on, time is real time"))
+        Some(format!("{CLOCK} has been silent for {seconds} s: from here on, time is real time"))
     }
 
     /// Receives the time of the clock. Returns in words if it is odd.

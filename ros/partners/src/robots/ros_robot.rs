@@ -49,12 +49,12 @@ pub(super) struct RobotSetup {
 
 impl RobotSetup {
     /// # Errors
-    /// If a period is no multiple of the scenario's step, the scenario has no robot that can be driven, its map is too
+    /// If a period is no multiple of the scenario's step, the scenario has no robot to drive, its map is too
     /// large, or frames cannot be renamed so.
     pub(super) fn of(config: RobotConfig, scenario: &Scenario) -> Result<Self, Error> {
         let pace = Pace::of(config.pace, scenario.file.execution.step())?;
         let premises = scenario.premises.as_ref().filter(|_| scenario.schedule.is_none()).ok_or_else(|| {
-            let message = format!("the scenario {} has no robot that somebody could drive", scenario.name);
+            let message = format!("the scenario {} has no robot to drive", scenario.name);
             Error::refused(message, "name one with a map, and without a schedule")
         })?;
         let (mut map, lasers) = (ros::occupancy_grid(&premises.map), premises.entry.sim.model.lasers.clone());
@@ -465,13 +465,13 @@ impl RosRobot {
                 "a message on {command} or {initial_pose} is left out: it is of another type or frame, too short, or not \
                  finite"
             ),
-            Oddity::Sideways => format!("commands on {command} want more than to drive forwards and to turn"),
+            Oddity::Sideways => format!("commands on {command} demand more than driving forwards and turning"),
             Oddity::Old => format!("commands on {command} are left out: their stamps are older than {clock}"),
             Oddity::Ahead => format!(
                 "commands on {command} are left out: their stamps are ahead of {clock}; does their node use `use_sim_time`?"
             ),
             Oddity::Behind => "the simulation is slower than real time: time passes as it can".to_owned(),
-            Oddity::Missing => format!("waiting for who publishes on {command} and reads {clock}"),
+            Oddity::Missing => format!("waiting for a node that publishes on {command} and reads {clock}"),
             Oddity::TooMany => {
                 format!("more commands come on {command} than there are periods: the oldest are left out")
             }

@@ -12,7 +12,7 @@ use scenarios::scenario::find::on_disk;
 use super::{AboutFault, Alarm, FaultFree, Matrix, Row};
 
 impl Matrix {
-    /// A suite per scenario: whether its run was as expected, and which verdicts say what about its fault. The last one
+    /// A suite per scenario: whether its run was as expected, and what the verdicts mean for its fault. The last one
     /// is about the runs without a fault. The `page` shows the matrix; `places` finds where a scenario's parts are
     /// written.
     #[must_use]
@@ -41,7 +41,7 @@ impl Matrix {
                 AboutFault::FalseAlarm => CaseResult::failed(format!("{property} is {words}"), monitor),
                 _ if case.result.is_bad() => case.result,
                 AboutFault::Something => CaseResult::Passed,
-                AboutFault::Nothing => CaseResult::Skipped("it says nothing about the fault".to_owned()),
+                AboutFault::Nothing => CaseResult::Skipped("it shows nothing about the fault".to_owned()),
             };
             Some(Case { result, found: words, ..case })
         };

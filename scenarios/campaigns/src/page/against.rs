@@ -28,7 +28,7 @@ pub(super) struct ModelSurvey {
     /// Histograms of the quantity: over runs in which the target did not happen, and over runs in which it did.
     pub(super) quantities: [Histogram; 2],
     /// The number of runs, by what the model predicts (0: it does not happen, 1: it does) and by what happened.
-    pub(super) said_and_was: [[u64; 2]; 2],
+    pub(super) predicted_and_was: [[u64; 2]; 2],
     /// The smallest quantity with which it happened, and the greatest with which it did not.
     pub(super) least_happened: Option<f64>,
     pub(super) greatest_not: Option<f64>,
@@ -67,7 +67,7 @@ impl ModelSurvey {
             inputs,
             extent: Extent::default(),
             quantities: [Histogram::new(none_yet), Histogram::new(none_yet)],
-            said_and_was: [[0; 2]; 2],
+            predicted_and_was: [[0; 2]; 2],
             least_happened: None,
             greatest_not: None,
             frontier: None,
@@ -111,7 +111,7 @@ impl ModelSurvey {
     pub(super) fn add(&mut self, record: &RunRecord, happened: Option<bool>) {
         let (Some(happened), Some(quantity)) = (happened, self.quantity(record)) else { return };
         self.quantities[usize::from(happened)].add(quantity);
-        self.said_and_was[usize::from(quantity > self.layout.bound)][usize::from(happened)] += 1;
+        self.predicted_and_was[usize::from(quantity > self.layout.bound)][usize::from(happened)] += 1;
         if happened {
             self.least_happened = Some(self.least_happened.map_or(quantity, |least| least.min(quantity)));
         } else {

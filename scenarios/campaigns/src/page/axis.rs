@@ -57,7 +57,7 @@ impl Extent {
     }
 }
 
-/// The values that a parameter has taken, as far as an axis needs to know.
+/// The values that a parameter has taken, as far as an axis needs them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Taken {
     extent: Extent,

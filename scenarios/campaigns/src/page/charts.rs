@@ -117,7 +117,7 @@ fn halves(plot: &mut Plot, cells: &[Vec<Count>]) {
 
 /// Rates along the model's quantity, with the model's bound and the frontier.
 pub(super) fn quantity(model: &ModelSurvey, layout: Layout) -> Drawing {
-    // A rate of one or two runs says nothing.
+    // A rate of one or two runs means nothing.
     let runs: u64 = model.quantities.iter().map(Histogram::total).sum();
     let bins = [48, 24, 12].into_iter().find(|bins| bins * 8 <= runs).unwrap_or(6);
     let [held, happened] = model.quantities.each_ref().map(|quantities| quantities.coarser(bins as usize));

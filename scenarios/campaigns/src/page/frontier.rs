@@ -37,7 +37,7 @@ impl Page<'_> {
     fn how_they_differ(&self) -> Markup {
         let Some(model) = &self.survey.model else { return Markup::default() };
         let event = self.survey.targets[model.target].event();
-        let [[held, surprise], [spared, happened]] = model.said_and_was;
+        let [[held, surprise], [spared, happened]] = model.predicted_and_was;
         let all = (held + surprise + spared + happened).max(1);
         let share = |count: u64| percent(count as f64 / all as f64);
         html! {

@@ -82,14 +82,14 @@ impl Page<'_> {
             .iter()
             .filter_map(|target: &Target| Some(format!("{} at {:.2} s", target.event(), target.time_s(record)?)));
         let mut words: Vec<String> = violated.collect();
-        if self.says_outcome(record) {
+        if self.shows_outcome(record) {
             words.push(record.outcome.name().replace('_', " "));
         }
         words.join(" · ")
     }
 
     /// Where nothing is expected, every run that does not fail is as expected.
-    fn says_outcome(&self, record: &RunRecord) -> bool {
+    fn shows_outcome(&self, record: &RunRecord) -> bool {
         self.summary.expects || record.outcome != RunOutcome::AsExpected
     }
 
@@ -123,10 +123,10 @@ impl Page<'_> {
     pub(super) fn all_runs(&self) -> Markup {
         let parameters = self.layout.parameters.iter().map(name);
         let properties = self.layout.properties.iter().map(String::as_str);
-        let says_outcomes = self.survey.records.iter().any(|record| self.says_outcome(record));
+        let shows_outcomes = self.survey.records.iter().any(|record| self.shows_outcome(record));
         let columns = ["run"].into_iter().chain(parameters).chain(properties);
-        let columns = columns.chain(says_outcomes.then_some("outcome"));
-        let lines = html! { @for record in &self.survey.records { (self.line(record, says_outcomes)) } };
+        let columns = columns.chain(shows_outcomes.then_some("outcome"));
+        let lines = html! { @for record in &self.survey.records { (self.line(record, shows_outcomes)) } };
         let content = html! {
             @if self.survey.runs <= FEW_RUNS {
                 div.panel {
@@ -138,7 +138,7 @@ impl Page<'_> {
         section("runs", "All runs", content)
     }
 
-    fn line(&self, record: &RunRecord, says_outcome: bool) -> Markup {
+    fn line(&self, record: &RunRecord, shows_outcome: bool) -> Markup {
         let words = |monitor: &MonitorFacts| match (monitor.verdict, monitor.time_s) {
             (Outcome::Violated, Some(time_s)) => format!("{time_s:.2} s"),
             (Outcome::Violated, None) => "violated".to_owned(),
@@ -159,7 +159,7 @@ impl Page<'_> {
                         None => td { "failed" }
                     }
                 }
-                @if says_outcome {
+                @if shows_outcome {
                     td.(if well { "satisfied" } else { "violated" }) data-of="outcome" {
                         (record.outcome.name().replace('_', " "))
                     }

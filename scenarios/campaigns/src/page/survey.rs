@@ -114,7 +114,7 @@ impl Survey {
         let model = self.model.as_ref()?;
         let (frontier, wrong) = model.frontier?;
         let (event, runs) = (self.targets[model.target].event(), self.runs);
-        let [[_, surprise], [spared, _]] = model.said_and_was;
+        let [[_, surprise], [spared, _]] = model.predicted_and_was;
         let layout = &model.layout;
         Some(format!(
             "{event} where {} exceeds {} (wrong in {wrong} of {runs} runs); the model says {} (wrong in {})",

@@ -59,7 +59,7 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Components",
-        published: "BatteryComponent, GoToComponent (which also says where the robot is) and Blackboard.",
+        published: "BatteryComponent, GoToComponent (which also reports where the robot is) and Blackboard.",
         here: "BatteryReader, Localization and Navigation, as in the paper’s text.",
     },
     Deviation {

@@ -57,7 +57,7 @@ impl Follower for Observed {
         self.see_battery(view.robot().battery);
         view.events().iter().for_each(|event| self.see(event, view.topology()));
         if view.end().is_some() {
-            self.ask_safety_monitor(view);
+            self.count_safety_path(view);
         }
         Ok(())
     }
@@ -106,7 +106,7 @@ impl Observed {
         }
     }
 
-    fn ask_safety_monitor(&mut self, view: &RunView) {
+    fn count_safety_path(&mut self, view: &RunView) {
         let Some(monitor) = view.monitors().find(|monitor| monitor.name() == Figure::Safety.name()) else { return };
         let (Some(graph), Some(end)) = (&monitor.about.graph, monitor.end) else { return };
         let visits = |name: &str| {

@@ -1,4 +1,4 @@
-//! How often something happened, and what that says about its probability.
+//! How often something happened, and what follows for its probability.
 
 use std::fmt;
 

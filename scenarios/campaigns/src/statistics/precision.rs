@@ -7,7 +7,7 @@ const GROWTH: f64 = 1.3;
 
 /// A goal: to know a probability to within a half width, with a confidence.
 ///
-/// A campaign that stops as soon as the usual interval is narrow enough is wrong more often than the interval says,
+/// A campaign that stops as soon as the usual interval is narrow enough is wrong more often than the interval allows,
 /// since chance picks the moment. So the results are looked at only after certain numbers of runs, fixed in advance,
 /// and the intervals of all looks together keep the guarantee: the probability of an error is divided among them. The
 /// first look is the earliest at which the interval can be narrow enough; at the last one it always is.

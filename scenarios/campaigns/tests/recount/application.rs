@@ -1,4 +1,4 @@
-//! Random applications without a map: a tree of leaves that answer as a script says, late or not at all.
+//! Random applications without a map: a tree of leaves that answer by a script, late or not at all.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -94,7 +94,7 @@ fn tree(leaves: &[String], rng: &mut impl Rng) -> String {
     )
 }
 
-/// A machine that answers its ticks as a script says, which begins anew after its end; halts are confirmed, or not.
+/// A machine that answers its ticks by a script, which begins anew after its end; halts are confirmed, or not.
 fn machine(name: &str, rng: &mut impl Rng) -> String {
     let length = rng.random_range(1..5);
     let mut answers = String::new();

@@ -40,7 +40,7 @@ impl<W: Write> Output<W> {
             .calculate_data_section_crc(false);
         let output = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, output));
         let mut mcap = options.create(output).map_err(unwritten)?;
-        // This tells later distributions that profiles are written as in Humble.
+        // With this, later distributions read profiles as in Humble.
         let metadata = BTreeMap::from([("ROS_DISTRO".to_owned(), "humble".to_owned())]);
         mcap.write_metadata(&Metadata { name: "rosbag2".to_owned(), metadata }).map_err(unwritten)?;
         Ok(Self { mcap, message: Vec::new() })

@@ -22,7 +22,7 @@ pub struct Moved {
     pub words: String,
 }
 
-/// What a speaker said.
+/// The text of a speaker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     /// When it began, since the start of the run.

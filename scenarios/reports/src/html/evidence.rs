@@ -85,7 +85,7 @@ impl<'a> Evidence<'a> {
         };
         if let Some(formula) = &monitor.about.formula {
             let witness = monitor.decision.and_then(|decision| decision.witness.as_ref());
-            evidence.ask(formula, witness, topology);
+            evidence.explain(formula, witness, topology);
         }
         evidence.concerned.sort();
         evidence.concerned.dedup();
@@ -93,7 +93,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// Adds what the property concerns and, if the monitor explains its verdict, the explanation.
-    fn ask(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
+    fn explain(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
         let ends = |channel: ChannelId| {
             let (from, to) = topology.ends(channel);
             [from.to_owned(), to.to_owned()]

@@ -28,7 +28,7 @@ pub struct LogRow {
     pub refused: Option<String>,
 }
 
-/// What the logs of a day say together.
+/// The results of all logs of a day.
 #[derive(Clone, Debug, Default)]
 pub struct Day {
     /// The day: `2026-03-01`.
@@ -56,7 +56,7 @@ pub fn logs(rows: &[LogRow], days: &[Day]) -> String {
             p.over { (title) }
             h1 { (counted(rows.len(), "log")) }
         }
-        (section("logs", "What they say", html! { div.panel { (table("matrix", columns, &lines)) } }))
+        (section("logs", "Results", html! { div.panel { (table("matrix", columns, &lines)) } }))
         @if !days.is_empty() { (section("days", "Day by day", day_by_day(days, &properties))) }
     };
     document(title, &main)

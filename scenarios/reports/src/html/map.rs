@@ -98,7 +98,7 @@ fn numbers(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity], l
         let begin = activity.stage.points.first().and_then(|(_, point)| view.spot(*point));
         let (Some(number), Some(spot)) = (activity.number, begin) else { continue };
         let site = Site { symbol: Area::around(spot, 12.0, 12.0), roomy: false };
-        let area = drawing.placer.place(&site, (2.0 * radius, 2.0 * radius), |_| 0.0);
+        let area = drawing.placer.place(&site, (2.0 * radius, 2.0 * radius));
         let center: Spot = area.center();
         drawing.canvas.line(spot, center, Paint::stroke(activity.color, 1.4));
         drawing.canvas.circle(center, radius, Paint::fill(activity.color).outlined(theme::PAPER, 1.4));

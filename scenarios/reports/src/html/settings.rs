@@ -23,7 +23,7 @@ pub(super) fn section(view: &RunView) -> Markup {
     let given = given::of(&view.header().origin);
     let content = html! {
         div.panel {
-            h3 { (if is_recorded { "What the mapping says" } else { "What the scenario says" }) }
+            h3 { (if is_recorded { "Settings of the mapping" } else { "Settings of the scenario" }) }
             div.scroll {
                 table.parameters { tbody { @for given in &given { (given.row()) } } }
             }
@@ -88,7 +88,7 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
 /// What took part in a run from outside the program, if anything did.
 fn outside(view: &RunView) -> Option<String> {
     let header = view.header();
-    let driver = header.is_piloted.then(|| "Whoever drove the robot".to_owned());
+    let driver = header.is_piloted.then(|| "The robot's controller".to_owned());
     driver.or_else(|| (!header.remote.is_empty()).then(|| header.remote.join(", ")))
 }
 

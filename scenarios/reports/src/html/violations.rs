@@ -161,7 +161,7 @@ fn pending_sentence(evidence: &Evidence<'_>) -> Option<String> {
     Some(format!("The run ended, and nothing comes after its end: `{pending}` was still pending."))
 }
 
-/// Where the page tells the story of a property's violation.
+/// The id of the story of a property's violation on the page.
 pub(super) fn anchor(property: &str) -> String {
     let name: String = property.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
     format!("violation-{name}")
@@ -255,7 +255,7 @@ fn cause_sentence(evidence: &Evidence<'_>) -> String {
     format!("At {} {from} {} {to} `{message}`{after}.", words::tick_and_time(knows_ticks, at), told(last).0)
 }
 
-/// What the sender did, as a simple past and as a participle.
+/// The verb for a message, as a simple past and as a participle.
 fn told(seen: &Seen) -> (&'static str, &'static str) {
     if seen.from == WORLD { ("showed", "shown") } else { ("told", "told") }
 }
@@ -435,7 +435,7 @@ fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, view: &RunView)
         let mut counts: Vec<(String, usize)> = Vec::new();
         let messages = evidence.episode.events.iter().filter(|event| event.time >= from && event.step <= decided);
         for seen in messages.filter_map(|event| Seen::of(event, topology)) {
-            // A leaf answers the tree; what it asks components goes to processes that the property concerns.
+            // A leaf answers the tree; its requests to components go to processes that the property concerns.
             if seen.from == *name && !evidence.concerned.contains(&seen.to) {
                 count(&mut counts, seen.message);
             }

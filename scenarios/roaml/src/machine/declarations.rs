@@ -18,7 +18,7 @@ pub(crate) struct Interface {
     pub(crate) role: Role,
     /// The name by which the machine refers to it.
     pub(crate) alias: String,
-    /// The name that all machines know; for a timer, its own name.
+    /// The name that is the same in all machines; for a timer, its own name.
     pub(crate) name: String,
     /// The type, such as `std_msgs/Bool`.
     pub(crate) of: String,

@@ -24,7 +24,7 @@ pub(super) struct AdapterWiring {
     /// Its channels from and to other processes.
     pub(super) incoming: Vec<Incoming>,
     pub(super) outgoing: Vec<ChannelId>,
-    /// The index of the channel to the process that properties listen to.
+    /// The index of the channel to the process that properties observe.
     pub(super) recorder: Option<usize>,
     pub(super) routes: BTreeMap<String, Route>,
     pub(super) events: Arc<BTreeMap<String, Fields>>,

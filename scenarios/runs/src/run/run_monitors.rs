@@ -20,8 +20,8 @@ pub(super) struct RunMonitors {
 }
 
 impl RunMonitors {
-    /// Attaches the monitors to the system, unless it is beside nodes of ROS 2, whose messages may be missing. There are
-    /// none if `watch` is false.
+    /// Attaches the monitors to the system, unless it is beside nodes of ROS 2, whose messages may be missing. Without
+    /// `watch`, there are none.
     ///
     /// # Errors
     /// [`Error::BadInput`] if the scenario's properties do not fit the system.

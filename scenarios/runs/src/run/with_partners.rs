@@ -53,7 +53,7 @@ impl Run {
     /// Takes the robot from the tree, for a controller.
     fn hand_over(&mut self) -> Result<(), Error> {
         if self.world.robot.is_none() {
-            let message = format!("the scenario {} has no robot that somebody could drive", self.scenario.name);
+            let message = format!("the scenario {} has no robot to drive", self.scenario.name);
             return Err(Error::refused(message, "name one with a map, and without a schedule"));
         }
         self.ids.tree.iter().for_each(|ids| self.system.suspend(ids.tick_generator, true));

@@ -27,7 +27,7 @@ const CERTAIN: [(&str, &str, bool); 18] = [
     ("T/string_msg_comparison/main.xml", "success", true),
 ];
 
-/// The checkout; without one, says why nothing is tested.
+/// The checkout; without one, prints why nothing is tested.
 fn checkout() -> Option<PathBuf> {
     let folder = std::env::var_os("STEWARD_AS2FM").map(PathBuf::from);
     if folder.is_none() {

@@ -126,7 +126,7 @@ impl Model {
         (self.system.fork(), self.id("TickGenerator"))
     }
 
-    /// Tells the components the battery and the pose, which is at all places or at none.
+    /// Gives the components the battery and the pose, which is at all places or at none.
     pub(crate) fn sense(&self, state: &mut ChannelSystem, charge_pct: f64, charging: bool, is_there: bool) {
         let battery = BatteryState { time: Duration::ZERO, charge_pct, charging };
         state.process_mut::<BatteryReader>(self.id(BATTERY_READER)).unwrap().update(&battery);

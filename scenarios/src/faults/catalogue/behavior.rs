@@ -161,9 +161,9 @@ pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
 pub(super) const HALT_LOST: FaultKind = FaultKind {
     name: "halt_lost",
     subsystem: Subsystem::Behavior,
-    about: "a leaf is halted without its skill being told: the tree believes that it has stopped",
+    about: "a leaf is halted, but its skill goes on: the tree takes it as stopped",
     parameters: &[LEAF],
     example: "at_s = 0\nleaf = \"GoToDestination\"",
     effect: |with| damaged(with, "BT", with.text("leaf"), "m[1] = <halt>", Damage::Pretence("halted")),
-    words: |with| format!("{} is not told when it is halted", with.text("leaf")),
+    words: |with| format!("{} does not receive its halt", with.text("leaf")),
 };

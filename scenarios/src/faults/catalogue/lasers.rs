@@ -84,7 +84,7 @@ pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
 pub(super) const MOUNT: FaultKind = FaultKind {
     name: "laser_mount_error",
     subsystem: Subsystem::Lasers,
-    about: "a laser is not mounted where the software believes",
+    about: "a laser is not mounted where the software assumes",
     parameters: &[
         LASER,
         Parameter::number("x_m", "the error forward, in meters", -1.0, 1.0, 0.0),

@@ -69,7 +69,7 @@ pub(super) const ODOMETRY_FREEZE: FaultKind = FaultKind {
 pub(super) const JOYPAD: FaultKind = FaultKind {
     name: "joypad",
     subsystem: Subsystem::Motion,
-    about: "somebody holds a joypad and overrides the velocity commands",
+    about: "a joypad overrides the velocity commands",
     parameters: &[
         Parameter::number("linear_mps", "forward speed, in m/s", -2.0, 2.0, 0.0),
         Parameter::number("angular_radps", "turning rate, in rad/s, counter-clockwise", -5.0, 5.0, 0.0),

@@ -50,13 +50,13 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
 pub(super) const GOAL: FaultKind = FaultKind {
     name: "operator_goal",
     subsystem: Subsystem::Software,
-    about: "somebody else sends Navigation a goal: it replaces the current trip, which fails",
+    about: "another client sends Navigation a goal: it replaces the current trip, which fails",
     parameters: &[Parameter::required("to", "the pose to drive to", ArgumentDomain::Pose)],
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Goal(with.spanned_pose("to")),
     words: |with| {
         let to = with.pose("to").translation;
-        format!("somebody else sends Navigation to ({:.2}, {:.2}) m", to.x, to.y)
+        format!("another client sends Navigation to ({:.2}, {:.2}) m", to.x, to.y)
     },
 };
 

@@ -76,7 +76,7 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
 pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
     name: "obstacle_moves",
     subsystem: Subsystem::World,
-    about: "a trolley moves back and forth and yields to nobody",
+    about: "a trolley moves back and forth and never yields",
     parameters: &[POINT, ROUTE, Parameter::number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\nspeed_mps = 0.3",
     effect: |with| {

@@ -10,7 +10,7 @@ use super::{Argument, Asking, Endpoint, PATIENCE, Written};
 use crate::scenario::offer::Subject;
 use crate::scenario::scxml_text::Text;
 
-/// The datum that says whether the last message of a topic means success.
+/// The datum for whether the last message of a topic means success.
 const HOLDS: &str = "holds__";
 
 impl Asking {
@@ -58,7 +58,7 @@ impl Asking {
         });
     }
 
-    /// A condition on a topic says what its last message said.
+    /// A condition on a topic has the outcome of the last message.
     fn watch(&self, text: &mut Text) {
         text.state("watching", |text| {
             text.transition(&self.event(""), None, None, |text| {
@@ -73,7 +73,7 @@ impl Asking {
         });
     }
 
-    /// An action of the tree answers `running` until it knows.
+    /// An action of the tree answers `running` until the result is known.
     fn ask_and_go_on(&self, text: &mut Text) {
         text.idle();
         text.state("asking", |text| {
@@ -90,7 +90,7 @@ impl Asking {
         if self.of == Subject::Action {
             self.cancel(text);
         }
-        // Who waits for a topic as long as it takes cannot fail.
+        // A leaf that waits for a topic without a timeout cannot fail.
         let fails = self.of != Subject::Topic || self.timeout.is_some();
         let answers = [("succeeded", "success", &self.outputs[..]), ("failed", "failure", &[])];
         for (state, answer, outputs) in answers.into_iter().take(1 + usize::from(fails)) {

@@ -67,7 +67,7 @@ impl SuccessWhen {
     }
 
     /// What is wrong with the expression, if it may use these names besides that of the answer. The machine of a leaf
-    /// would have the same problems, in words that the author of the expression does not know.
+    /// would have the same problems, in terms of SCXML that the author of the expression did not write.
     pub(super) fn problems(&self, answer: &str, mut names: BTreeSet<String>) -> Vec<Problem> {
         names.insert(answer.to_owned());
         let text = machine(&self.written, &names);

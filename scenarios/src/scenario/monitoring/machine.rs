@@ -291,7 +291,7 @@ fn rules(
     complaints: &mut Complaints,
 ) -> Option<Vec<MessageRule>> {
     let Spanned { value: name, span } = &rule.event;
-    if !chart.hears(name) {
+    if !chart.handles(name) {
         deaf(chart, name, span, complaints);
     }
     let events = occurrences(&rule.when, topology, complaints)?;
@@ -301,17 +301,17 @@ fn rules(
         event: name.as_str().into(),
         data: rule.data.iter().map(|(name, content)| (name.as_str().into(), content.clone())).collect(),
     };
-    chart.hears(name).then(|| events.into_iter().map(rule).collect())
+    chart.handles(name).then(|| events.into_iter().map(rule).collect())
 }
 
 fn deaf(chart: &Chart, name: &str, span: &Span, complaints: &mut Complaints) {
-    let mut heard: Vec<&str> =
+    let mut received: Vec<&str> =
         chart.transitions().flat_map(|transition| chart.transition(transition).events()).collect();
-    heard.sort_unstable();
-    heard.dedup();
+    received.sort_unstable();
+    received.dedup();
     let problem = span.problem(format!("no transition of {} is triggered by the event `{name}`", chart.name()));
-    let help = diagnostics::did_you_mean(name, heard.iter().copied());
-    let help = help.unwrap_or_else(|| format!("it takes {}", heard.join(", ")));
+    let help = diagnostics::did_you_mean(name, received.iter().copied());
+    let help = help.unwrap_or_else(|| format!("it takes {}", received.join(", ")));
     complaints.push(problem.with_label("this event").with_help(help));
 }
 

@@ -11,7 +11,7 @@ use robot::BatteryState;
 pub struct DriverData {
     /// The level given to BatteryReader, in percent, and whether the battery is being charged.
     pub battery: Option<(f64, bool)>,
-    /// Where Localization believes the robot to be.
+    /// Where the robot is according to Localization.
     pub place: Option<String>,
     /// The status of the trip, if there is one.
     pub trip: Option<TripStatus>,
@@ -49,7 +49,7 @@ impl DriverData {
         }
     }
 
-    /// Gives this data to a component. Localization knows the `known` places.
+    /// Gives this data to a component. The `known` places are those of Localization.
     pub fn update(&self, process: &mut dyn Process, known: &[String]) {
         let process = process.as_any_mut();
         if let (Some(reader), Some((charge_pct, charging))) = (process.downcast_mut::<BatteryReader>(), self.battery) {

@@ -1,4 +1,4 @@
-//! The machine of a component that may say anything, written as SCXML.
+//! The machine of a component that may send anything, written as SCXML.
 
 use channels::{FieldKind, Value};
 use interfaces::{
@@ -11,7 +11,7 @@ use crate::scenario::scxml_text::Text;
 /// The values of a field that anything distinguishes, or why they cannot be listed.
 type Samples<'s> = dyn Fn(&Field) -> Result<Vec<Value>, String> + 's;
 
-/// Whoever asked last.
+/// The client of the last request.
 const CLIENT: &str = "client";
 
 /// With more different messages of one kind than this, a proof would take too long. Chosen, not measured.
@@ -27,7 +27,7 @@ struct Turn<'i> {
     messages: Vec<Answer>,
 }
 
-/// Everything that a component may say, from its interface.
+/// Everything that a component may send, from its interface.
 pub(super) struct Repertoire<'i> {
     turns: Vec<Turn<'i>>,
     services: Vec<(&'i Service, Vec<Answer>)>,
@@ -43,7 +43,7 @@ struct Course<'i> {
 }
 
 impl<'i> Repertoire<'i> {
-    /// Everything that a component with this interface may say. `samples` gives the values of a field that anything
+    /// Everything that a component with this interface may send. `samples` gives the values of a field that anything
     /// distinguishes.
     ///
     /// # Errors
@@ -70,8 +70,8 @@ impl<'i> Repertoire<'i> {
     }
 
     /// The machine of a component that answers every request at once, with anything, publishes anything or nothing once
-    /// per tick, and pursues one goal of each action at a time. It ignores what is `heard`.
-    pub(super) fn scxml(&self, name: &str, heard: &[String], tick_s: f64) -> String {
+    /// per tick, and pursues one goal of each action at a time. It ignores the `received` events.
+    pub(super) fn scxml(&self, name: &str, received: &[String], tick_s: f64) -> String {
         let pursued = self.actions.iter().map(|course| pursued(course.action));
         let data = [CLIENT.to_owned()].into_iter().chain(pursued);
         Text::machine(name, |text| {
@@ -86,7 +86,7 @@ impl<'i> Repertoire<'i> {
                     ask(text, &service.name, None, |text| choose(text, &choice, answers));
                 }
                 self.actions.iter().for_each(|course| course.write(text));
-                heard.iter().for_each(|event| text.transition(event, None, None, |_| {}));
+                received.iter().for_each(|event| text.transition(event, None, None, |_| {}));
             });
         })
     }
@@ -134,7 +134,7 @@ fn begin_turn(text: &mut Text, number: usize) {
     text.empty("raise", &[("event", &format!("turn.{number}"))]);
 }
 
-/// The transition of a request, which notes who has asked.
+/// The transition of a request, which notes the client.
 fn ask(text: &mut Text, event: &str, cond: Option<&str>, then: impl FnOnce(&mut Text)) {
     text.transition(event, cond, None, |text| {
         text.assign(CLIENT, "_event.origin");

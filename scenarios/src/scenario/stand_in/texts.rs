@@ -17,7 +17,7 @@ use monitors::syntax::{
     Condition, ConditionKind, Field, FieldName, Item, Literal, Operand, PropertyItem, Term, parse_file,
 };
 use recording::TREE;
-use skills::{Datum, HeardEvent, TextSources};
+use skills::{Datum, ReceivedEvent, TextSources};
 
 use crate::scenario::skill::Skill;
 
@@ -239,15 +239,15 @@ impl<'a> Flow<'a> {
 
     fn machine(&mut self, name: &str, skill: &Skill) {
         let reaches = |cell: &&Cell| cell.from != *name && cell.to.as_deref().is_none_or(|to| to == name);
-        let heard: Vec<HeardEvent> = self.cells.iter().filter(reaches).map(heard).collect();
+        let received: Vec<ReceivedEvent> = self.cells.iter().filter(reaches).map(received).collect();
         let mine = self.inputs.iter().filter(|((process, _), _)| process == name);
         let ports: BTreeMap<String, Possible> = mine.map(|((_, port), value)| (port.clone(), value.clone())).collect();
         let of_tree =
-            HeardEvent { names: vec![format!("{TREE}.tick")], fields: ports.clone(), others: Possible::default() };
-        let heard: Vec<HeardEvent> = heard.into_iter().chain([of_tree]).collect();
+            ReceivedEvent { names: vec![format!("{TREE}.tick")], fields: ports.clone(), others: Possible::default() };
+        let received: Vec<ReceivedEvent> = received.into_iter().chain([of_tree]).collect();
         let given: Vec<(&str, Datum)> = skill.data_of(&skill.machine).collect();
-        let found =
-            skill.machine.text_use(TextSources { given: &given, ports: &ports, heard: &heard, choices: &self.words });
+        let sources = TextSources { given: &given, ports: &ports, received: &received, choices: &self.words };
+        let found = skill.machine.text_use(sources);
         for passed in found.passed {
             let text = |text: Option<Arc<str>>| text.map(|text| text.to_string());
             let (to, head, field) = (text(passed.target), text(passed.head), text(passed.field));
@@ -341,7 +341,7 @@ impl<'a> Flow<'a> {
     }
 
     /// How many different texts of these choices may be told from each other at once: those that are kept, those that
-    /// are passed on, and those in the message that is handled. In a message that nobody has received yet, a text can
+    /// are passed on, and those in the message that is handled. In a message that has not been received yet, a text can
     /// still be any of them.
     fn at_once(&self, group: &BTreeSet<Choice>) -> usize {
         let is_mine = |choices: &BTreeSet<Choice>| !choices.is_disjoint(group);
@@ -385,9 +385,9 @@ impl<'a> Flow<'a> {
 }
 
 /// The event that a message is.
-fn heard(Cell { from, head, field, value, .. }: &Cell) -> HeardEvent {
+fn received(Cell { from, head, field, value, .. }: &Cell) -> ReceivedEvent {
     let names = head.iter().flat_map(|head| [head.clone(), format!("{from}.{head}")]).collect();
-    let mut event = HeardEvent { names, fields: BTreeMap::new(), others: Possible::default() };
+    let mut event = ReceivedEvent { names, fields: BTreeMap::new(), others: Possible::default() };
     match field {
         Some(field) => _ = event.fields.insert(field.clone(), value.clone()),
         None => event.others = value.clone(),

@@ -6,6 +6,7 @@
 
 #![expect(clippy::print_stdout, reason = "prints a table")]
 
+mod drive;
 mod noisy_drive;
 
 use std::time::{Duration, Instant};

@@ -19,7 +19,7 @@ const ALLOWANCE: f64 = 1e9;
 /// Counts what the engine's functions do, and replaces those that depend on the machine.
 const BUILTINS: &str = include_str!("builtins.js");
 
-/// The operations on values that the host asks the engine for.
+/// The operations on values that the host requires of the engine.
 pub(super) struct Tools<'js> {
     pub(super) freeze: Function<'js>,
     pub(super) kind: Function<'js>,

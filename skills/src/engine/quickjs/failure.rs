@@ -7,7 +7,6 @@ use crate::datum::EvaluationError;
 
 pub(super) const TOO_LARGE: &str = "the code needs more memory than 4 MiB";
 
-/// Why a program has no value.
 pub(super) enum Failure {
     Failed(EvaluationError),
     /// Something was thrown; the engine holds it.

@@ -12,7 +12,7 @@ const MAX_MEMORY_BYTES: usize = 4 << 20;
 /// The stack limit. A thread has at least 2 MiB.
 const MAX_STACK_BYTES: usize = 256 << 10;
 
-/// The engine counts 10,000 calls and loop iterations before it asks whether it may continue. Each may take as much
+/// The engine counts 10,000 calls and loop iterations before it checks whether it may continue. Each may take as much
 /// work as several of a machine's own steps.
 pub(super) const STEPS_PER_TURN: u64 = 50_000;
 

@@ -275,8 +275,8 @@ impl Walk {
     }
 
     /// What does not fit, in words, if this many messages and chunks at these places have been found in the whole file:
-    /// what follows its data contradicts that, or does not belong there. Nothing, if the file was cut off after its data.
-    /// To be called at the end of the data.
+    /// what follows its data contradicts that, or does not belong there. Nothing, if the file was cut off after its
+    /// data. To be called at the end of the data.
     pub(super) fn unfit(&mut self, found: u64, chunks: &[u64]) -> Option<String> {
         let (mut at, mut body) = (self.at, Vec::new());
         let (footer, end) = loop {

@@ -7,17 +7,17 @@ use super::peers::Peers;
 use crate::clock::now;
 use crate::domain::exchange::{NODES, Writer};
 
-/// How long others may take to announce their nodes, and how often they are asked again, by a new reader. In one or two
-/// of 100 cases, Fast DDS announces them only after seconds.
+/// How long others may take to announce their nodes, and how often that is requested again, by a new reader. In one or
+/// two of 100 cases, Fast DDS announces them only after seconds.
 const NAMING: Duration = Duration::from_millis(600);
 const MOST_RETRIES: u32 = 3;
 
 /// The writers that announce nodes and have not done so.
 pub(super) struct ExpectedNodes {
     unnamed: BTreeSet<[u8; 16]>,
-    /// Until when they may, before they are asked again.
+    /// Until when they may, before that is requested again.
     named_by: Instant,
-    /// How often they have been asked again.
+    /// How often that has been requested again.
     retries: u32,
 }
 
@@ -42,7 +42,7 @@ impl ExpectedNodes {
         self.unnamed.remove(writer);
     }
 
-    /// Whether to ask again now, with a new reader.
+    /// Whether to request that again now, with a new reader.
     pub(super) fn take_retry(&mut self) -> bool {
         if self.unnamed.is_empty() || self.retries == MOST_RETRIES || now() < self.named_by {
             return false;

@@ -17,6 +17,7 @@ const NAMING_NS: i64 = 4_000_000_000;
 pub(super) const MOST_TOPICS: usize = 10_000;
 pub(super) const MOST_GONE: usize = 10_000;
 
+#[derive(Default)]
 pub(in crate::domain) struct WantedTopics {
     /// Their names. None for all topics.
     pub(super) names: Option<BTreeSet<String>>,
@@ -27,6 +28,7 @@ pub(in crate::domain) struct WantedTopics {
 }
 
 /// The writers and nodes of a domain, and the topics that they offer.
+#[derive(Default)]
 pub(in crate::domain) struct Discovery {
     pub(in crate::domain) wanted: WantedTopics,
     pub(in crate::domain) survey: Survey,
@@ -57,19 +59,7 @@ impl WantedTopics {
 
 impl Discovery {
     pub(super) fn new(wanted: Option<BTreeSet<String>>) -> Self {
-        Self {
-            wanted: WantedTopics { names: wanted, kinds: BTreeMap::new(), shown: BTreeSet::new() },
-            survey: Survey::default(),
-            robot: Robot::default(),
-            read: BTreeSet::new(),
-            writers: BTreeMap::new(),
-            gone: BTreeMap::new(),
-            unnamed: Vec::new(),
-            goodbyes: BTreeSet::new(),
-            nodes: BTreeMap::new(),
-            best_effort: BTreeSet::new(),
-            volatile: BTreeSet::new(),
-        }
+        Self { wanted: WantedTopics { names: wanted, ..WantedTopics::default() }, ..Self::default() }
     }
 
     /// Whether losses on a topic do not matter.

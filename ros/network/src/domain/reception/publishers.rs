@@ -131,7 +131,7 @@ impl Reception {
                 .lose(format!("{publisher} publishes messages of another type on {name}, {kind}, which are left out"));
         } else if writer.is_latched && discovery.volatile.contains(&topic) {
             remarks.note(format!(
-                "{publisher} latches on {name}, and another publisher does not: what was latched is not heard"
+                "{publisher} latches on {name}, and another publisher does not: what was latched is not received"
             ));
             self.gaps.lose_on(topic, self.gaps.begun_ns);
         }

@@ -26,9 +26,10 @@ const FUTURE_NS: i64 = 100_000_000;
 const OLD_NS: i64 = 1_000_000_000;
 
 /// Since when messages count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Phase {
     /// Nothing is subscribed to.
+    #[default]
     Looking,
     /// Publishers may not have discovered the subscriptions yet. They will have by this time, once it is set.
     Settling(Option<i64>),
@@ -36,6 +37,7 @@ pub(super) enum Phase {
 }
 
 /// Messages and gaps, in the order in which they are returned.
+#[derive(Default)]
 pub(super) struct SequenceGaps {
     pub(super) phase: Phase,
     /// What is to be returned, with the bodies of messages.
@@ -61,19 +63,7 @@ pub(super) struct SequenceGaps {
 
 impl SequenceGaps {
     pub(super) fn new(phase: Phase) -> Self {
-        Self {
-            phase,
-            ready: VecDeque::new(),
-            held: Vec::new(),
-            odd: BTreeSet::new(),
-            unreadable: BTreeSet::new(),
-            absences: Absences::default(),
-            delays: Delays::default(),
-            begun_ns: 0,
-            newest_ns: 0,
-            newest: None,
-            clock_ns: 0,
-        }
+        Self { phase, ..Self::default() }
     }
 
     /// Returns an unknown number of messages on a topic as lost.

@@ -312,7 +312,7 @@ fn messages_that_cannot_be_read_are_missing() {
     reception.receive(sample(2, "rt/a", 1, 2 * SECOND_NS));
     reception.receive(ListenerMessage::Unreadable("rt/a".into(), "an encoding".to_owned()));
     assert_eq!(returned(&mut reception), ["?", "1", "?"]);
-    assert!(reception.remarks.notes[0].contains("what was latched is not heard"), "{:?}", reception.remarks.notes);
+    assert!(reception.remarks.notes[0].contains("what was latched is not received"), "{:?}", reception.remarks.notes);
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub(super) struct Happening {
     times: Vec<Duration>,
     /// When a fault was in effect.
     held: Vec<(Duration, Duration)>,
-    /// The place on the page that says more.
+    /// The id of the part of the page with the details.
     anchor: Option<String>,
 }
 
@@ -42,7 +42,7 @@ impl Happening {
         Self { across: true, ..self }
     }
 
-    /// For the script: time, words, color, whether it is marked across all lanes, and where the page says more.
+    /// For the script: time, words, color, whether it is marked across all lanes, and the id of the details.
     pub(super) fn data(&self) -> Value {
         let color = variable(self.color);
         json!([round(self.time.as_secs_f64(), 1e3), self.words, color, self.across, self.anchor])

@@ -23,7 +23,7 @@ pub(super) struct Group {
     /// Whether the list of stages explains the colors.
     is_listed: bool,
     lanes: Vec<Bars>,
-    /// What to say of lanes in which nothing ever happens, and their names.
+    /// The words for lanes in which nothing ever happens, and the names of these lanes.
     resting: (&'static str, Vec<String>),
 }
 
@@ -176,7 +176,7 @@ impl Bars {
     }
 }
 
-/// A monitor's lane: what it says about its property, and since when something is due; of one that goes on after a
+/// A monitor's lane: the verdict on its property, and since when something is due; of one that goes on after a
 /// violation, each violation.
 fn monitor(lane: &Lane<MonitorState>, violations: Option<Violations>, end: Duration) -> Bars {
     let bar = |span: Interval<'_, MonitorState>| {

@@ -1,4 +1,4 @@
-//! Numbers over time: the battery's level, and the signals of which properties speak.
+//! Numbers over time: the battery's level, and the signals in properties.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ pub(super) struct Plot {
     is_battery: bool,
 }
 
-/// The battery's level, if there is a battery, and the signals of which properties speak.
+/// The battery's level, if there is a battery, and the signals in properties.
 pub(super) fn plots(view: &RunView, timeline: &Timeline) -> Vec<Plot> {
     let levels = bounds::thresholds(view.header()).into_iter();
     let levels = levels

@@ -32,15 +32,13 @@ pub(super) fn of(origin: &Origin) -> Vec<Given> {
     let table: toml::Table = origin.text.parse().unwrap_or_default();
     flatten("", &toml::Value::Table(table), false, &mut given);
     for assignment in &origin.overrides {
-        let Some((key, value)) = assignment.split_once('=') else { continue };
-        let (key, value) = (key.trim(), value.trim());
+        let Some((key, text)) = assignment.split_once('=') else { continue };
+        let key = key.trim();
         let inside = format!("{key}.");
         given.retain(|known| known.key != key && !known.key.starts_with(&inside));
-        let parsed: Option<toml::Table> = format!("value = {value}").parse().ok();
+        let parsed: Option<toml::Table> = format!("value = {}", text.trim()).parse().ok();
         let value = parsed.and_then(|mut table| table.remove("value"));
-        let value = value.unwrap_or_else(|| {
-            toml::Value::String(assignment.split_once('=').map_or("", |(_, value)| value).to_owned())
-        });
+        let value = value.unwrap_or_else(|| toml::Value::String(text.to_owned()));
         flatten(key, &value, true, &mut given);
     }
     given.sort_by_cached_key(|given| (given.key.contains('.'), order(&given.key)));
