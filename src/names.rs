@@ -8,13 +8,13 @@ use scenarios::files::{shipped_campaigns, shipped_scenarios};
 
 /// A parser that accepts any text, and lists these names.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Names(fn() -> Vec<&'static str>);
+pub(crate) struct ShippedNames(fn() -> Vec<&'static str>);
 
-pub(crate) const SCENARIOS: Names = Names(shipped_scenarios);
-pub(crate) const CAMPAIGNS: Names = Names(|| shipped_campaigns().map(|(name, _)| name).collect());
-pub(crate) const FAULTS: Names = Names(|| KINDS.iter().map(|kind| kind.name).collect());
+pub(crate) const SCENARIOS: ShippedNames = ShippedNames(shipped_scenarios);
+pub(crate) const CAMPAIGNS: ShippedNames = ShippedNames(|| shipped_campaigns().map(|(name, _)| name).collect());
+pub(crate) const FAULTS: ShippedNames = ShippedNames(|| KINDS.iter().map(|kind| kind.name).collect());
 
-impl TypedValueParser for Names {
+impl TypedValueParser for ShippedNames {
     type Value = String;
 
     fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &std::ffi::OsStr) -> Result<String, Error> {

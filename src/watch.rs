@@ -12,10 +12,10 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Duration;
 
-use bags::{BagWriter, BlackBox, Mapping, Recorder, Source, Through};
+use bags::{BagWriter, Mapping, Recorder, Source, Through};
 use campaigns::Error;
 use clap::Args;
-use judging::{Mapped, ShowRun, Wanted, await_topics, check_no_metadata, load_mapping};
+use judging::{BlackBox, Mapped, ShowRun, Wanted, await_topics, check_no_metadata, load_mapping};
 use network::{Live, Robot};
 use reports::html::quoted;
 use serde_json::{Value, json};
@@ -318,4 +318,17 @@ fn record(path: &Path) -> Result<Rc<RefCell<BagWriter<BufWriter<File>>>>, Error>
 
 fn unwritten(path: &Path, source: std::io::Error) -> Error {
     diagnostics::Error::Write { path: path.to_owned(), source }.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_have_units() {
+        assert_eq!(["60s", "90", "2min", "0.5 s"].map(span), [60.0, 90.0, 120.0, 0.5].map(Ok));
+        for wrong in ["", "s", "0", "-1", "61min", "NaN", "1h"] {
+            assert!(span(wrong).is_err(), "{wrong}");
+        }
+    }
 }

@@ -23,7 +23,7 @@ Topics that it publishes, reliably:
 
 Topics that it reads:
   cmd_vel                       what it obeys: Twist or TwistStamped
-  initialpose                   with --localize: the pose that it starts from
+  initialpose                   with --localize: a pose for localization
 
 Action that it serves:
   navigate_to_pose              with --navigate: as Nav2's

@@ -72,7 +72,7 @@ export async function attacks(steward, chromium) {
   await line.ask(viewer, [own, origin, ...upgrade]);
   const pieces = [frame(FIRST_OF_MORE, pause.subarray(0, 5)), frame(PING, pause), frame(LAST, pause.subarray(5))];
   pieces.forEach(piece => line.socket.write(piece));
-  assert.ok(await line.hear('another browser is controlling this run'));
+  assert.ok(await line.hear('another client is controlling this run'));
   line.socket.destroy();
 
   // Many connections begin a request without ending it, and as many do nothing; the run goes on.

@@ -118,9 +118,9 @@ fn every_invalid_reply_has_one_error_message() {
         (&[&greeting[..10], b"\x02"].concat(), b"", "within"),
         (&[&greeting[..12], b"CURVE", &greeting[17..]].concat(), b"", "authentication or encryption"),
         (&[&greeting[..greeting.len() - 1], b"Q"].concat(), b"", "it is a socket REQ"),
-        (&[&greeting[..64], b"\x04\x06\x05ERROR"].concat(), b"", "does not say that it is ready"),
+        (&[&greeting[..64], b"\x04\x06\x05ERROR"].concat(), b"", "does not report that it is ready"),
         (&greeting, b"\x00\x00", "its reply has 0 parts"),
-        (&greeting, b"\x01\x00\x00\x03abc", "not to what was asked"),
+        (&greeting, b"\x01\x00\x00\x03abc", "not to the request"),
         (&greeting, b"\x08\x00", "begins with the byte 8"),
         (&greeting, b"\x02\xff\xff\xff\xff\xff\xff\xff\xff", "more than 67108864 bytes"),
         (&greeting, b"\x06\x00\x00\x00\x00\x00\x01\x00\x00", "more than 1024 bytes"),
@@ -370,7 +370,7 @@ fn a_passive_watch_finds_changes_between_statuses() {
 #[test]
 fn invalid_statuses_are_refused() {
     for (statuses, why) in [
-        (&[1, 0, 0][..], "not tell the statuses of all nodes"),
+        (&[1, 0, 0][..], "not report the statuses of all nodes"),
         (&[1, 0, 0, 2, 0, 5], "no status with the number 5"),
         (&[1, 0, 0, 2, 0, 10], "no status with the number 10"),
         (&[1, 0, 0, 2, 0, 21], "no status with the number 21"),

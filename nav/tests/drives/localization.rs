@@ -317,5 +317,5 @@ fn a_short_range_laser_works_beside_a_long_range_one() {
     let mut localization = localization(&robot, &InitialPose::at(start), 1);
     let errors = drive(&mut robot, &mut localization);
     println!("{errors}");
-    assert!(errors.rmse_m() < 0.02 && errors.rmse_rad() < 0.01, "{errors}");
+    assert!(errors.rmse_m() < 0.03 && errors.rmse_rad() < 0.01, "{errors}");
 }

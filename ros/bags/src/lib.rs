@@ -16,9 +16,8 @@
 //! `storage` reads the files, one module per format, and puts their messages in order (`merge`); `definitions` finds
 //! the definitions of types, by which `ros_messages` decodes the wanted parts of a message; `mapping` is the user's
 //! file, and `mapping/compile` what it means for a bag; `events` puts messages in order and makes the ticks. `contents`
-//! lists a bag and proposes a mapping. `black_box` keeps the last moments of a source.
+//! lists a bag and proposes a mapping.
 
-mod black_box;
 mod contents;
 mod definitions;
 mod events;
@@ -30,7 +29,6 @@ use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, Utc};
 
-pub use black_box::BlackBox;
 pub use channels::Ground;
 pub use contents::{Contents, Listed};
 pub use definitions::{Defined, Definitions};

@@ -9,6 +9,11 @@
 //!
 //! Both only subscribe, unless a domain is joined as a node. Both are [`Live`] [sources](bags::Source):
 //! [`bags::Events`] makes events of their messages, as it does of the messages of a bag.
+//!
+//! # Inside
+//! `bridge` is the client. `domain` starts a `listener`, a process of its own with the participant; they `exchange`
+//! messages and commands. Its `reception` discovers publishers and compares the numbers of their messages
+//! (`sequence_gaps`). `robot` is what both report of a robot, and `protocol` what the bridge's messages are.
 
 mod bridge;
 mod clock;

@@ -149,7 +149,7 @@ impl LivePose {
         if self.map().is_none() {
             Some("no map has come: the page does not show where the robot is")
         } else if self.pose().is_none() {
-            Some("no message has come of where the robot is on its map")
+            Some("where the robot is on its map is not known: no message has its pose")
         } else if self.topics.scan.is_some() && self.laser().is_none() {
             Some("no scan has come of which it is known where the laser is: the page shows none")
         } else {

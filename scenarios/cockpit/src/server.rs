@@ -486,7 +486,7 @@ async fn take(
         Some(Message::Text(text)) => {
             let answer = match is_pilot {
                 true => ask(shared, &text).await,
-                false => json!({ "refused": "another browser is controlling this run" }),
+                false => json!({ "refused": "another client is controlling this run" }),
             };
             send(socket, &answer.to_string()).await?;
             Ok(true)

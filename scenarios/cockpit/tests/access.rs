@@ -55,7 +55,7 @@ fn one_pilot_steers_and_invalid_requests_are_refused() {
     assert_eq!(hear(&mut viewer, "pilot"), false);
     for onlooker in [&mut second, &mut viewer] {
         onlooker.send(Message::text(r#"{"do":"pause"}"#)).unwrap();
-        assert_eq!(hear(onlooker, "refused"), "another browser is controlling this run");
+        assert_eq!(hear(onlooker, "refused"), "another client is controlling this run");
     }
     for (request, reason) in [
         ("", "EOF"),

@@ -7,10 +7,11 @@ use campaigns::Error;
 use replay::trajectory::trajectory;
 
 use crate::growing::STILL_WRITTEN;
+use crate::host::Host;
 use crate::judge::{VerificationResult, name};
 use crate::log_request::LogRequest;
 use crate::mapped::{Mapped, await_topics, load_mapping};
-use crate::wanted::{Host, Wanted};
+use crate::wanted::Wanted;
 
 /// Judges a bag, in constant memory.
 pub(crate) fn verify(request: &LogRequest<'_>, wanted: Wanted<'_>) -> Result<VerificationResult, Error> {

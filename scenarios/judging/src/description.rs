@@ -7,7 +7,7 @@ use channels::Ground;
 use recording::{Carried, Header};
 use scenarios::scenario::find;
 
-use crate::wanted::Host;
+use crate::host::Host;
 
 /// The first line of a log, which describes the run.
 #[derive(Debug, PartialEq, Eq)]

@@ -19,6 +19,7 @@ use recording::{Doubts, Header, Origin, Recording, RecordingError, RunView};
 
 use crate::description::Description;
 use crate::growing::{GrowingLog, STILL_WRITTEN};
+use crate::host::Host;
 use crate::judge::{self, NO_FORMULA, Subject, VerificationResult, load, recorded_properties, unreported_levels};
 use crate::log_context::LogContext;
 use crate::log_request::LogRequest;
@@ -27,7 +28,7 @@ use crate::node_places::node_places;
 use crate::recorded_events::RecordedEvents;
 use crate::ticks::Ticks;
 use crate::tree_log;
-use crate::wanted::{Host, Wanted};
+use crate::wanted::Wanted;
 
 /// The maximum number of gaps of a log that are listed. More would not be read.
 const MOST_NOTES: usize = 5;

@@ -16,9 +16,10 @@ use recording::{Detail, Header, Recording, RunView, conduct};
 use tree_logs::{LogWriter, LoggedTransition};
 
 use crate::event_log::{Specification, verify_by};
+use crate::host::Host;
 use crate::judge::VerificationResult;
 use crate::log_request::{LogRequest, Robots};
-use crate::wanted::{Host, Wanted};
+use crate::wanted::Wanted;
 
 /// The time between ticks in the scenario of a log without it: its run was made with another.
 const TICK_OF_SCENARIO: Duration = Duration::from_millis(200);

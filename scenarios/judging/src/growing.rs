@@ -5,7 +5,7 @@ use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 
-use crate::wanted::Host;
+use crate::host::Host;
 
 /// The note if the program was interrupted before the end of the log.
 pub(crate) const STILL_WRITTEN: &str = "it was still being written: what follows is not judged";

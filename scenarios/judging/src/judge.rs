@@ -15,9 +15,10 @@ use recording::{
 use reports::Presentation;
 use reports::file_place::FilePlace;
 
+use crate::host::Host;
 use crate::judged_run::{JudgedRun, await_live_pose};
 use crate::log_context::LogContext;
-use crate::wanted::{Host, VerdictObserver, Wanted};
+use crate::wanted::{VerdictObserver, Wanted};
 
 /// Why a property of a recording is not judged again.
 pub const NO_FORMULA: &str = "no formula describes it";

@@ -11,8 +11,10 @@
 //! `bag` and `mapped` judge messages of ROS 2. These end in `judge`, which runs the monitors: on the events alone,
 //! or on the records of a `judged_run`, if something shows these. `log_context` has what is known besides events, of
 //! which `scene_sampler` makes scenes. `tree_program` judges a tree while a program runs it.
+//! `black_box` keeps the last moments of a source.
 
 mod bag;
+mod black_box;
 mod boards;
 mod description;
 #[cfg(test)]
@@ -21,6 +23,7 @@ mod event_log;
 #[cfg(test)]
 mod formats;
 mod growing;
+mod host;
 mod judge;
 mod judged_run;
 #[cfg(test)]
@@ -39,13 +42,17 @@ mod scene_sampler;
 mod ticks;
 mod tree_log;
 mod tree_program;
+mod verify;
 mod wanted;
 
 pub use bag::open as open_bag;
+pub use black_box::BlackBox;
+pub use host::Host;
 pub use judge::{NO_FORMULA, VerificationResult, load};
 pub use log_context::LogContext;
-pub use log_request::{LogRequest, Robots, verify};
+pub use log_request::{LogRequest, Robots};
 pub use mapped::{Mapped, await_topics, check_no_bag, check_no_metadata, check_violations, load_mapping};
 pub use node_places::node_places;
 pub use tree_program::TreeProgram;
-pub use wanted::{Host, ShowRun, ShownRun, VerdictObserver, Wanted};
+pub use verify::verify;
+pub use wanted::{ShowRun, ShownRun, VerdictObserver, Wanted};

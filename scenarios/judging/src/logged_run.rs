@@ -10,7 +10,7 @@ use channels::{Event, Gap};
 use monitors::{EventLog, GapMark, LogError};
 use recording::{Header, Node, RunView, Step};
 
-use crate::wanted::Host;
+use crate::host::Host;
 
 /// The outcome of a node of the tree, by the index of the node.
 pub(crate) type NodeOutcome = (usize, Option<bt::Outcome>);

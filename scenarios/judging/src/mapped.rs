@@ -16,10 +16,11 @@ use recording::{Doubts, Header, Origin};
 use replay::live_pose::LivePose;
 use replay::trajectory::Trajectory;
 
+use crate::host::Host;
 use crate::judge::{Subject, VerificationResult, load};
 use crate::log_context::LogContext;
 use crate::log_request::Robots;
-use crate::wanted::{Host, Wanted};
+use crate::wanted::Wanted;
 
 /// The name of the file with the violations, beside the report.
 const VIOLATIONS: &str = "violations.mcap";

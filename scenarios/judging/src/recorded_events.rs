@@ -378,7 +378,7 @@ mod tests {
 
     #[test]
     fn a_recording_that_was_cut_off_breaks_off_and_has_no_end() {
-        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("bt/logs/tests/captured/fetch.btlog");
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bt/logs/tests/captured/fetch.btlog");
         let whole = fs::read(log).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("cut.btlog");

@@ -14,10 +14,11 @@ use recording::{Detail, Doubts, Ended, Header, Next, Origin, RecordSource, RunVi
 use tree_logs::LoggedTree;
 
 use crate::boards::{BoardBudget, entry_value};
+use crate::host::Host;
 use crate::judge::{MonitoringResult, VerificationResult, load, stories};
 use crate::log_context::LogContext;
 use crate::tree_log::refuse_unknown;
-use crate::wanted::{Host, VerdictObserver, Wanted};
+use crate::wanted::{VerdictObserver, Wanted};
 
 /// How long a program may take to answer.
 const TIMEOUT: Duration = Duration::from_secs(2);

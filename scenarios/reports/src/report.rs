@@ -224,7 +224,7 @@ impl ViolationsReport {
 /// What a speaker said.
 #[derive(Clone, Debug, Serialize)]
 pub struct SaidReport {
-    /// When it began, in seconds.
+    /// When it became audible, in seconds.
     pub time_s: f64,
     /// The speaker's name.
     pub by: String,
