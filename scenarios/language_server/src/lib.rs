@@ -53,7 +53,7 @@ fn begin(connection: &Connection) -> Result<ExitCode, ProtocolError> {
     };
     let (sender, inputs) = channel();
     let editor = connection.sender.clone();
-    // Once the editor has gone, nobody misses a message.
+    // After the editor has exited, messages to it are discarded.
     let send = move |message| drop(editor.send(message));
     let mut server = Server::new(&params, send, sender.clone());
     let info = ServerInfo { name: "steward".to_owned(), version: Some(env!("CARGO_PKG_VERSION").to_owned()) };
@@ -136,7 +136,7 @@ mod tests {
             request(1.into(), "steward/unknown"),
             request(2.into(), "textDocument/hover"),
             request("a".to_owned().into(), "textDocument/hover"),
-            // What is cancelled has an ID of its own type; one that nobody has is no mistake.
+            // An ID is a number or a text, and one that no request has is ignored.
             notify("$/cancelRequest", json!({ "id": 2 })),
             notify("$/cancelRequest", json!({ "id": "a" })),
             notify("$/cancelRequest", json!({ "id": "1" })),
